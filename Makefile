@@ -1,0 +1,56 @@
+# One word for each thing a developer or a curious person does. `make` alone lists them.
+PYTHON ?= python3
+VENV   ?= .venv
+ARGS   ?=
+BIN    := $(VENV)/bin
+
+.PHONY: help demo test check format lint types bench results clean
+help:  ## list the commands
+	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
+
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "cohaptic needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1)." \
+	       "Name another: make $(MAKECMDGOALS) PYTHON=python3.12"; exit 1; }
+	@echo "setting up $(VENV) (once)"
+	@$(PYTHON) -m venv $(VENV) || { \
+	  echo "the venv module is missing; on Debian: apt-get install python3-venv"; exit 1; }
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.made pyproject.toml
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.made pyproject.toml
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	@touch $@ $(VENV)/.installed
+
+demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
+	@$(BIN)/cohaptic demo $(ARGS)
+
+test: $(VENV)/.dev  ## the whole test suite
+	@$(BIN)/python -m pytest $(ARGS)
+
+check: lint types test  ## what must be green before a commit
+
+format: $(VENV)/.dev  ## let ruff arrange the code
+	@$(BIN)/ruff format . && $(BIN)/ruff check --fix .
+
+lint: $(VENV)/.dev  ## format, lint, import contracts
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/lint-imports
+
+types: $(VENV)/.dev  ## mypy and pyright, both strict
+	@$(BIN)/mypy
+	@$(BIN)/pyright
+
+bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
+	@$(BIN)/python benchmarks/loop.py
+	@$(BIN)/python benchmarks/tick.py
+
+results: $(VENV)/.dev  ## run every scene of docs/results.md again
+	@$(BIN)/python experiments/demo_scenes.py
+
+clean:  ## forget what was built
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist

@@ -1,0 +1,117 @@
+"""What a tick of the server costs over the number of users, and where the time goes.
+
+    python benchmarks/tick.py [--ticks 300]
+
+Users press round the balloon and slide a little, so that contacts move. `locate` finds contacts,
+`respond` is the body, `rest` is patches and gains, `frames` decodes a sample and encodes a patch
+for each user. Everything is measured in one run, with one BLAS thread as on the server; the last
+column is the share of a 60 Hz period.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from cohaptic.control.law import Law
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.contact import Contact, locate
+from cohaptic_server.world import Touch, WorldState, advance
+
+PERIOD = 1.0 / 60.0  # s
+
+
+def touches(users: int, tick: int) -> list[Touch]:
+    """Everybody presses 1 N and slides along the equator."""
+    found: list[Touch] = []
+    for user in range(users):
+        angle = 2.0 * math.pi * user / users + 0.1 * math.sin(0.05 * tick + user)
+        out = (math.cos(angle), math.sin(angle), 0.0)
+        found.append(
+            Touch(
+                user=user + 1,
+                law=Law.PREDICTIVE,
+                max_stiffness=1000.0,
+                max_force=10.0,
+                probe=(0.096 * out[0], 0.096 * out[1], 0.0),
+                force=out,
+                seq=tick + 1,
+                t_client=0.0,
+                arrived=0.0,
+            )
+        )
+    return found
+
+
+def run(body: Balloon, users: int, ticks: int) -> dict[str, float]:
+    """Median seconds per tick, whole and by part."""
+    state = WorldState()
+    whole, parts = list[float](), {"locate": list[float](), "respond": [], "frames": []}
+    for tick in range(ticks):
+        now = touches(users, tick)
+        start = time.perf_counter()
+        before = state
+        state, patches = advance(body, state, now, now=tick * PERIOD, dt=PERIOD)
+        whole.append(time.perf_counter() - start)
+
+        start = time.perf_counter()
+        for user in now:
+            ContactSample.decode(
+                ContactSample(user.seq, tick, 0.0, user.probe, user.force).encode()
+            )
+        for patch in patches.values():
+            patch.encode()
+        parts["frames"].append(time.perf_counter() - start)
+
+        if before.response is not None:
+            contacts: list[Contact] = []
+            start = time.perf_counter()
+            for i, user in enumerate(now):
+                old = before.users[user.user]
+                free = before.response.free(i, old.force)
+                probe = np.array(user.probe)
+                contacts.append(
+                    locate(body.mesh, probe, free, radius=body.contact_radius, hint=old.contact)
+                )
+            parts["locate"].append(time.perf_counter() - start)
+            start = time.perf_counter()
+            body.respond([contact.load(1.0) for contact in contacts])
+            parts["respond"].append(time.perf_counter() - start)
+    medians = {name: float(np.median(values)) for name, values in parts.items()}
+    return medians | {
+        "tick": float(np.median(whole)),
+        "p99": float(np.quantile(whole, 0.99)),
+    }
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--ticks", type=int, default=300, help="of each row")
+    ticks = parser.parse_args().ticks
+    body = Balloon()
+    print(
+        "| users | tick p50 | tick p99 | locate | respond | rest | frames | per user | of 60 Hz |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
+    with threadpool_limits(limits=1):
+        for users in (1, 2, 4, 8, 16):
+            t = run(body, users, ticks)
+            rest = t["tick"] - t["locate"] - t["respond"]
+            print(
+                f"| {users} | {1e3 * t['tick']:.2f} ms | {1e3 * t['p99']:.2f} ms"
+                f" | {t['locate'] / t['tick']:.0%} | {t['respond'] / t['tick']:.0%}"
+                f" | {rest / t['tick']:.0%} | +{t['frames'] / t['tick']:.0%}"
+                f" | {1e3 * t['tick'] / users:.2f} ms | {t['tick'] / PERIOD:.0%} |"
+            )
+
+
+if __name__ == "__main__":
+    main()

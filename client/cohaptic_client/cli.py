@@ -1,0 +1,130 @@
+"""`cohaptic touch`."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.live import Live
+
+from cohaptic.control.law import Law
+from cohaptic.hands import HandScript, Rhythm
+from cohaptic.interrupt import until_interrupted
+from cohaptic.link import LinkSettings
+from cohaptic.view import status_table
+from cohaptic_client.recorder import Recorder
+from cohaptic_client.runner import Client
+from cohaptic_client.settings import ClientSettings
+
+_REFRESH = 0.05  # s
+
+
+def touch(
+    url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
+    name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
+    device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
+    law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
+    delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 0.0,
+    jitter_ms: Annotated[
+        float, typer.Option(help="Largest extra delay, one way, both ways.")
+    ] = 0.0,
+    delay_up_ms: Annotated[
+        float | None, typer.Option(help="Of the way to the server only.")
+    ] = None,
+    delay_down_ms: Annotated[float | None, typer.Option(help="Of the way back only.")] = None,
+    jitter_up_ms: Annotated[
+        float | None, typer.Option(help="Of the way to the server only.")
+    ] = None,
+    jitter_down_ms: Annotated[float | None, typer.Option(help="Of the way back only.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
+    loop_hz: Annotated[float, typer.Option(help="Rate of the haptic loop, 500 to 4000.")] = 1000.0,
+    max_force: Annotated[float, typer.Option(help="Never more than this on the hand [N].")] = 10.0,
+    angle: Annotated[
+        float, typer.Option(help="Simulated hand: where it stands, degrees from the right.")
+    ] = 180.0,
+    depth_mm: Annotated[
+        float, typer.Option(help="Simulated hand: how deep it wants to go.")
+    ] = 15.0,
+    rhythm_s: Annotated[
+        float, typer.Option(help="Simulated hand: press and release in this time; 0 to rest.")
+    ] = 0.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Leave after this many seconds.", show_default="Ctrl-C")
+    ] = None,
+    wait: Annotated[
+        float, typer.Option(help="Seconds to try to reach the server, also after losing it.")
+    ] = 0.0,
+    record: Annotated[
+        Path | None, typer.Option(help="Write every haptic period to this .npz at the end.")
+    ] = None,
+    json_lines: Annotated[
+        bool, typer.Option("--json-lines", help="Print the state as lines of JSON.")
+    ] = False,
+    lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
+) -> None:
+    """Touch the object of a server; ends with Ctrl-C, and with zero force."""
+
+    def link(delay: float | None, jitter: float | None, salt: int) -> LinkSettings:
+        one_way = delay_ms if delay is None else delay
+        extra = jitter_ms if jitter is None else jitter
+        return LinkSettings(1e-3 * one_way, 1e-3 * extra, 2 * seed + salt)
+
+    up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
+    settings = ClientSettings(
+        url=url,
+        name=name,
+        law=law,
+        device=device,
+        loop_hz=loop_hz,
+        max_force=max_force,
+        up=up,
+        down=down,
+        script=HandScript(
+            angle=math.radians(angle),
+            depth=1e-3 * depth_mm,
+            rhythm=Rhythm(rhythm_s) if rhythm_s else None,
+            # The hand comes once the first patch is here and the safety layer has engaged it.
+            approach_at=1.0 + up.delay + up.jitter + down.delay + down.jitter,
+        ),
+        patience=wait,
+        duration=duration,
+    )
+    asyncio.run(until_interrupted(_touch(settings, record, json_lines), lifeline=lifeline))
+
+
+async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
+    recorder = Recorder(settings.loop_hz)
+    console = Console(stderr=True)
+    client = Client(
+        settings,
+        tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
+        keep=recorder.keep if record else lambda _rows: None,
+    )
+    shown = asyncio.ensure_future(_show(client, console, json_lines))
+    try:
+        await client.run()
+    finally:
+        shown.cancel()
+        await asyncio.gather(shown, return_exceptions=True)
+        if record:
+            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+
+
+async def _show(client: Client, console: Console, json_lines: bool) -> None:
+    """The client's state, for a person or for a program, until cancelled."""
+    if json_lines:
+        while True:
+            sys.stdout.write(client.status().model_dump_json() + "\n")
+            sys.stdout.flush()
+            await asyncio.sleep(_REFRESH)
+    if not console.is_terminal:
+        return
+    with Live(console=console, refresh_per_second=10, transient=True) as live:
+        while True:
+            live.update(status_table([client.status()]))
+            await asyncio.sleep(_REFRESH)

@@ -1,0 +1,1 @@
+"""Haptic and input devices, one per file, behind the Protocol in `device.py`."""

@@ -1,0 +1,26 @@
+"""Devices by name."""
+
+from __future__ import annotations
+
+from cohaptic.errors import SettingError
+from cohaptic_client.devices.device import Device, DeviceInfo
+from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
+from cohaptic_client.loop_config import LoopConfig
+
+_INFO = {"simulated": SimulatedDevice.info, "spacemouse": SpaceMouse.info}
+
+
+def device_info(name: str) -> DeviceInfo:
+    """What the device called `name` can do; raises SettingError with the names that exist."""
+    if name not in _INFO:
+        raise SettingError("device", repr(name), f"one of: {', '.join(_INFO)}")
+    return _INFO[name]
+
+
+def open_device(config: LoopConfig) -> Device:
+    """Open the device of a configuration; raises DeviceError when it cannot be had."""
+    if config.device == "simulated":
+        assert config.intention is not None
+        return SimulatedDevice(config.hand, config.intention)
+    return open_spacemouse(center=config.center, reach=2.0 * config.radius)

@@ -1,0 +1,63 @@
+"""What any device offers. The next device is one file that fulfils this Protocol."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from cohaptic.vec import Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceInfo:
+    """What a device can do.
+
+    Args:
+        name: For people.
+        max_force: It can give; 0 for one that only senses [N].
+        max_stiffness: It renders stably, from its maker or from measurements [N/m].
+    """
+
+    name: str
+    max_force: float
+    max_stiffness: float
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSample:
+    """The tip of a device in the world frame.
+
+    Args:
+        position: [m].
+        velocity: [m/s].
+        level: What a simulated hand intends, 0 to 1; 0 for a real one.
+    """
+
+    position: Vec3
+    velocity: Vec3
+    level: float = 0.0
+
+
+class Device(Protocol):
+    """A device as the loop uses it: read, then write, once per period, from one thread.
+
+    `read` and `write` return within a fraction of a period; neither waits for the hardware longer.
+    Both raise DeviceError when the device is gone, and the loop then ends with zero force.
+    """
+
+    @property
+    def info(self) -> DeviceInfo:
+        """What the device can do."""
+        ...
+
+    def read(self, now: float) -> DeviceSample:
+        """The newest state of the tip; stale reports are skipped."""
+        ...
+
+    def write(self, force: Vec3) -> None:
+        """Give `force` [N] to the hand until the next call."""
+        ...
+
+    def close(self) -> None:
+        """Zero force, then release the hardware; may be called twice."""
+        ...

@@ -1,0 +1,51 @@
+"""A device with a simulated hand on it: the same loop and safety layer as for a real one."""
+
+from __future__ import annotations
+
+from cohaptic.hands import Hand, HandState, Intention, move
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+
+_SUBSTEP = 0.001  # s; the longest that `hands.move` may take
+_MAX_CATCH_UP = 0.1  # s; after a longer stall of the process the hand goes on from where it was
+
+
+class SimulatedDevice:
+    """A hand that follows an intention and feels what the loop writes.
+
+    Args:
+        hand: Its mechanics.
+        intention: What it wants; its time starts with the first `read`.
+    """
+
+    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0)
+
+    def __init__(self, hand: Hand, intention: Intention) -> None:
+        self._hand = hand
+        self._intention = intention
+        self._state = HandState(intention.at(0.0), ZERO)
+        self._force = ZERO
+        self._start: float | None = None
+        self._now = 0.0
+
+    def read(self, now: float) -> DeviceSample:
+        """Move the hand up to `now` under the force written last."""
+        if self._start is None:
+            self._start = self._now = now
+        remaining = min(now - self._now, _MAX_CATCH_UP)
+        while remaining > 1e-9:
+            dt = min(remaining, _SUBSTEP)
+            target = self._intention.at(now - remaining + dt - self._start)
+            self._state = move(self._state, self._hand, target, self._force, dt)
+            remaining -= dt
+        self._now = now
+        level = self._intention.level(now - self._start)
+        return DeviceSample(self._state.position, self._state.velocity, level)
+
+    def write(self, force: Vec3) -> None:
+        """Force on the hand until the next read [N]."""
+        self._force = force
+
+    def close(self) -> None:
+        """Let the hand go."""
+        self._force = ZERO

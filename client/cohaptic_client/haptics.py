@@ -1,0 +1,108 @@
+"""The network process's handle on the haptic loop: start it, exchange newest values, end it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from cohaptic.errors import DeviceError
+from cohaptic.record import Row
+from cohaptic.vec import Vec3
+from cohaptic_client.loop_config import LoopConfig
+from cohaptic_client.loop_process import COMMAND, SAMPLE
+from cohaptic_client.shared_slot import SharedMemory
+
+_GRACE = 2.0  # s for the loop to end by itself; its fade takes a tenth of that
+
+
+@dataclass(frozen=True, slots=True)
+class TipSample:
+    """What the loop did last.
+
+    Args:
+        t: When, on the client's clock [s].
+        tick: Of the patch that it used; 0 for none.
+        probe: Tip [m].
+        force: On the hand [N].
+    """
+
+    t: float
+    tick: int
+    probe: Vec3
+    force: Vec3
+
+
+class HapticProcess:
+    """The loop's process.
+
+    Attributes:
+        status: Newest report of the loop.
+        stopping: Whether it was told to end.
+    """
+
+    def __init__(self, config: LoopConfig, memory: SharedMemory) -> None:
+        self._memory = memory
+        self._device = config.device
+        self._beats = 0
+        self._last: TipSample | None = None
+        self.stopping = False
+        self.status: dict[str, object] = {}
+        command = [sys.executable, "-m", "cohaptic_client.loop_process", config.to_json()]
+        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+
+    def give_patch(self, frame: bytes) -> None:
+        """Hand the newest patch to the loop."""
+        self._memory.patch.write(frame)
+
+    def newest_sample(self) -> TipSample | None:
+        """What the loop did last; None before its first period."""
+        raw = self._memory.sample.read()
+        if raw is not None:
+            t, tick, *v = SAMPLE.unpack(raw)
+            self._last = TipSample(t, tick, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
+        return self._last
+
+    def new_rows(self) -> list[Row]:
+        """What the loop did in each period since the last call."""
+        return self._memory.rows.read_new()
+
+    def beat(self) -> None:
+        """Tell the loop that this process lives, and read its report.
+
+        Raises:
+            DeviceError: The loop has ended because of its device, or died.
+        """
+        if self.stopping:
+            return
+        self._command(stop=False)
+        self.read_status()
+        trouble = self.status.get("error")
+        if trouble is not None:
+            raise DeviceError(self._device, str(trouble).removeprefix(f"{self._device}: "))
+        if self._process.poll() is not None:
+            raise DeviceError(self._device, f"its process ended with {self._process.returncode}")
+
+    def request_stop(self) -> None:
+        """Tell the loop to fade the force to zero and end."""
+        self.stopping = True
+        self._command(stop=True)
+
+    def wait(self) -> None:
+        """Block until the loop has ended; call `request_stop` first."""
+        try:
+            self._process.wait(_GRACE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _command(self, *, stop: bool) -> None:
+        self._beats += 1
+        self._memory.command.write(COMMAND.pack(self._beats, stop))
+
+    def read_status(self) -> None:
+        """Take the loop's newest report."""
+        raw = self._memory.status.read()
+        if raw is not None:
+            self.status = json.loads(raw)

@@ -1,0 +1,148 @@
+"""The shell round one connection: a websocket, and the delay that was asked for.
+
+Both directions pass through a `DelayLine`, so that injected latency has the semantics of a stream:
+one delay per direction, order kept. Without a delay, frames pass at once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.connection import broadcast
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.typing import Subprotocol
+
+from cohaptic.clock import Clock
+from cohaptic.errors import ServerLost
+from cohaptic.link import DelayLine, LinkSettings
+from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.transport import WEBSOCKET_OPTIONS, tune
+
+Data = str | bytes
+MAX_INBOUND_BYTES = 16384  # the largest is a welcome to a full room
+
+
+class Delayed:
+    """A delay line on the running event loop: calls `deliver` for each message when it is due."""
+
+    def __init__(
+        self, settings: LinkSettings, clock: Clock, deliver: Callable[[Data], None]
+    ) -> None:
+        self._line: DelayLine[Data] = DelayLine(settings)
+        self._clock = clock
+        self._deliver = deliver
+        self._timer: asyncio.TimerHandle | None = None
+
+    def push(self, data: Data) -> None:
+        """Send a message into the line."""
+        self._line.push(data, self._clock.now())
+        self._run()
+
+    def _run(self) -> None:
+        for data in self._line.pop_due(self._clock.now()):
+            self._deliver(data)
+        due = self._line.next_due()
+        if due is not None and self._timer is None:
+            wait = max(0.0, due - self._clock.now())
+            self._timer = asyncio.get_running_loop().call_later(wait, self._wake)
+
+    def _wake(self) -> None:
+        self._timer = None
+        self._run()
+
+    def cancel(self) -> None:
+        """Forget what is in flight."""
+        if self._timer is not None:
+            self._timer.cancel()
+
+
+class Link:
+    """One connection to a server.
+
+    Args:
+        url: Of the server.
+        clock: Of this client.
+        up: Injected from client to server.
+        down: Injected from server to client.
+    """
+
+    def __init__(self, url: str, clock: Clock, up: LinkSettings, down: LinkSettings) -> None:
+        self.url = url
+        self._clock = clock
+        self._up, self._down = up, down
+        self._ws: ClientConnection | None = None
+        self._outbound: Delayed | None = None
+
+    async def open(self) -> None:
+        """Connect; raises ServerLost with what can be done about it."""
+        try:
+            self._ws = await connect(
+                self.url,
+                subprotocols=[Subprotocol(SUBPROTOCOL)],
+                # A proxy for web pages would hold back what must arrive now.
+                proxy=None,
+                max_size=MAX_INBOUND_BYTES,
+                **WEBSOCKET_OPTIONS,
+            )
+        except InvalidURI as error:
+            raise ServerLost(self.url, "not an address; expected ws://HOST:PORT") from error
+        except InvalidHandshake as error:
+            raise ServerLost(self.url, f"not a cohaptic server ({error})") from error
+        except (OSError, TimeoutError) as error:
+            problem = "no server answers; start one with: cohaptic serve"
+            raise ServerLost(self.url, problem) from error
+        tune(self._ws.transport.get_extra_info("socket"))
+        self._outbound = Delayed(self._up, self._clock, self._write)
+
+    def send(self, data: Data) -> None:
+        """Send without waiting; a binary frame gives way when the one before is not out yet."""
+        assert self._outbound is not None
+        self._outbound.push(data)
+
+    async def receive(self, deliver: Callable[[Data], None]) -> str:
+        """Call `deliver` for each message until the connection ends; returns why it ended."""
+        assert self._ws is not None
+        failure: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def guarded(data: Data) -> None:
+            # Called from a timer, where an exception would be lost.
+            try:
+                deliver(data)
+            except Exception as error:
+                if not failure.done():
+                    failure.set_exception(error)
+
+        inbound = Delayed(self._down, self._clock, guarded)
+        pump = asyncio.ensure_future(self._pump(inbound))
+        try:
+            await asyncio.wait({pump, failure}, return_when=asyncio.FIRST_COMPLETED)
+            if failure.done():
+                failure.result()
+            return await pump
+        finally:
+            inbound.cancel()
+            pump.cancel()
+
+    async def _pump(self, inbound: Delayed) -> str:
+        assert self._ws is not None
+        try:
+            while True:
+                inbound.push(await self._ws.recv())
+        except ConnectionClosed as closed:
+            frame = closed.rcvd
+            return frame.reason if frame and frame.reason else "the connection was lost"
+
+    def _write(self, data: Data) -> None:
+        assert self._ws is not None
+        if isinstance(data, bytes) and self._ws.transport.get_write_buffer_size() > 0:
+            return  # newest wins: the next sample is one period away
+        broadcast([self._ws], data)
+
+    async def close(self) -> None:
+        """Close politely; may be called twice."""
+        if self._outbound is not None:
+            self._outbound.cancel()
+        if self._ws is not None:
+            await self._ws.close()

@@ -1,0 +1,94 @@
+"""What the network process tells the loop's process at its start, as JSON on its command line."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.hands import Hand, Intention, Rhythm
+from cohaptic.vec import Vec3
+from cohaptic_client.safety import SafetyLimits
+
+
+@dataclass(frozen=True, slots=True)
+class LoopConfig:
+    """A loop's process.
+
+    Args:
+        memory: Path of the shared memory.
+        clock_origin: Of the network process's clock, so that both read the same time [s].
+        haptic_period: T [s].
+        simulation_period: N T [s].
+        law: Local model.
+        device: Its name in the catalogue.
+        center: Of the body, where a device's workspace is put [m].
+        radius: Of the sphere round it that holds the body [m].
+        limits: Of the safety layer.
+        hand: Of a simulated device.
+        intention: Of a simulated device; None for a real one.
+    """
+
+    memory: str
+    clock_origin: float
+    haptic_period: float
+    simulation_period: float
+    law: Law
+    device: str
+    center: Vec3
+    radius: float
+    limits: SafetyLimits
+    hand: Hand
+    intention: Intention | None
+
+    def __post_init__(self) -> None:
+        if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
+            hz = f"{1.0 / self.haptic_period:.0f} Hz"
+            raise SettingError("loop rate", hz, "from 500 to 4000 Hz")
+
+    def to_json(self) -> str:
+        """The text that `from_json` reads."""
+        return json.dumps(asdict(self) | {"law": self.law.value})
+
+    @classmethod
+    def from_json(cls, text: str) -> LoopConfig:
+        """The configuration in a text that `to_json` wrote."""
+        raw = json.loads(text)
+        intention = raw["intention"]
+        if intention is not None:
+            rhythm = intention["rhythm"]
+            intention = Intention(
+                **intention
+                | {
+                    "surface": tuple(intention["surface"]),
+                    "direction": tuple(intention["direction"]),
+                    "rhythm": None if rhythm is None else Rhythm(**rhythm),
+                }
+            )
+        return cls(
+            **raw
+            | {
+                "law": Law(raw["law"]),
+                "center": tuple(raw["center"]),
+                "limits": SafetyLimits(**raw["limits"]),
+                "hand": Hand(**raw["hand"]),
+                "intention": intention,
+            }
+        )
+
+
+def silent_after(simulation_period: float) -> float:
+    """Without a patch for this long the server counts as silent [s]: three ticks, at least 0.1 s.
+
+    Jitter below that does not disturb the hand; the force is gone `fade_time` later.
+    """
+    return max(0.1, 3.0 * simulation_period)
+
+
+def haptic_period(loop_hz: float) -> float:
+    """T of a loop rate [s]; raises SettingError when the rate is not a positive number."""
+    if not (math.isfinite(loop_hz) and loop_hz > 0.0):
+        raise SettingError("loop rate", f"{loop_hz} Hz", "from 500 to 4000 Hz")
+    return 1.0 / loop_hz

@@ -1,0 +1,210 @@
+"""The haptic loop: a process of its own, so that nothing of the network can delay it.
+
+    python -m cohaptic_client.loop_process CONFIG
+
+It reads the device, runs `step`, writes the force, and exchanges newest values with the network
+process through shared memory. It ends when told to, or when the network process is gone; the last
+force is always zero.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import json
+import math
+import signal
+import struct
+import sys
+from dataclasses import dataclass, field, replace
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CohapticError
+from cohaptic.protocol.patch import Patch
+from cohaptic.record import Row
+from cohaptic.statistics import Tally
+from cohaptic.vec import ZERO
+from cohaptic_client.devices.catalogue import open_device
+from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.loop_config import LoopConfig
+from cohaptic_client.scheduling import prefer_this_process
+from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+
+COMMAND = struct.Struct("<Q?")  # heartbeat, stop
+SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force
+ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
+HOUSEKEEPING = 0.05  # s between looks at commands and reports of the state
+
+
+@dataclass
+class Statistics:
+    """How punctual the loop was.
+
+    Args:
+        late: Lateness of each period [s].
+        cost: Of each period, from waking to sleeping [s].
+        missed: Periods left out because the one before was too late.
+    """
+
+    late: Tally = field(default_factory=Tally)
+    cost: Tally = field(default_factory=Tally)
+    missed: int = 0
+
+
+class HapticLoop:
+    """The loop over a device; `run` returns when the force has faded.
+
+    Args:
+        config: What to do.
+        memory: Shared with the network process.
+        device: To be read and written.
+        prefer: Ask the system for better scheduling.
+
+    Attributes:
+        statistics: How punctual the loop is.
+    """
+
+    def __init__(
+        self, config: LoopConfig, memory: SharedMemory, device: Device, *, prefer: bool = True
+    ) -> None:
+        self._config = config
+        self._memory = memory
+        self._device = device
+        self._clock = SystemClock(config.clock_origin)
+        self._settings = LoopSettings(config.law, config.simulation_period, config.limits)
+        self._state = LoopState()
+        self.statistics = Statistics()
+        self._scheduling = prefer_this_process() if prefer else "as it was"
+        self._started = self._clock.now()
+        self._heard = self._started
+        self._ends = math.inf
+
+    def run(self) -> None:
+        """Run until told to stop, orphaned, or the device fails."""
+        clock, period, statistics = self._clock, self._config.haptic_period, self.statistics
+        due = housekeeping = clock.now()
+        while due < self._ends:
+            due += period
+            clock.sleep_until(due)
+            now = clock.now()
+            late = now - due
+            self._period(now, late)
+            if now >= housekeeping:
+                housekeeping = now + HOUSEKEEPING
+                self._obey(now)
+                self._report()
+            statistics.late.add(late)
+            statistics.cost.add(clock.now() - now)
+            if late > period:
+                missed = int(late / period)
+                statistics.missed += missed
+                due += missed * period
+
+    def _period(self, now: float, late: float) -> None:
+        frame = self._memory.patch.read()
+        if frame is not None and self._ends == math.inf:
+            self._state = receive(self._state, Patch.decode(frame), now, self._settings)
+        sample = self._device.read(now)
+        self._state, output = step(self._state, sample, now, self._settings)
+        self._device.write(output.force)
+        self._publish(sample, output, now, late)
+
+    def _obey(self, now: float) -> None:
+        """Look for a heartbeat and the word to stop."""
+        command = self._memory.command.read()
+        if command is not None:
+            self._heard = now
+        told = command is not None and COMMAND.unpack(command)[1]
+        if self._ends == math.inf and (told or now - self._heard > ORPHANED_AFTER):
+            # From now on the server counts as silent, so the force fades before the end.
+            self._state = replace(self._state, arrived=-math.inf)
+            self._ends = now + self._config.limits.fade_time + 0.01
+
+    def _report(self) -> None:
+        statistics, safety = self.statistics, self._state.safety
+        self._memory.status.write(
+            status_json(
+                loop_hz=statistics.late.count / max(1e-9, self._clock.now() - self._started),
+                late_p50=statistics.late.quantile(0.5),
+                late_p99=statistics.late.quantile(0.99),
+                cost_p50=statistics.cost.quantile(0.5),
+                missed=statistics.missed,
+                mode=safety.mode.value,
+                fault=safety.fault,
+                scheduling=self._scheduling,
+            )
+        )
+
+    def _publish(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
+        patch, local = self._state.patch, output.local
+        tick = patch.tick if patch else 0
+        self._memory.sample.write(SAMPLE.pack(now, tick, *sample.position, *output.force))
+        self._memory.rows.append(
+            Row(
+                now,
+                *sample.position,
+                *output.force,
+                local.normal_force,
+                local.felt_from_others,
+                output.u_others,
+                local.indentation,
+                self._state.k_h,
+                patch.k_o if patch else 0.0,
+                sample.level,
+                self._state.safety.scale,
+                late,
+                tick,
+                now - self._state.arrived if patch else 0.0,
+            )
+        )
+
+
+def status_json(**values: object) -> bytes:
+    """A status as the network process reads it, cut to what its slot holds."""
+    values = {k: v[:300] if isinstance(v, str) else v for k, v in values.items()}
+    return json.dumps(values).encode()
+
+
+def main() -> None:
+    """Entry point of the process."""
+    # Ctrl-C reaches every process of a terminal; this one ends when its parent says so.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    config = LoopConfig.from_json(sys.argv[1])
+    memory = SharedMemory(config.memory)
+    try:
+        device = open_device(config)
+    except CohapticError as error:
+        memory.status.write(status_json(error=str(error)))
+        sys.exit(2)
+    # The loop makes no cycles; a collection could cost several periods.
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        HapticLoop(config, memory, device).run()
+    except CohapticError as error:
+        _let_go(device)
+        memory.status.write(status_json(error=str(error)))
+        sys.exit(2)
+    except Exception as error:
+        # The hand first, then the report.
+        _let_go(device)
+        memory.status.write(status_json(error=f"the haptic loop failed: {error!r}"))
+        raise
+    finally:
+        _let_go(device)
+        memory.close(remove=False)
+
+
+def _let_go(device: Device) -> None:
+    """Zero force, twice, then close; whatever the device answers."""
+    for _ in range(2):
+        with contextlib.suppress(CohapticError, OSError):
+            device.write(ZERO)
+    with contextlib.suppress(CohapticError, OSError):
+        device.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+"""When to send: so that a sample reaches the server just before the tick that uses it.
+
+The server reports how long each sample waited for its tick. A client that shifts its sending by a
+share of that wait locks to the server's ticks, whatever the delay between them, and its force is
+younger by half a tick in the mean than one sent at an unlucky phase.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+TARGET_WAIT = 0.003  # s; room for the jitter of two schedulers
+GAIN = 0.1  # share of the error that one report corrects
+
+
+@dataclass(frozen=True, slots=True)
+class Pacer:
+    """Schedule of a client's samples.
+
+    Args:
+        period: Between samples, N T [s].
+        due: When the next sample is to be sent [s].
+    """
+
+    period: float
+    due: float
+
+    def sent(self, now: float) -> Pacer:
+        """A sample was sent at `now`; missed ones are left out, the phase is kept."""
+        missed = max(0, int((now - self.due) / self.period))
+        return Pacer(self.period, self.due + (missed + 1) * self.period)
+
+    def reported(self, sample_wait: float) -> Pacer:
+        """The server reports how long a sample waited for its tick [s]."""
+        error = sample_wait - min(TARGET_WAIT, 0.5 * self.period)
+        # Earlier or later, whichever is nearer: waits are known up to whole periods.
+        error = (error + 0.5 * self.period) % self.period - 0.5 * self.period
+        return Pacer(self.period, self.due + GAIN * error)

@@ -1,0 +1,49 @@
+"""What a client can be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.hands import HandScript
+from cohaptic.link import LinkSettings
+
+
+@dataclass(frozen=True, slots=True)
+class ClientSettings:
+    """Settings of one client.
+
+    Args:
+        url: Of the server.
+        name: Of the user.
+        law: Local model.
+        device: Its name in the catalogue.
+        loop_hz: Rate of the haptic loop, 1 / T.
+        max_force: Never more than this on the hand [N].
+        up: Injected latency from client to server.
+        down: Injected latency from server to client.
+        script: Of a simulated hand.
+        patience: How long to try to reach a server, at first and after it was lost [s].
+        duration: When to let go and leave; None for Ctrl-C [s].
+    """
+
+    url: str
+    name: str
+    law: Law = Law.PREDICTIVE
+    device: str = "simulated"
+    loop_hz: float = 1000.0
+    max_force: float = 10.0
+    up: LinkSettings = field(default_factory=LinkSettings)
+    down: LinkSettings = field(default_factory=LinkSettings)
+    script: HandScript = field(default_factory=HandScript)
+    patience: float = 0.0
+    duration: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.max_force <= 100.0:
+            raise SettingError("max force", f"{self.max_force} N", "above 0, at most 100 N")
+        if not self.name or len(self.name) > 32 or not self.name.isprintable():
+            raise SettingError("name", repr(self.name), "1 to 32 printable characters")
+        if self.duration is not None and not self.duration > 0.0:
+            raise SettingError("duration", f"{self.duration} s", "above 0")

@@ -1,0 +1,143 @@
+"""Newest-value slots and a ring of rows in memory shared by a client's two processes.
+
+The network process and the haptic loop share one memory-mapped file. A slot holds one value; a
+write replaces it, a read never waits: no lock, so neither side can delay the other. A read that
+meets a write in progress sees a wrong checksum and keeps the value it had, until the next period.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import struct
+import tempfile
+import zlib
+from collections.abc import Iterable
+
+from cohaptic.record import COLUMNS, Row
+
+_HEAD = struct.Struct("<QII")  # version, length, checksum of version and payload
+_ROW = struct.Struct(f"<{len(COLUMNS)}d")
+_COUNT = struct.Struct("<Q")
+RING_ROWS = 8192  # 2 s at 4 kHz; the network process empties it 20 times a second
+
+
+class Slot:
+    """One value of at most `capacity` bytes at a fixed place of a buffer."""
+
+    def __init__(self, memory: mmap.mmap, offset: int, capacity: int) -> None:
+        self._memory = memory
+        self._offset = offset
+        self._capacity = capacity
+        self._version = 0
+
+    @staticmethod
+    def size(capacity: int) -> int:
+        """Bytes that a slot of `capacity` takes."""
+        return _HEAD.size + capacity
+
+    def write(self, payload: bytes) -> None:
+        """Replace the value."""
+        assert len(payload) <= self._capacity
+        self._version += 1
+        check = zlib.crc32(payload, self._version & 0xFFFFFFFF)
+        frame = _HEAD.pack(self._version, len(payload), check) + payload
+        self._memory[self._offset : self._offset + len(frame)] = frame
+
+    def read(self) -> bytes | None:
+        """The value if it is new since the last call, else None."""
+        start = self._offset
+        head = self._memory[start : start + _HEAD.size]
+        version, length, check = _HEAD.unpack(head)
+        if version == self._version or length > self._capacity:
+            return None
+        payload = self._memory[start + _HEAD.size : start + _HEAD.size + length]
+        if zlib.crc32(payload, version & 0xFFFFFFFF) != check:
+            return None
+        self._version = version
+        return payload
+
+
+class RowRing:
+    """The last `RING_ROWS` rows of the loop; a slow reader loses the oldest."""
+
+    def __init__(self, memory: mmap.mmap, offset: int) -> None:
+        self._memory = memory
+        self._offset = offset
+        self._count = 0
+
+    @staticmethod
+    def size() -> int:
+        """Bytes that the ring takes."""
+        return _COUNT.size + RING_ROWS * _ROW.size
+
+    def append(self, row: Row) -> None:
+        """Write one row."""
+        at = self._offset + _COUNT.size + (self._count % RING_ROWS) * _ROW.size
+        _ROW.pack_into(self._memory, at, *row)
+        self._count += 1
+        _COUNT.pack_into(self._memory, self._offset, self._count)
+
+    def read_new(self) -> list[Row]:
+        """Rows since the last call, oldest first."""
+        (count,) = _COUNT.unpack_from(self._memory, self._offset)
+        # The writer may be overwriting the oldest of a full ring: leave a margin.
+        first = max(self._count, count - RING_ROWS + 64)
+        self._count = count
+        return [self._row(i) for i in range(first, count)]
+
+    def _row(self, i: int) -> Row:
+        at = self._offset + _COUNT.size + (i % RING_ROWS) * _ROW.size
+        return Row._make(_ROW.unpack_from(self._memory, at))
+
+
+class SharedMemory:
+    """All that the two processes share.
+
+    Attributes:
+        patch: Newest patch frame; network to loop.
+        sample: Newest tip and force; loop to network.
+        command: Heartbeat and stop flag; network to loop.
+        status: State, statistics and trouble of the loop as JSON; loop to network.
+        rows: What the loop did in each period.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        with open(path, "r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), _TOTAL)
+        offsets = _offsets(_SLOTS.values())
+        self.patch, self.sample, self.command, self.status = (
+            Slot(self._memory, offset, capacity)
+            for offset, capacity in zip(offsets, _SLOTS.values(), strict=False)
+        )
+        self.rows = RowRing(self._memory, offsets[-1])
+
+    @classmethod
+    def create(cls) -> SharedMemory:
+        """Make the file and map it."""
+        handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm")
+        with os.fdopen(handle, "wb") as file:
+            file.truncate(_TOTAL)
+        return cls(path)
+
+    def close(self, *, remove: bool) -> None:
+        """Unmap; `remove` deletes the file."""
+        self._memory.close()
+        if remove and os.path.exists(self.path):
+            os.unlink(self.path)
+
+
+_SLOTS = {"patch": 128, "sample": 128, "command": 16, "status": 1024}
+
+
+def _offsets(capacities: Iterable[int]) -> list[int]:
+    """Where each slot begins, and behind the last one the ring."""
+    offsets = [0]
+    for capacity in capacities:
+        # On a cache line of its own, so that the two writers do not slow each other.
+        offsets.append(offsets[-1] + -(-Slot.size(capacity) // 64) * 64)
+    return offsets
+
+
+_TOTAL = _offsets(_SLOTS.values())[-1] + RowRing.size()

@@ -1,0 +1,1 @@
+"""Elastic bodies, one per file, behind the Protocol in `body.py`. No I/O."""

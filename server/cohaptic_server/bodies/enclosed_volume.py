@@ -1,0 +1,48 @@
+"""Volume inside a closed triangle surface, V = sum a . (b x c) / 6, with both derivatives.
+
+Its gradient times a pressure is the force of the water on the vertices; its Hessian times the
+pressure is the stiffness of a pressure that follows the surface. On a closed surface both are
+unchanged by a translation, so an unheld balloon can be moved at no cost.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from cohaptic_server.bodies.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.bodies.mesh import Floats, Ints
+
+
+def volume(x: Floats, faces: Ints) -> float:
+    """Enclosed volume [m^3] of vertices `x`, shape (n, 3)."""
+    a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
+    return float(np.einsum("mi,mi->", a, np.cross(b, c))) / 6.0
+
+
+def volume_gradient(x: Floats, faces: Ints) -> Floats:
+    """dV/dx, shape (3 n,) [m^2]."""
+    a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
+    corners = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
+    return scatter_vector(corners, faces, len(x))
+
+
+def volume_hessian(x: Floats, faces: Ints) -> sp.csr_array:
+    """d2V/dx2, symmetric, shape (3 n, 3 n) [m]."""
+    corners = x[faces]  # (m, 3, 3)
+    blocks = np.zeros((len(faces), 3, 3, 3, 3))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        # d(x_i x x_j)/dx_i = -[x_j]x: the gradient at corner k moves with the other two.
+        blocks[:, k, :, i, :] = -_skew(corners[:, j]) / 6.0
+        blocks[:, k, :, j, :] = _skew(corners[:, i]) / 6.0
+    return scatter_matrix(blocks, faces, len(x))
+
+
+def _skew(v: Floats) -> Floats:
+    """[v]x with [v]x w = v x w, shape (m, 3, 3)."""
+    out = np.zeros((len(v), 3, 3))
+    out[:, 0, 1], out[:, 0, 2] = -v[:, 2], v[:, 1]
+    out[:, 1, 0], out[:, 1, 2] = v[:, 2], -v[:, 0]
+    out[:, 2, 0], out[:, 2, 1] = -v[:, 1], v[:, 0]
+    return out

@@ -1,0 +1,107 @@
+"""A closed triangle surface as a frozen value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from cohaptic.errors import BodyError
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Each face carries SPLIT^2 quadrature points: a contact then slides over the mesh without a step.
+SPLIT = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Quadrature:
+    """Points spread evenly over a surface, for pressures that do not end at a vertex.
+
+    Args:
+        points: Shape (q, 3) [m].
+        areas: Share of the surface that each stands for, shape (q,) [m^2].
+        vertices: Corners of each point's face, shape (q, 3).
+        shares: Barycentric coordinates, shape (q, 3).
+        tree: Of `points`.
+    """
+
+    points: Floats
+    areas: Floats
+    vertices: Ints
+    shares: Floats
+    tree: cKDTree
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """Vertices and faces of a resting surface, and what follows from them.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
+
+    Attributes:
+        tree: Nearest-vertex search.
+        rings: Faces round each vertex, padded with its first one, shape (n, valence).
+        quadrature: Points on the faces.
+    """
+
+    vertices: Floats
+    faces: Ints
+    tree: cKDTree = field(init=False)
+    rings: Ints = field(init=False)
+    quadrature: Quadrature = field(init=False)
+
+    def __post_init__(self) -> None:
+        x, faces = self.vertices, self.faces
+        if x.ndim != 2 or x.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+            raise BodyError(f"a surface needs (n, 3) vertices and faces: {x.shape}, {faces.shape}")
+        object.__setattr__(self, "tree", cKDTree(x))
+        object.__setattr__(self, "rings", _rings(faces, len(x)))
+        object.__setattr__(self, "quadrature", _quadrature(x, faces))
+        for array in (x, faces, self.rings):
+            array.setflags(write=False)
+
+
+def face_area_vectors(x: Floats, faces: Ints) -> Floats:
+    """Normal of each face times its area, shape (m, 3) [m^2]."""
+    a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def _rings(faces: Ints, n: int) -> Ints:
+    """Faces round each vertex as a rectangular table; a row repeats its first face to fill up."""
+    order = np.argsort(faces.ravel(), kind="stable")
+    counts = np.bincount(faces.ravel(), minlength=n)
+    if counts.min(initial=1) == 0:
+        raise BodyError(f"vertex {int(counts.argmin())} belongs to no face")
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    column: Ints = np.arange(int(counts.max()), dtype=np.int64)
+    where = starts[:, None] + np.where(column[None, :] < counts[:, None], column[None, :], 0)
+    return np.asarray(order[where] // 3, dtype=np.int64)
+
+
+def _quadrature(x: Floats, faces: Ints) -> Quadrature:
+    """Centroids of SPLIT^2 equal triangles in each face."""
+    shares: list[tuple[float, float, float]] = []
+    for i in range(SPLIT):
+        for j in range(SPLIT - i):
+            up = np.array([i + 1 / 3, j + 1 / 3])
+            shares.append((*up / SPLIT, 1 - up.sum() / SPLIT))
+            if i + j < SPLIT - 1:
+                down = np.array([i + 2 / 3, j + 2 / 3])
+                shares.append((*down / SPLIT, 1 - down.sum() / SPLIT))
+    table = np.array(shares)  # (SPLIT^2, 3)
+    points = np.einsum("sk,mki->msi", table, x[faces]).reshape(-1, 3)
+    areas = np.linalg.norm(face_area_vectors(x, faces), axis=1) / len(table)
+    return Quadrature(
+        points,
+        np.repeat(areas, len(table)),
+        np.repeat(faces, len(table), axis=0),
+        np.tile(table, (len(faces), 1)),
+        cKDTree(points),
+    )

@@ -1,0 +1,20 @@
+"""Meshes that we make ourselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+from cohaptic_server.bodies.mesh import Floats, Ints
+
+
+def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
+    """A sphere of nearly equal triangles; each subdivision has four times the faces.
+
+    Returns:
+        Vertices (n, 3) [m] and faces (m, 3); n is 42, 162, 642, 2562 for 1 to 4 subdivisions.
+    """
+    sphere = trimesh.creation.icosphere(  # pyright: ignore[reportUnknownMemberType]
+        subdivisions=subdivisions, radius=radius
+    )
+    return np.array(sphere.vertices, dtype=np.float64), np.array(sphere.faces, dtype=np.int64)

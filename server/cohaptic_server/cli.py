@@ -1,0 +1,70 @@
+"""`cohaptic serve`."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sys
+from typing import Annotated
+
+import typer
+from threadpoolctl import threadpool_limits
+
+from cohaptic.interrupt import until_interrupted
+from cohaptic_server.app import CohapticServer
+from cohaptic_server.bodies.catalogue import BODIES, build_body
+from cohaptic_server.settings import ServerSettings
+
+
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
+    simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
+    body: Annotated[str, typer.Option(help=f"What is touched: {', '.join(BODIES)}.")] = "balloon",
+    max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
+    lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
+) -> None:
+    """Own a soft object that everybody can touch; ends with Ctrl-C.
+
+    There is no access control yet: whoever reaches the port can touch. Listen on another address
+    than 127.0.0.1 only in a network you trust.
+    """
+    logging.basicConfig(
+        stream=sys.stderr,
+        level=logging.WARNING if quiet else logging.INFO,
+        format="%(asctime)s %(message)s",
+        datefmt="%H:%M:%S",
+    )
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
+    settings = ServerSettings(host, port, simulation_hz, body, max_users)
+    asyncio.run(until_interrupted(_serve(settings), lifeline=lifeline))
+
+
+async def _serve(settings: ServerSettings) -> None:
+    server = CohapticServer(build_body(settings.body), settings)
+    url = await server.start()
+    # The first line is for scripts that start a server and wait for its address.
+    print(f"listening {url}", flush=True)
+    logging.info(
+        "%s at %g Hz; touch it with: cohaptic touch %s --name NAME",
+        settings.body,
+        settings.simulation_hz,
+        url,
+    )
+    if settings.host not in ("127.0.0.1", "::1", "localhost"):
+        logging.warning("listening on %s without access control", settings.host)
+    try:
+        # A tick's products are small. Spread over threads they wait for the slowest, and beside
+        # real-time haptic loops on the same cores that was 30 ms instead of 1 ms.
+        with threadpool_limits(limits=1):
+            await server.run()
+    finally:
+        logging.info(
+            "stopped after %d ticks, %d left out; a tick took %.2f ms in the median, %.2f ms at the"
+            " 99th percentile",
+            server.tick_cost.count,
+            server.overruns,
+            1e3 * server.tick_cost.quantile(0.5),
+            1e3 * server.tick_cost.quantile(0.99),
+        )

@@ -1,0 +1,163 @@
+"""Where a probe touches a body: the point of the surface, the pressure under it, the normal.
+
+A contact is found on the surface *free of the client's own force*, so that pressing harder does not
+move the point that is pressed. It is the point from which the probe lies along the normal, with
+point, displacement and normal averaged over the pressure: the nearest point of a faceted surface
+jumps from face to face under a probe that sinks in, this one slides. Positions on the surface are
+those of the resting mesh; the probe is taken back by the displacement under it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+
+_NEAREST = 3  # vertices whose faces are searched
+_ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
+_CLOSE = 1e-6  # m along the surface; below what a hand or a device resolves
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """One probe's place on a body.
+
+    Args:
+        point: On the resting surface, shape (3,) [m].
+        vertices: Under the pressure, shape (k,).
+        weights: Share of each, shape (k,); they sum to 1.
+        normal: Outward unit normal of the free surface, averaged over the pressure, shape (3,).
+    """
+
+    point: Floats
+    vertices: Ints
+    weights: Floats
+    normal: Floats
+
+    def load(self, force: float) -> Load:
+        """A frictionless press of `force` [N] here."""
+        return Load(self.vertices, self.weights, -self.normal, force)
+
+    def moved(self, displacement: Floats) -> Floats:
+        """The contact point on the surface displaced by `displacement` (n, 3), shape (3,) [m]."""
+        return np.asarray(self.point + self.weights @ displacement[self.vertices])
+
+
+def locate(
+    mesh: SurfaceMesh,
+    probe: Floats,
+    free: Floats,
+    *,
+    radius: float,
+    hint: Contact | None = None,
+) -> Contact:
+    """Find the contact of a probe with the free surface.
+
+    Args:
+        mesh: Resting surface.
+        probe: Tip, shape (3,) [m].
+        free: Displacement of the vertices without this probe's own force, shape (n, 3) [m].
+        radius: Of the pressure [m].
+        hint: The contact of the tick before.
+    """
+    if hint is None:
+        contact = _contact_at(mesh, nearest_point(mesh, probe), free, radius)
+    else:
+        # A hand at rest stays here: only the normal can have turned.
+        contact = replace(hint, normal=_normal(mesh, hint.vertices, hint.weights, free))
+    for _ in range(_ITERATIONS):
+        off = probe - contact.moved(free)
+        slide = off - (off @ contact.normal) * contact.normal
+        if np.abs(slide).max() < _CLOSE:
+            break
+        contact = _contact_at(mesh, nearest_point(mesh, contact.point + slide), free, radius)
+    return contact
+
+
+def _contact_at(mesh: SurfaceMesh, point: Floats, free: Floats, radius: float) -> Contact:
+    vertices, weights = pressure(mesh, point, radius)
+    return Contact(point, vertices, weights, _normal(mesh, vertices, weights, free))
+
+
+def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Floats) -> Floats:
+    """Unit normal of the displaced surface, averaged over the pressure, shape (3,)."""
+    faces = np.unique(mesh.rings[vertices])
+    table = np.zeros(len(mesh.vertices))
+    table[vertices] = weights
+    corners = mesh.faces[faces]
+    moved = mesh.vertices[corners] + free[corners]  # (f, 3, 3)
+    vectors = np.cross(moved[:, 1] - moved[:, 0], moved[:, 2] - moved[:, 0])
+    normal = table[corners].sum(axis=1) @ vectors
+    return np.asarray(normal / np.linalg.norm(normal))
+
+
+def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Floats]:
+    """Vertices under a pressure round `point`, and the share of the force on each.
+
+    The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point hands its part
+    to the corners of its face. A radius below the mesh's resolution ends on the nearest point.
+
+    Returns:
+        Vertices (k,) and weights (k,) that sum to 1.
+    """
+    q = mesh.quadrature
+    under = q.tree.query_ball_point(point, radius)
+    if not under:
+        under = [int(q.tree.query(point)[1])]
+    gap = q.points[under] - point
+    profile = np.maximum(1.0 - np.einsum("qi,qi->q", gap, gap) / radius**2, 1e-12)
+    shares = (profile * q.areas[under])[:, None] * q.shares[under]
+    table = np.bincount(q.vertices[under].ravel(), weights=shares.ravel())
+    vertices = np.flatnonzero(table)
+    weights = table[vertices]
+    return vertices, weights / weights.sum()
+
+
+def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
+    """Nearest point of the resting surface, searched on the faces round the nearest vertices."""
+    near = np.atleast_1d(mesh.tree.query(p, k=min(_NEAREST, len(mesh.vertices)))[1])
+    corners = mesh.vertices[mesh.faces[np.unique(mesh.rings[near])]]  # (f, 3, 3)
+    candidates = nearest_on_triangles(corners, p)
+    gap = candidates - p
+    return np.asarray(candidates[np.einsum("fi,fi->f", gap, gap).argmin()])
+
+
+def nearest_on_triangles(corners: Floats, p: Floats) -> Floats:
+    """Nearest point of each triangle to `p`.
+
+    The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
+
+    Args:
+        corners: Shape (f, 3, 3) [m].
+        p: Shape (3,) [m].
+
+    Returns:
+        Shape (f, 3) [m].
+    """
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    u, v, w = b - a, c - a, p - a
+    uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
+    wu, wv = _dot(w, u), _dot(w, v)
+    det = np.maximum(uu * vv - uv * uv, 1e-300)
+    s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
+    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
+    foot = a + s[:, None] * u + t[:, None] * v
+    edges = np.stack(
+        [_nearest_on_edge(a, b, p), _nearest_on_edge(b, c, p), _nearest_on_edge(c, a, p)]
+    )
+    gap = edges - p
+    best = np.einsum("efi,efi->ef", gap, gap).argmin(axis=0)
+    return np.where(inside[:, None], foot, edges[best, np.arange(len(corners))])
+
+
+def _nearest_on_edge(a: Floats, b: Floats, p: Floats) -> Floats:
+    u = b - a
+    s = np.clip(_dot(p - a, u) / np.maximum(_dot(u, u), 1e-300), 0.0, 1.0)
+    return np.asarray(a + s[:, None] * u)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return np.asarray(np.einsum("fi,fi->f", a, b))

@@ -1,0 +1,185 @@
+"""The processes of a demonstration: one server, one client per user, on loopback.
+
+Each is the ordinary `cohaptic serve` or `cohaptic touch`, with a pipe as its lifeline: it ends by
+itself when the pipe closes, also when this process dies.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from types import TracebackType
+
+from pydantic import ValidationError
+
+from cohaptic.errors import CohapticError
+from cohaptic.report import TouchStatus
+from cohaptic_server.demo.scene import Scene
+
+_START = 30.0  # s for a process to report
+_END = 8.0  # s for a process to end by itself
+
+
+class DemoFailed(CohapticError):
+    """A process of the demonstration did not do its part."""
+
+
+class Process:
+    """A subcommand of cohaptic with a lifeline; its output is read by a thread.
+
+    Attributes:
+        line: Newest line of its standard output; empty before the first.
+    """
+
+    def __init__(self, *arguments: str, log: Path) -> None:
+        self.line = ""
+        self._log = log
+        self._first = threading.Event()
+        with log.open("wb") as errors:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "cohaptic", *arguments, "--lifeline"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                # Ctrl-C is for the parent; the children end in its order.
+                start_new_session=True,
+            )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for raw in self._process.stdout:
+            self.line = raw.decode(errors="replace").strip()
+            self._first.set()
+        self._first.set()
+
+    def first_line(self) -> str:
+        """Wait for the first line; raises DemoFailed with the process's own words."""
+        if not self._first.wait(_START) or not self.line:
+            raise DemoFailed(f"a process did not start: {self.words() or 'no word from it'}")
+        return self.line
+
+    def words(self) -> str:
+        """Last line of what it said to people."""
+        lines = self._log.read_text(errors="replace").strip().splitlines()
+        return lines[-1] if lines else ""
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._process.pid
+
+    def let_end(self) -> None:
+        """Close the lifeline; the process lets go and ends."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+
+    def wait(self) -> None:
+        """Wait for the end; kill the process when it does not come."""
+        try:
+            self._process.wait(_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._reader.join(1.0)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+
+class Stage:
+    """All processes of a scene, as a context manager; leaving it ends them, the clients first.
+
+    Args:
+        scene: To be shown.
+        folder: For recordings and logs.
+
+    Attributes:
+        users: Clients by name.
+        server: The server.
+        url: Where it listens.
+    """
+
+    def __init__(self, scene: Scene, folder: Path) -> None:
+        self._scene, self._folder = scene, folder
+        self.users: dict[str, Process] = {}
+        self.server = Process(
+            "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
+            log=folder / "server.log",
+        )  # fmt: skip
+        self.url = ""
+
+    def __enter__(self) -> Stage:
+        try:
+            self.url = self.server.first_line().removeprefix("listening ")
+            for user in range(self._scene.users):
+                self.add_user(user)
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add_user(self, user: int) -> Process:
+        """Start the client of user number `user` (from 0)."""
+        scene, script = self._scene, self._scene.script(user)
+        name = scene.names[user]
+        process = Process(
+            "touch", self.url,
+            "--name", name,
+            "--law", scene.law.value,
+            "--delay-ms", f"{1e3 * scene.delay:g}",
+            "--jitter-ms", f"{1e3 * scene.jitter:g}",
+            "--seed", str(scene.seed + user),
+            "--angle", repr(math.degrees(script.angle)),
+            "--depth-mm", repr(1e3 * script.depth),
+            "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
+            "--record", str(self.recording(name)),
+            "--json-lines",
+            log=self._folder / f"{name}.log",
+        )  # fmt: skip
+        self.users[name] = process
+        return process
+
+    def recording(self, name: str) -> Path:
+        """Where a user's recording is written when it ends."""
+        return self._folder / f"{name}.npz"
+
+    def statuses(self) -> list[TouchStatus]:
+        """What each user says of itself now."""
+        return [self._status(name, process) for name, process in self.users.items()]
+
+    @staticmethod
+    def _status(name: str, process: Process) -> TouchStatus:
+        if not process.running:
+            return TouchStatus(name=name, state=f"gone: {process.words()}")
+        try:
+            return TouchStatus.model_validate_json(process.line or "{}")
+        except ValidationError:
+            return TouchStatus(name=name, state="connecting")
+
+    def close(self) -> None:
+        """End every client, then the server."""
+        for process in self.users.values():
+            process.let_end()
+        for process in self.users.values():
+            process.wait()
+        self.server.let_end()
+        self.server.wait()

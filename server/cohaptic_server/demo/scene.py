@@ -1,0 +1,89 @@
+"""Who stands where round the body and does what, and what they would feel without a network."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.hands import HandScript, Rhythm
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
+from cohaptic_server.room import describe
+
+PRESS_DEPTH = 0.02  # m that the first user wants to press into the body
+REST_DEPTH = 0.01  # m that the others want to
+_SETTLE = 1.5  # s for a press, and for the hands to come to rest once nothing is late
+_ROUND_TRIPS = 5.0  # that news needs to die out between two hands
+MEASURE = 0.6  # s at the end of each press and release in which forces are compared
+_JOIN = 3.0  # s for the hands to be engaged and at the body
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A demonstration.
+
+    Args:
+        users: How many hands, evenly round the body; the first presses, the others rest.
+        delay: Injected, one way, in both directions [s].
+        jitter: Largest extra delay, one way [s].
+        law: Local model of every client.
+        simulation_hz: Ticks per second.
+        seed: Of the jitter.
+        duration: Of the demonstration [s]; None for no end.
+    """
+
+    users: int = 2
+    delay: float = 0.08
+    jitter: float = 0.0
+    law: Law = Law.PREDICTIVE
+    simulation_hz: float = 60.0
+    seed: int = 0
+    duration: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.users <= 16:
+            raise SettingError("number of users", self.users, "from 2 to 16")
+        if self.duration is not None and not 2.0 <= self.duration <= 86400.0:
+            raise SettingError("duration", f"{self.duration:g} s", "from 2 s to a day")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the users: left, right, and numbers for the rest."""
+        return ("left", "right", *(f"user{i}" for i in range(3, self.users + 1)))
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Where each user stands [rad]; `right` is opposite `left`, the rest fill the circle."""
+        opposite = self.users // 2
+        order = [0, opposite, *(i for i in range(1, self.users) if i != opposite)]
+        return tuple(math.pi + 2.0 * math.pi * i / self.users for i in order)
+
+    @property
+    def rhythm(self) -> Rhythm:
+        """Of the pressing hand: long enough for forces to settle, short enough for the duration."""
+        half = _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
+        if self.duration is not None:
+            half = min(half, 0.5 * max(1.0, self.duration - _JOIN))
+        return Rhythm(2.0 * half)
+
+    def script(self, user: int) -> HandScript:
+        """What user number `user` (from 0) does."""
+        return HandScript(
+            angle=self.angles[user],
+            depth=PRESS_DEPTH if user == 0 else REST_DEPTH,
+            rhythm=self.rhythm if user == 0 else None,
+        )
+
+
+def truth(scene: Scene, body: Body, *, pressed: bool) -> Equilibrium:
+    """Equilibrium of body and hands while the first hand presses, or while it is off."""
+    info = describe(body)
+    hands: list[RestingHand] = []
+    for user in range(scene.users):
+        script = scene.script(user)
+        level = 1.0 if pressed or user > 0 else 0.0
+        tip = script.intention(info.center, info.radius).tip(level)
+        hands.append(RestingHand(tip, script.hand.stiffness))
+    return solve(body, hands)

@@ -1,0 +1,131 @@
+"""Who is in, and what they do to the body. A state machine without I/O.
+
+Presence (samples) is state: each user writes only its own, the newest replaces the last, and
+silence removes it. Joining and leaving are events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control import BodyInfo, Hello, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.patch import Patch
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.world import Touch, WorldState, advance
+
+STALE_AFTER = 0.5  # s without a sample: the user's force is let go until the next one
+REPLACE_AFTER = 2.0  # s without a sample: another client may take the name over
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A user in the room.
+
+    Args:
+        user: Its number; never used twice.
+        hello: What it said when it came.
+        touch: Newest sample; None before the first.
+        heard: When it was last heard of [s].
+    """
+
+    user: int
+    hello: Hello
+    touch: Touch | None
+    heard: float
+
+
+class Room:
+    """The users of one body."""
+
+    def __init__(self, body: Body, settings: ServerSettings) -> None:
+        self.body = body
+        self.settings = settings
+        self.world = WorldState()
+        self.members: dict[int, Member] = {}
+        self._next_user = 1
+
+    def join(self, hello: Hello, now: float) -> tuple[Welcome, UserJoined, int | None]:
+        """Take a user in.
+
+        Returns:
+            Its welcome, the news for the others, and the number of a silent user of the same name
+            whose place it takes, if any; the caller ends that one's session.
+
+        Raises:
+            RemoteProtocolError: The name is in use, or the room is full.
+        """
+        holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
+        if holder is not None and now - holder.heard < REPLACE_AFTER:
+            names = ", ".join(sorted(m.hello.name for m in self.members.values()))
+            raise RemoteProtocolError(
+                "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
+            )
+        if holder is None and len(self.members) >= self.settings.max_users:
+            limit = f"at most {self.settings.max_users}"
+            raise RemoteProtocolError(
+                "number of users", len(self.members) + 1, limit, CloseCode.ROOM_FULL
+            )
+        if holder is not None:
+            self.leave(holder.user)
+        user = self._next_user
+        self._next_user += 1
+        present = tuple(m.hello.name for m in self.members.values())
+        self.members[user] = Member(user, hello, None, now)
+        welcome = Welcome(
+            user=user,
+            name=hello.name,
+            simulation_period=self.settings.simulation_period,
+            body=describe(self.body),
+            users=present,
+        )
+        return welcome, UserJoined(user=user, name=hello.name), holder.user if holder else None
+
+    def sample(self, user: int, sample: ContactSample, now: float) -> None:
+        """Keep the newest sample of a user."""
+        member = self.members[user]
+        touch = Touch(
+            user=user,
+            law=member.hello.law,
+            max_stiffness=member.hello.max_stiffness,
+            max_force=member.hello.max_force,
+            probe=sample.probe,
+            force=sample.force,
+            seq=sample.seq,
+            t_client=sample.t_client,
+            arrived=now,
+        )
+        self.members[user] = replace(member, touch=touch, heard=now)
+
+    def leave(self, user: int, reason: str = "left") -> UserLeft | None:
+        """A user is gone; its force fades in the world. None if it was not in."""
+        member = self.members.pop(user, None)
+        if member is None:
+            return None
+        return UserLeft(user=user, name=member.hello.name, reason=reason)
+
+    def tick(self, now: float) -> dict[int, Patch]:
+        """Advance the world by one period; the patch of each user by number.
+
+        A user whose samples stopped still gets patches, without force: it may be alive and
+        listening behind a stalled uplink.
+        """
+        touches = [
+            replace(member.touch, fresh=now - member.heard <= STALE_AFTER)
+            for member in self.members.values()
+            if member.touch is not None
+        ]
+        dt = self.settings.simulation_period
+        self.world, patches = advance(self.body, self.world, touches, now=now, dt=dt)
+        return patches
+
+
+def describe(body: Body) -> BodyInfo:
+    """What the welcome says of a body: its bounding sphere about the middle of its box."""
+    x = body.mesh.vertices
+    center = 0.5 * (x.min(axis=0) + x.max(axis=0))
+    radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
+    where = (float(center[0]), float(center[1]), float(center[2]))
+    return BodyInfo(name=body.name, center=where, radius=radius, contact_radius=body.contact_radius)

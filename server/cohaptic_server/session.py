@@ -1,0 +1,158 @@
+"""One client's session as a state machine without I/O.
+
+    AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
+         |                    |                  |
+         +---- error, or no hello in time, or refused ----> CLOSED
+
+The shell feeds what came (`receive`), asks for events, writes `data_to_send`, and closes when
+`close` is set. A broken rule never raises at the shell: it becomes an error message to the client
+and a close code, and touches nobody else.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control import (
+    Bye,
+    Error,
+    Hello,
+    ServerControl,
+    Welcome,
+    decode_client_control,
+    encode_control,
+)
+from cohaptic.protocol.patch import Patch
+from cohaptic_server.outbox import MAX_EVENTS, Outbox
+
+HELLO_TIMEOUT = 5.0  # s
+
+
+class State(Enum):
+    """Where a session is in its life."""
+
+    AWAIT_HELLO = "waits for hello"
+    GREETED = "waits for the room"
+    JOINED = "joined"
+    CLOSED = "closed"
+
+
+Event = Hello | ContactSample | Bye
+
+# Which message may come in which state; everything else breaks the protocol.
+ALLOWED: dict[State, tuple[type[Event], ...]] = {
+    State.AWAIT_HELLO: (Hello,),
+    State.GREETED: (),
+    State.JOINED: (ContactSample, Bye),
+    State.CLOSED: (),
+}
+
+
+class ServerSession:
+    """The server's half of the protocol with one client.
+
+    Args:
+        now: When the connection was made [s].
+
+    Attributes:
+        state: Where the session is.
+        close: Code and reason once the connection is to be closed.
+    """
+
+    def __init__(self, now: float) -> None:
+        self.state = State.AWAIT_HELLO
+        self.close: tuple[int, str] | None = None
+        self._deadline = now + HELLO_TIMEOUT
+        self._events: list[Event] = []
+        self.outbox = Outbox()
+        self._last_seq = 0
+
+    def receive(self, data: str | bytes, now: float) -> None:
+        """Take one message from the client."""
+        self.handle_timer(now)
+        if self.state is State.CLOSED:
+            return
+        try:
+            message = self._decode(data)
+        except ProtocolError as error:
+            self.fail(error)
+            return
+        if isinstance(message, ContactSample):
+            # A stream keeps order, so a sequence number that falls is a client's mistake.
+            if message.seq <= self._last_seq:
+                limit = f"more than the last one, {self._last_seq}"
+                self.fail(RemoteProtocolError("seq of a contact sample", message.seq, limit))
+                return
+            self._last_seq = message.seq
+        elif isinstance(message, Hello):
+            self.state = State.GREETED
+        self._events.append(message)
+        if isinstance(message, Bye):
+            self._end(1000, "bye")
+
+    def events(self) -> list[Event]:
+        """What happened since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def accept(self, welcome: Welcome) -> None:
+        """The room has taken this client in."""
+        assert self.state is State.GREETED
+        self.state = State.JOINED
+        self.send(welcome)
+
+    def fail(self, error: ProtocolError) -> None:
+        """End the session because of `error` and tell the client."""
+        if self.state is State.CLOSED:
+            return
+        self.send(Error(code=error.code.value, message=str(error)))
+        self._end(error.code.value, str(error))
+
+    def stop(self) -> None:
+        """End the session because the server stops."""
+        if self.state is not State.CLOSED:
+            self._end(CloseCode.SERVER_STOPS.value, "the server stops")
+
+    def send(self, message: ServerControl) -> None:
+        """Queue an event for the client."""
+        if not self.outbox.put_event(encode_control(message)):
+            reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
+            self._end(CloseCode.TOO_SLOW.value, reason)
+
+    def send_patch(self, patch: Patch) -> None:
+        """Offer the newest patch to the client."""
+        if self.state is State.JOINED:
+            self.outbox.put_patch(patch.encode())
+
+    def next_deadline(self) -> float | None:
+        """When `handle_timer` is to be called at the latest [s]."""
+        return self._deadline if self.state is State.AWAIT_HELLO else None
+
+    def handle_timer(self, now: float) -> None:
+        """Notice that time has passed."""
+        if self.state is State.AWAIT_HELLO and now >= self._deadline:
+            error = RemoteProtocolError(
+                "time without a hello",
+                f"{HELLO_TIMEOUT:g} s",
+                "a hello within it",
+                CloseCode.HELLO_TIMEOUT,
+            )
+            self.fail(error)
+
+    def _decode(self, data: str | bytes) -> Event:
+        message = (
+            ContactSample.decode(data) if isinstance(data, bytes) else decode_client_control(data)
+        )
+        if not isinstance(message, ALLOWED[self.state]):
+            allowed = " or ".join(kind.__name__ for kind in ALLOWED[self.state]) or "nothing yet"
+            raise RemoteProtocolError(
+                "message", type(message).__name__, f"{allowed}: {self.state.value}"
+            )
+        return message
+
+    def _end(self, code: int, reason: str) -> None:
+        self.state = State.CLOSED
+        # RFC 6455: the reason of a close frame has at most 123 bytes.
+        self.close = (code, reason.encode()[:120].decode(errors="ignore"))

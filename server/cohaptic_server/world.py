@@ -1,0 +1,214 @@
+"""The world advances by one simulation period: forces in, patches out. No I/O.
+
+Order within a tick: find each contact on the surface free of its own force, let the body respond to
+all forces at once, then cut one patch per user. A user who is gone, or whose samples stopped, lets
+go over `RELEASE_TIME`: nobody else's force jumps because a cable was pulled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from cohaptic.control.gains import choose_gain, coupled_stiffness
+from cohaptic.control.law import Law
+from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.vec import Vec3
+from cohaptic_server.bodies.body import Body, Response
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.contact import Contact, locate
+
+RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
+REACH = 0.03  # m above the surface: further off a probe carries no force
+RIGID = 1e-6  # m/N; a contact on what is held has no compliance, and a stiffness has a limit
+NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The newest that is known of one user.
+
+    Args:
+        user: Its number.
+        law: Local model it runs.
+        max_stiffness: Of its device [N/m].
+        max_force: Of its device [N].
+        probe: Tip [m].
+        force: On the hand [N].
+        seq: Of the sample; 0 before the first.
+        t_client: Stamp of the sample, on the client's clock [s].
+        arrived: When the sample came, on the server's clock [s].
+        fresh: Whether samples still come; the force of a stale one is let go.
+    """
+
+    user: int
+    law: Law
+    max_stiffness: float
+    max_force: float
+    probe: Vec3
+    force: Vec3
+    seq: int
+    t_client: float
+    arrived: float
+    fresh: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class UserState:
+    """What the world remembers of a user between ticks.
+
+    Args:
+        touch: Its newest sample.
+        contact: Where it was.
+        presence: Share of its force that the body carries, from 0 to 1.
+        force: Normal force that the body carries [N].
+    """
+
+    touch: Touch
+    contact: Contact
+    presence: float
+    force: float
+
+
+@dataclass(frozen=True, slots=True)
+class WorldState:
+    """The world between two ticks.
+
+    Args:
+        tick: Number of the last tick; 0 before the first.
+        users: By number, in the order of the response's loads.
+        response: Of the body at that tick.
+    """
+
+    tick: int = 0
+    users: Mapping[int, UserState] = field(default_factory=lambda: MappingProxyType({}))
+    response: Response | None = None
+
+
+def advance(
+    body: Body, state: WorldState, touches: Iterable[Touch], *, now: float, dt: float
+) -> tuple[WorldState, dict[int, Patch]]:
+    """One simulation tick.
+
+    Args:
+        body: The deformable object.
+        state: The world after the last tick.
+        touches: Of every user who is here.
+        now: Time of this tick on the server's clock [s].
+        dt: Simulation period N T [s].
+
+    Returns:
+        The world after this tick, and a patch for each of `touches`.
+    """
+    here = {touch.user: touch for touch in touches}
+    users = _carry_over(state.users, here, dt)
+    placed = [_place(body, state, user) for user in users]
+    response = body.respond([u.contact.load(u.force) for u in placed], state.response)
+    free = [user.contact.moved(response.free(i, user.force)) for i, user in enumerate(placed)]
+    nearness = np.array([_nearness(u, point) for u, point in zip(placed, free, strict=True)])
+    tick = state.tick + 1
+    patches = {
+        user.touch.user: _cut(user, i, free[i], response, nearness, tick=tick, now=now)
+        for i, user in enumerate(placed)
+        if user.touch.user in here
+    }
+    after = MappingProxyType({user.touch.user: user for user in placed})
+    return WorldState(tick, after, response), patches
+
+
+@dataclass(frozen=True, slots=True)
+class _Present:
+    touch: Touch
+    presence: float
+
+
+def _carry_over(
+    before: Mapping[int, UserState], here: Mapping[int, Touch], dt: float
+) -> list[_Present]:
+    """Who takes part in this tick: those heard, rising to full presence; the others, falling."""
+    step = dt / RELEASE_TIME
+    present: list[_Present] = []
+    for number, user in before.items():
+        touch = here.get(number, replace(user.touch, fresh=False))
+        presence = user.presence + (step if touch.fresh else -step)
+        if number in here or presence > 0.0:
+            present.append(_Present(touch, min(1.0, max(0.0, presence))))
+    present += [_Present(touch, min(1.0, step)) for n, touch in here.items() if n not in before]
+    return present
+
+
+def _place(body: Body, state: WorldState, present: _Present) -> UserState:
+    """Find the contact on the surface of the last tick, and the force that counts there."""
+    touch = present.touch
+    probe = np.array(touch.probe)
+    before = state.users.get(touch.user)
+    free = _free_before(body, state, touch.user)
+    contact = locate(
+        body.mesh,
+        probe,
+        free,
+        radius=body.contact_radius,
+        hint=None if before is None else before.contact,
+    )
+    height = contact.normal @ (probe - contact.moved(free))
+    pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
+    force = present.presence * pressed if height < REACH else 0.0
+    return UserState(touch, contact, present.presence, force)
+
+
+def _free_before(body: Body, state: WorldState, user: int) -> Floats:
+    if state.response is None:
+        return np.zeros_like(body.mesh.vertices)
+    if user not in state.users:
+        return state.response.displacement
+    return state.response.free(list(state.users).index(user), state.users[user].force)
+
+
+def _nearness(user: UserState, point: Floats) -> float:
+    """How much a user counts as a neighbour: 1 in contact or about to be, 0 out of reach."""
+    height = float(user.contact.normal @ (np.array(user.touch.probe) - point))
+    fade = (REACH - height) / (REACH - NEAR)
+    return 1.0 if user.force > 0.0 else min(1.0, max(0.0, fade))
+
+
+def _cut(
+    user: UserState,
+    i: int,
+    x_free: Floats,
+    response: Response,
+    nearness: Floats,
+    *,
+    tick: int,
+    now: float,
+) -> Patch:
+    """The patch of one user."""
+    touch, contact = user.touch, user.contact
+    weights = nearness.copy()
+    weights[i] = 1.0
+    row = (response.compliance[i] * weights).tolist()
+    c_ii = row[i] = max(row[i], RIGID)
+    return Patch(
+        tick=tick,
+        seq=touch.seq,
+        t_server=now,
+        t_client=touch.t_client,
+        sample_wait=max(0.0, now - touch.arrived),
+        geometry=Geometry.PLANE,
+        x_free=_vec(x_free),
+        normal=_vec(contact.normal),
+        curvature=0.0,
+        k_o=1.0 / c_ii,
+        k_o_coupled=coupled_stiffness(row),
+        c_ii=c_ii,
+        k_h=choose_gain(touch.law, row, i, max_stiffness=touch.max_stiffness),
+        integral_gain=0.0,
+        own_force=user.force,
+        u_others=float(contact.normal @ (x_free - contact.point)),
+    )
+
+
+def _vec(a: Floats) -> Vec3:
+    return (float(a[0]), float(a[1]), float(a[2]))

@@ -1,0 +1,63 @@
+"""The command line `cohaptic`: finds the subcommands that the installed packages bring.
+
+Server and client register their commands as entry points; this module imports neither, so the
+direction of imports holds and a client-only install needs no server code.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import entry_points
+
+import typer
+
+from cohaptic import __version__
+from cohaptic.errors import CohapticError
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Run `cohaptic` with the given arguments (default: those of the process)."""
+    arguments = sys.argv[1:] if argv is None else argv
+    try:
+        build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
+    except CohapticError as error:
+        # Foreseen trouble is one sentence, never a traceback.
+        typer.echo(f"cohaptic: {error}", err=True)
+        sys.exit(2)
+
+
+def build_app(only: str | None = None) -> typer.Typer:
+    """Collect the subcommands into one application.
+
+    Args:
+        only: Load just this one, if it exists: `touch` then starts without the server's libraries.
+    """
+    app = typer.Typer(
+        help="Several people touch one soft object over a network and feel each other through it.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+
+    def version(value: bool) -> None:
+        if value:
+            typer.echo(f"cohaptic {__version__}")
+            raise typer.Exit
+
+    @app.callback()
+    def root(  # pyright: ignore[reportUnusedFunction]  # typer keeps it
+        _version: bool = typer.Option(
+            False, "--version", callback=version, is_eager=True, help="Print the version and exit."
+        ),
+    ) -> None:
+        """Several people touch one soft object over a network and feel each other through it."""
+
+    found = entry_points(group="cohaptic.commands")
+    ordered = sorted(found, key=lambda entry: _ORDER.get(entry.name, len(_ORDER)))
+    for entry in found.select(name=only or "") or ordered:
+        app.command(name=entry.name)(entry.load())
+    return app
+
+
+_ORDER = {"demo": 0, "serve": 1, "touch": 2}  # as a newcomer meets them

@@ -1,0 +1,1 @@
+"""The control law: local models, gains, geometry. Pure functions of numbers."""

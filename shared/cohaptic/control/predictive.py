@@ -1,0 +1,20 @@
+"""The predictive local model, science 3.3.
+
+The server sends the surface free of this client's own force; the client solves its own contact at
+the haptic rate. Nothing of its own force comes back late, so alone it is exact at any delay.
+"""
+
+from __future__ import annotations
+
+
+def predictive_force(depth_free: float, *, k_h: float) -> float:
+    """Normal force f = K (x_h - x_free).
+
+    Args:
+        depth_free: Of the probe below the surface free of its own force [m].
+        k_h: Gain K_i [N/m]; exact at 1 / C_ii, capped by `gains.choose_gain`.
+
+    Returns:
+        Force on the hand along the outward normal [N].
+    """
+    return k_h * depth_free if depth_free > 0.0 else 0.0

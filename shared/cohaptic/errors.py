@@ -1,0 +1,131 @@
+"""The tree of exceptions.
+
+    CohapticError                  everything that cohaptic raises on purpose
+        SettingError               a value given by the user is outside its limits
+        ProtocolError              a message broke the rules
+            LocalProtocolError     ours: a bug on this side
+            RemoteProtocolError    the peer's: ends that peer's session and no other
+        DeviceError                a haptic device cannot be opened, read or written
+        ServerLost                 the server cannot be reached, or went away
+        BodyError                  an elastic body cannot be built or solved
+        LinkOverflow               more is in flight on a simulated link than it may hold
+
+Each exception stores fields and makes its sentence from them, so that a log can count them and a
+person can read them.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class CloseCode(Enum):
+    """WebSocket close codes of cohaptic, in the range that RFC 6455 leaves to applications."""
+
+    BAD_MESSAGE = 4400
+    HELLO_TIMEOUT = 4408
+    NAME_TAKEN = 4409
+    WRONG_VERSION = 4426
+    ROOM_FULL = 4429
+    TOO_SLOW = 4430
+    SERVER_STOPS = 4503
+
+
+class CohapticError(Exception):
+    """Base of every exception that cohaptic raises on purpose."""
+
+
+class SettingError(CohapticError):
+    """A value given by the user is outside its limits."""
+
+    def __init__(self, name: str, value: object, limit: str) -> None:
+        super().__init__(name, value, limit)
+        self.name = name
+        self.value = value
+        self.limit = limit
+
+    def __str__(self) -> str:
+        return f"{self.name} is {self.value}; it must be {self.limit}"
+
+
+class ProtocolError(CohapticError):
+    """A message broke the rules of `docs/protocol.md`.
+
+    Args:
+        what: The message or field at fault.
+        value: What came.
+        limit: What would have been valid.
+        code: How the connection is closed because of it.
+    """
+
+    def __init__(
+        self, what: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
+    ) -> None:
+        super().__init__(what, value, limit, code)
+        self.what = what
+        self.value = value
+        self.limit = limit
+        self.code = code
+
+    def __str__(self) -> str:
+        return f"{self.what} is {_short(self.value)}; expected {self.limit}"
+
+
+class LocalProtocolError(ProtocolError):
+    """This side tried to break the protocol: a bug here."""
+
+
+class RemoteProtocolError(ProtocolError):
+    """The peer broke the protocol; its session ends, nobody else's does."""
+
+
+class DeviceError(CohapticError):
+    """A haptic device cannot be opened, read or written.
+
+    Args:
+        device: Name of the device.
+        problem: What happened.
+        advice: What the user can do.
+    """
+
+    def __init__(self, device: str, problem: str, advice: str = "") -> None:
+        super().__init__(device, problem, advice)
+        self.device = device
+        self.problem = problem
+        self.advice = advice
+
+    def __str__(self) -> str:
+        return f"{self.device}: {self.problem}" + (f"; {self.advice}" if self.advice else "")
+
+
+class ServerLost(CohapticError):
+    """The server cannot be reached, or went away."""
+
+    def __init__(self, url: str, problem: str) -> None:
+        super().__init__(url, problem)
+        self.url = url
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return f"{self.url}: {self.problem}"
+
+
+class BodyError(CohapticError):
+    """An elastic body cannot be built or solved."""
+
+
+class LinkOverflow(CohapticError):
+    """A simulated link holds more messages than it may."""
+
+    def __init__(self, capacity: int) -> None:
+        super().__init__(capacity)
+        self.capacity = capacity
+
+    def __str__(self) -> str:
+        return f"the simulated link is full: {self.capacity} messages are in flight, the limit"
+
+
+def _short(value: object, limit: int = 60) -> str:
+    """One line of a value that a stranger may have chosen."""
+    text = repr(value)
+    return text if len(text) <= limit else text[:limit] + "..."

@@ -1,0 +1,180 @@
+"""A simulated hand: its mechanics, and what it intends to do, as values.
+
+The client integrates a hand at the rate of its device; the server's reference solution only needs
+its stiffness and its intention. Both read them here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from cohaptic.errors import SettingError
+from cohaptic.vec import Vec3, add, scale
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """Second-order hand that follows an intention (science 3.4 gives the ranges of real ones).
+
+    Args:
+        mass: Hand and device together [kg].
+        damping: Towards the point where the intention is at rest [N s/m].
+        stiffness: Of the spring between intention and tip [N/m].
+    """
+
+    mass: float = 0.15
+    damping: float = 8.0
+    stiffness: float = 400.0
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("hand mass", self.mass, 0.01, 5.0),
+            ("hand damping", self.damping, 0.0, 100.0),
+            ("hand stiffness", self.stiffness, 1.0, 5000.0),
+        ):
+            if not low <= value <= high:
+                raise SettingError(name, value, f"from {low} to {high}")
+
+
+@dataclass(frozen=True, slots=True)
+class Rhythm:
+    """Release and press, again and again, half of the time each.
+
+    Args:
+        period: Of one release and press [s].
+    """
+
+    period: float
+
+    def __post_init__(self) -> None:
+        if not 0.1 <= self.period <= 3600.0:
+            raise SettingError("rhythm", f"{self.period:g} s", "from 0.1 to 3600 s")
+
+    @property
+    def ramp(self) -> float:
+        """Time that one press or one release takes [s]."""
+        return min(0.3, 0.2 * self.period)
+
+    def level(self, t: float) -> float:
+        """How far pressed at `t` [s], from 0 to 1: released first, pressed in the second half."""
+        t = t % self.period
+        half = 0.5 * self.period
+        if t < half:
+            return 1.0 - _ease(t / self.ramp) if t < self.ramp else 0.0
+        return _ease((t - half) / self.ramp)
+
+
+@dataclass(frozen=True, slots=True)
+class Intention:
+    """Where a hand wants its tip to be, over time.
+
+    The tip waits at `start`, approaches `surface` along `direction`, and then rests or presses
+    `depth` beyond it.
+
+    Args:
+        surface: Point of the resting surface in front of the hand [m].
+        direction: Unit vector into the body.
+        depth: Beyond `surface` when pressed [m].
+        clearance: In front of `surface` before the approach and when released [m].
+        approach_at: When the approach begins [s].
+        approach_time: How long it takes [s].
+        rhythm: None to rest at `depth` for good.
+    """
+
+    surface: Vec3
+    direction: Vec3
+    depth: float
+    clearance: float = 0.01
+    approach_at: float = 0.0
+    approach_time: float = 0.5
+    rhythm: Rhythm | None = None
+
+    def level(self, t: float) -> float:
+        """How far pressed at `t` [s]: 0 in front of the surface, 1 at `depth`."""
+        since = t - self.approach_at
+        if since <= 0.0:
+            return 0.0
+        if self.rhythm is None:
+            return _ease(since / self.approach_time)
+        # A rhythm begins with its release, which the hand has behind it here.
+        return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
+
+    def tip(self, level: float) -> Vec3:
+        """Intended position of the tip at a level [m]."""
+        travel = -self.clearance + (self.clearance + self.depth) * level
+        return add(self.surface, scale(self.direction, travel))
+
+    def at(self, t: float) -> Vec3:
+        """Intended position of the tip at `t` [m]."""
+        return self.tip(self.level(t))
+
+
+@dataclass(frozen=True, slots=True)
+class HandScript:
+    """Where round a body a simulated hand stands, and what it does there.
+
+    Args:
+        angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
+        depth: How far into the body it wants to press [m].
+        rhythm: Press and release in this rhythm; None to rest.
+        approach_at: When it first comes [s].
+        hand: Its mechanics.
+    """
+
+    angle: float = math.pi
+    depth: float = 0.015
+    rhythm: Rhythm | None = None
+    approach_at: float = 1.0
+    hand: Hand = field(default_factory=Hand)
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.depth <= 0.2:
+            raise SettingError("depth of a hand", f"{1e3 * self.depth:g} mm", "from 0 to 200 mm")
+        if not math.isfinite(self.angle):
+            raise SettingError("angle of a hand", self.angle, "a finite number")
+
+    def intention(self, center: Vec3, radius: float) -> Intention:
+        """The hand's intention at a body inside the sphere of `radius` [m] round `center` [m]."""
+        out: Vec3 = (math.cos(self.angle), math.sin(self.angle), 0.0)
+        return Intention(
+            surface=add(center, scale(out, radius)),
+            direction=scale(out, -1.0),
+            depth=self.depth,
+            approach_at=self.approach_at,
+            rhythm=self.rhythm,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class HandState:
+    """Tip of a simulated hand."""
+
+    position: Vec3
+    velocity: Vec3
+
+
+def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> HandState:
+    """Advance a hand by `dt` under `force` on it; semi-implicit Euler, stable for dt <= 1 ms.
+
+    Args:
+        state: Position [m] and velocity [m/s] of the tip.
+        hand: Its mechanics.
+        target: Intended position [m].
+        force: Of the device on the hand [N].
+        dt: Step [s].
+    """
+    x, v = state.position, state.velocity
+    k, b, m = hand.stiffness, hand.damping, hand.mass
+    # The damping is taken implicitly: no step is then too long for it.
+    shrink = 1.0 / (1.0 + b * dt / m)
+    vx = (v[0] + dt * (k * (target[0] - x[0]) + force[0]) / m) * shrink
+    vy = (v[1] + dt * (k * (target[1] - x[1]) + force[1]) / m) * shrink
+    vz = (v[2] + dt * (k * (target[2] - x[2]) + force[2]) / m) * shrink
+    return HandState((x[0] + dt * vx, x[1] + dt * vy, x[2] + dt * vz), (vx, vy, vz))
+
+
+def _ease(s: float) -> float:
+    """From 0 to 1 without a corner at either end."""
+    s = min(1.0, max(0.0, s))
+    return s * s * (3.0 - 2.0 * s)

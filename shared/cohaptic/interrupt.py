@@ -1,0 +1,40 @@
+"""Ctrl-C and a polite kill end a coroutine by cancelling it, on every system."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+import threading
+from collections.abc import Coroutine
+from typing import Any
+
+
+async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
+    """Run `work` until it ends, or until something cancels it; its clean-up is awaited.
+
+    Args:
+        work: To be run.
+        lifeline: End when standard input closes too: a process that was started by another then
+            never outlives it, however that one dies.
+    """
+    task = asyncio.ensure_future(work)
+    loop = asyncio.get_running_loop()
+
+    def cancel(*_: object) -> None:
+        loop.call_soon_threadsafe(task.cancel)
+
+    def watch() -> None:
+        sys.stdin.buffer.read()
+        if not loop.is_closed():
+            cancel()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        # Not loop.add_signal_handler, which Windows lacks.
+        signal.signal(number, cancel)
+    if lifeline:
+        threading.Thread(target=watch, daemon=True).start()
+    try:
+        await task
+    except asyncio.CancelledError:
+        pass

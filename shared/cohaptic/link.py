@@ -1,0 +1,78 @@
+"""A simulated network link: delay and jitter with the semantics of a stream.
+
+A late frame delays those behind it and order is kept, as on TCP: independent jitter that reorders
+messages would test something that a websocket never does.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from cohaptic.errors import LinkOverflow, SettingError
+
+T = TypeVar("T")
+
+MAX_DELAY = 5.0
+CAPACITY = 4096  # messages in flight; 10 s (delay and jitter) at 200 Hz is 2,000
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """One direction of a link.
+
+    Args:
+        delay: One way [s].
+        jitter: Largest extra delay [s]; each message draws uniformly from [0, jitter].
+        seed: Same seed, same draws.
+    """
+
+    delay: float = 0.0
+    jitter: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("delay", "jitter"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= MAX_DELAY:
+                raise SettingError(f"{name} of a link", f"{value} s", f"from 0 to {MAX_DELAY} s")
+
+
+class DelayLine(Generic[T]):
+    """Holds what was pushed until it is due; pure but for its memory, `now` is an argument."""
+
+    def __init__(self, settings: LinkSettings) -> None:
+        self.settings = settings
+        self._random = random.Random(settings.seed)
+        self._items: deque[tuple[float, T]] = deque()
+        self._last_due = float("-inf")
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def push(self, item: T, now: float) -> float:
+        """Send `item` at `now`; returns when it is due [s].
+
+        Raises:
+            LinkOverflow: `CAPACITY` messages are in flight already.
+        """
+        if len(self._items) >= CAPACITY:
+            raise LinkOverflow(CAPACITY)
+        extra = self._random.uniform(0.0, self.settings.jitter)
+        # Stream semantics: never before the message in front.
+        self._last_due = max(self._last_due, now + self.settings.delay + extra)
+        self._items.append((self._last_due, item))
+        return self._last_due
+
+    def next_due(self) -> float | None:
+        """When the next message is due [s]; None when the line is empty."""
+        return self._items[0][0] if self._items else None
+
+    def pop_due(self, now: float) -> list[T]:
+        """Take every message that is due at `now`, in order."""
+        due: list[T] = []
+        while self._items and self._items[0][0] <= now:
+            due.append(self._items.popleft()[1])
+        return due

@@ -1,0 +1,170 @@
+"""Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
+
+client -> server    hello, bye
+server -> client    welcome, user_joined, user_left, error
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from cohaptic.control.law import Law
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import Vec3
+
+MAX_TEXT = 4096  # characters of one control message
+M = TypeVar("M")
+
+# Printable, one line: names are shown in terminals and pages.
+Name = Annotated[
+    str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
+]
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Hello(_Message):
+    """First message of a client.
+
+    Args:
+        protocol: Version of the wire that the client speaks.
+        name: How the others see this user; unique in the room.
+        law: Local model that the client runs.
+        max_stiffness: Largest gain that the device renders stably [N/m].
+        max_force: Largest force that the client lets the device give; the body takes no more [N].
+    """
+
+    type: Literal["hello"] = "hello"
+    protocol: int
+    name: Name
+    law: Law = Law.PREDICTIVE
+    max_stiffness: float = Field(default=1000.0, gt=0.0, le=1e6)
+    max_force: float = Field(default=10.0, gt=0.0, le=100.0)
+
+
+class Bye(_Message):
+    """A client lets go and leaves."""
+
+    type: Literal["bye"] = "bye"
+
+
+class BodyInfo(_Message):
+    """What a client needs to find the body before its first patch.
+
+    Args:
+        name: Of the body.
+        center: Of its resting surface in the world frame [m].
+        radius: Of the sphere round `center` that holds the resting surface [m].
+        contact_radius: Of the pressure under a contact (science 3.5) [m].
+    """
+
+    name: str
+    center: Vec3
+    radius: float
+    contact_radius: float
+
+
+class Welcome(_Message):
+    """The server's answer to a hello it accepts.
+
+    Args:
+        protocol: Version of the wire that the server speaks.
+        user: Number of this user in the room.
+        name: The name under which it joined.
+        simulation_period: Time between patches, N T [s].
+        body: The body that everybody touches.
+        users: Names of those who are here already.
+    """
+
+    type: Literal["welcome"] = "welcome"
+    protocol: int = PROTOCOL_VERSION
+    user: int
+    name: Name
+    simulation_period: float = Field(gt=0.0)
+    body: BodyInfo
+    users: tuple[str, ...]
+
+
+class UserJoined(_Message):
+    """Somebody else came."""
+
+    type: Literal["user_joined"] = "user_joined"
+    user: int
+    name: str
+
+
+class UserLeft(_Message):
+    """Somebody else left."""
+
+    type: Literal["user_left"] = "user_left"
+    user: int
+    name: str
+    reason: str
+
+
+class Error(_Message):
+    """Why the server ends this session; the close follows."""
+
+    type: Literal["error"] = "error"
+    code: int
+    message: str
+
+
+ClientControl = Hello | Bye
+ServerControl = Welcome | UserJoined | UserLeft | Error
+
+_CLIENT: TypeAdapter[ClientControl] = TypeAdapter(
+    Annotated[ClientControl, Field(discriminator="type")]
+)
+_SERVER: TypeAdapter[ServerControl] = TypeAdapter(
+    Annotated[ServerControl, Field(discriminator="type")]
+)
+
+
+def encode_control(message: ClientControl | ServerControl) -> str:
+    """The JSON text of a control message."""
+    return message.model_dump_json()
+
+
+def decode_client_control(text: str) -> ClientControl:
+    """What a client said; raises RemoteProtocolError, whatever the text.
+
+    A hello of another protocol version is reported as that, even when the rest of it has changed.
+    """
+    message = _decode(_CLIENT, text)
+    if isinstance(message, Hello) and message.protocol != PROTOCOL_VERSION:
+        raise wrong_version(message.protocol)
+    return message
+
+
+def decode_server_control(text: str) -> ServerControl:
+    """What the server said; raises RemoteProtocolError, whatever the text."""
+    return _decode(_SERVER, text)
+
+
+def wrong_version(theirs: object) -> RemoteProtocolError:
+    """The error for a peer that speaks another version."""
+    return RemoteProtocolError(
+        "protocol version",
+        theirs,
+        f"{PROTOCOL_VERSION}: install the same cohaptic on both sides",
+        CloseCode.WRONG_VERSION,
+    )
+
+
+def _decode(adapter: TypeAdapter[M], text: str) -> M:
+    if len(text) > MAX_TEXT:
+        raise RemoteProtocolError("control message length", len(text), f"<= {MAX_TEXT} characters")
+    try:
+        return adapter.validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "control message"
+        if where.endswith("protocol"):
+            raise wrong_version(first["input"]) from error
+        raise RemoteProtocolError(where, first["input"], str(first["msg"])) from error

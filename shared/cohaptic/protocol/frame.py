@@ -1,0 +1,70 @@
+"""What the binary frames have in common: the header, and checks of what a stranger sent.
+
+A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the body of its kind.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from enum import IntEnum
+
+from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import Vec3, norm
+
+MAX_FRAME_BYTES = 128
+MAX_POSITION = 10.0  # m; nobody's workspace reaches further from the body
+MAX_FORCE = 100.0  # N; several times what any haptic device gives
+HEADER = struct.Struct("<BBH")
+
+
+class FrameKind(IntEnum):
+    """Second byte of every binary frame."""
+
+    CONTACT_SAMPLE = 1
+    PATCH = 2
+
+
+def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
+    """Check length, version and kind of a frame; returns its flags.
+
+    Raises:
+        RemoteProtocolError: The first thing that is wrong, with the value and what was expected.
+    """
+    if len(data) < HEADER.size:
+        raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")
+    version, got, flags = HEADER.unpack_from(data)
+    if version != PROTOCOL_VERSION:
+        raise RemoteProtocolError(
+            "frame's protocol version", version, str(PROTOCOL_VERSION), CloseCode.WRONG_VERSION
+        )
+    if got != kind:
+        raise RemoteProtocolError("frame kind", got, f"{kind.value} ({kind.name.lower()})")
+    if len(data) != size:
+        raise RemoteProtocolError(f"{kind.name.lower()} length", len(data), f"{size} bytes")
+    return int(flags)
+
+
+def check_finite(what: str, *values: float, remote: bool) -> None:
+    """Raise unless every value is a finite number."""
+    for value in values:
+        if not math.isfinite(value):
+            raise _error(remote)(what, value, "a finite number")
+
+
+def check_vector(what: str, value: Vec3, limit: float, unit: str, *, remote: bool) -> None:
+    """Raise unless `value` is finite and no longer than `limit`."""
+    check_finite(what, *value, remote=remote)
+    if norm(value) > limit:
+        raise _error(remote)(f"length of {what}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
+
+
+def check_range(what: str, value: float, low: float, high: float, *, remote: bool) -> None:
+    """Raise unless low <= value <= high; NaN raises too."""
+    if not low <= value <= high:
+        raise _error(remote)(what, value, f"from {low:g} to {high:g}")
+
+
+def _error(remote: bool) -> type[LocalProtocolError] | type[RemoteProtocolError]:
+    return RemoteProtocolError if remote else LocalProtocolError

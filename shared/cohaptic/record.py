@@ -1,0 +1,48 @@
+"""What the haptic loop writes down every period: one row of numbers, columns by name."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Row(NamedTuple):
+    """One haptic period.
+
+    Fields:
+        t: Time on the client's clock [s].
+        x, y, z: Probe [m].
+        fx, fy, fz: Force given to the device [N].
+        wanted: Normal force that the law asked for, before the safety layer [N].
+        felt_from_others: Part of the force that is there because others touch [N].
+        u_others: Displacement of the contact point by the others, along the normal [m].
+        indentation: Of the surface under the probe [m].
+        k_h: Gain in use [N/m].
+        k_o: Stiffness of the body at the contact [N/m].
+        level: What a simulated hand intends, from 0 (off the surface) to 1 (pressed).
+        scale: Of the safety layer: 1 when the force is given in full.
+        late: How late the period began [s].
+        tick: Simulation tick of the patch in use.
+        patch_age: Time since that patch came [s].
+    """
+
+    t: float
+    x: float
+    y: float
+    z: float
+    fx: float
+    fy: float
+    fz: float
+    wanted: float
+    felt_from_others: float
+    u_others: float
+    indentation: float
+    k_h: float
+    k_o: float
+    level: float
+    scale: float
+    late: float
+    tick: float
+    patch_age: float
+
+
+COLUMNS = Row._fields

@@ -1,0 +1,41 @@
+"""What a running client says of itself, a line of JSON at a time; `cohaptic demo` reads it."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+
+class TouchStatus(BaseModel):
+    """State of one client.
+
+    Args:
+        name: Of the user.
+        state: In words: connecting, waiting, touching, free, server silent, stopped.
+        force: On the hand [N].
+        felt_from_others: Part of it that is there because others touch [N].
+        indentation: Of the surface under the probe [m].
+        k_o: Stiffness of the body at the contact [N/m].
+        k_h: Gain in use [N/m].
+        round_trip: Age of the own force in the newest patch, without its wait at the server [s].
+        loop_hz: Periods per second since the start.
+        loop_late_p99: Lateness of a period, 99th percentile [s].
+        loop_missed: Periods left out because the one before was too late.
+        level: What a simulated hand intends, 0 to 1.
+        fault: Why the safety layer keeps the force off; empty when it does not.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    state: str
+    force: float = 0.0
+    felt_from_others: float = 0.0
+    indentation: float = 0.0
+    k_o: float = 0.0
+    k_h: float = 0.0
+    round_trip: float = 0.0
+    loop_hz: float = 0.0
+    loop_late_p99: float = 0.0
+    loop_missed: int = 0
+    level: float = 0.0
+    fault: str = ""

@@ -1,0 +1,44 @@
+"""The network settings of a connection, each set on purpose.
+
+They are the same for every connection, at both ends, and explained in
+`docs/decisions/0004-network-settings.md`.
+"""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+WEBSOCKET_OPTIONS: dict[str, Any] = {
+    # Frames are packed already; deflate would cost 50 kB and some time per connection.
+    "compression": None,
+    # Samples and patches are at most a few deep: newest wins, so a long queue has no use.
+    "max_queue": (8, 2),
+    # Above this much unsent data `send` would wait; we never get there (see Outbox).
+    "write_limit": (65536, 16384),
+    "open_timeout": 5,
+    "close_timeout": 2,
+    # A peer that vanished without a word is noticed within 15 s; its force is let go after 0.5 s.
+    "ping_interval": 5,
+    "ping_timeout": 10,
+}
+# Bytes that may wait in the kernel. The default lets megabytes of old patches pile up behind a
+# stalled path; with this bound it is a few dozen, and the newest waits where it can be replaced.
+NOT_SENT_LOWAT = 4096
+USER_TIMEOUT_MS = 10_000
+
+
+def tune(sock: socket.socket) -> None:
+    """Set the options of a connected socket.
+
+    TCP_NODELAY is set here because asyncio leaves it off on some sockets that it did not create.
+    The others exist on Linux, and the first also on macOS; where they do not, the defaults stay.
+    """
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    for name, value in (
+        ("TCP_NOTSENT_LOWAT", NOT_SENT_LOWAT),
+        ("TCP_USER_TIMEOUT", USER_TIMEOUT_MS),
+    ):
+        option = getattr(socket, name, None)
+        if option is not None:
+            sock.setsockopt(socket.IPPROTO_TCP, option, value)

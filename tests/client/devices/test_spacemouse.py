@@ -1,0 +1,374 @@
+"""Laws of the SpaceMouse driver on a transport that a test fills with reports."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Iterable
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import DeviceError
+from cohaptic.vec import ZERO, Vec3, is_finite, norm, scale, sub
+from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
+from cohaptic_client.devices.spacemouse_reports import (
+    DEAD_BAND,
+    Buttons,
+    Motion,
+    decode,
+    without_dead_band,
+)
+
+CENTER: Vec3 = (0.1, -0.2, 0.3)
+REACH = 0.05
+MAX_SPEED = 0.15
+MAX_GAP = 0.02  # s; the driver's, which is also when the safety layer calls the loop stalled
+PERIOD = 0.001
+ROUNDING = 1e-12  # m; a cube of decimetres, added to in doubles
+
+int16s = st.integers(-(2**15), 2**15 - 1)
+counts = st.tuples(int16s, int16s, int16s)
+shares = st.floats(-1.0, 1.0)
+
+
+def report(kind: int, *values: int) -> list[int]:
+    return list(struct.pack(f"<B{len(values)}h", kind, *values))
+
+
+class FakeTransport:
+    def __init__(self, reports: Iterable[list[int]] = ()) -> None:
+        self.reports = deque(reports)
+        self.plugged = True
+        self.closed = 0
+
+    def read(self, max_length: int, /) -> list[int]:
+        if not self.plugged:
+            raise OSError("read error")
+        return self.reports.popleft()[:max_length] if self.reports else []
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def mouse_on(transport: FakeTransport, reach: float = REACH) -> SpaceMouse:
+    return SpaceMouse(transport, CENTER, reach=reach, max_speed=MAX_SPEED)
+
+
+short_report = st.builds(report, st.integers(0, 4), int16s, int16s, int16s)
+any_report = st.one_of(
+    st.binary(max_size=20).map(list),
+    short_report,
+    counts.map(lambda c: report(1, *c, *c)),
+)
+
+
+# Reports
+
+
+@given(st.one_of(any_report, st.lists(st.integers(), max_size=20)))
+def test_no_report_is_an_error(data: list[int]) -> None:
+    event = decode(data)
+    if isinstance(event, Motion):
+        parts = [part for part in (event.translation, event.rotation) if part is not None]
+        assert parts
+        assert all(-1.0 <= value <= 1.0 for part in parts for value in part)
+    else:
+        assert event is None or event.pressed >= 0
+
+
+@given(counts, counts)
+def test_devices_with_two_reports_and_with_a_long_one_mean_the_same(
+    translation: tuple[int, int, int], rotation: tuple[int, int, int]
+) -> None:
+    long = decode(report(1, *translation, *rotation))
+    first, second = decode(report(1, *translation)), decode(report(2, *rotation))
+    assert isinstance(long, Motion)
+    assert first == Motion(long.translation, None)
+    assert second == Motion(None, long.rotation)
+
+
+@given(short_report, st.integers(0, 5))
+def test_padding_by_the_host_changes_nothing(data: list[int], padding: int) -> None:
+    """Windows pads a report to the longest of its device."""
+    assert decode(data + [0] * padding) == decode(data)
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+@pytest.mark.parametrize("length", range(7))
+def test_a_truncated_motion_is_ignored(kind: int, length: int) -> None:
+    assert decode(report(kind, 350, 350, 350)[:length]) is None
+
+
+@pytest.mark.parametrize("length", range(7, 13))
+def test_of_a_truncated_long_motion_the_whole_half_counts(length: int) -> None:
+    assert decode(report(1, 350, 0, 0, 350, 350, 350)[:length]) == Motion((1.0, 0.0, 0.0), None)
+
+
+def test_axes_are_those_of_the_world() -> None:
+    right, toward_user, down = report(1, 350, 0, 0), report(1, 0, 350, 0), report(1, 0, 0, 350)
+    assert decode(right) == Motion((1.0, 0.0, 0.0), None)
+    assert decode(toward_user) == Motion((0.0, -1.0, 0.0), None)
+    assert decode(down) == Motion((0.0, 0.0, -1.0), None)
+    assert decode(report(2, 70, 70, 70)) == Motion(None, (0.2, -0.2, -0.2))
+
+
+def test_more_than_full_scale_is_full_scale() -> None:
+    assert decode(report(1, 351, -(2**15), -400)) == Motion((1.0, 1.0, 1.0), None)
+
+
+def test_a_bit_for_each_button() -> None:
+    left, right, pro_ctrl = decode([3, 0b01]), decode([3, 0b10, 0]), decode([3, 0, 0, 0, 0b10])
+    assert (left, right, pro_ctrl) == (Buttons(1), Buttons(2), Buttons(1 << 25))
+
+
+@given(shares, shares)
+def test_the_dead_band_is_odd_rising_and_without_a_jump(a: float, b: float) -> None:
+    (fa, fb, fz), (ga, _, _) = without_dead_band((a, b, 0.0)), without_dead_band((-a, b, 0.0))
+    assert fz == 0.0
+    assert ga == -fa
+    assert (fa - fb) * (a - b) >= 0.0
+    assert abs(fa - fb) <= abs(a - b) / (1.0 - DEAD_BAND) + 1e-15
+    assert fa == 0.0 or abs(a) > DEAD_BAND
+
+
+def test_the_dead_band_leaves_full_scale() -> None:
+    assert without_dead_band((1.0, -1.0, DEAD_BAND)) == (1.0, -1.0, 0.0)
+
+
+# Motion
+
+
+@given(st.lists(st.tuples(st.lists(any_report, max_size=3), st.floats(-0.1, 10.0)), max_size=40))
+def test_the_tip_stays_in_its_cube_and_below_its_speed(
+    periods: list[tuple[list[list[int]], float]],
+) -> None:
+    transport = FakeTransport()
+    reach = 0.004  # m; two periods at full speed lead from wall to wall
+    mouse = mouse_on(transport, reach)
+    now, last = 0.0, mouse.read(0.0)
+    for reports, dt in periods:
+        transport.reports.extend(reports)
+        now += dt
+        sample = mouse.read(now)
+        gap = max(0.0, min(dt, MAX_GAP))
+        for axis in range(3):
+            assert abs(sample.position[axis] - CENTER[axis]) <= reach + ROUNDING
+            assert abs(sample.velocity[axis]) <= MAX_SPEED
+            moved = sample.position[axis] - last.position[axis]
+            assert abs(moved) <= MAX_SPEED * gap + ROUNDING
+            # A wall may stop the tip earlier, and then nothing moves on.
+            if sample.velocity[axis] != 0.0:
+                assert moved == pytest.approx(sample.velocity[axis] * gap, abs=ROUNDING)
+        last = sample
+
+
+def test_the_tip_starts_at_rest_outside_of_what_is_round_the_center() -> None:
+    sample = mouse_on(FakeTransport()).read(5.0)
+    assert sample.velocity == ZERO
+    assert norm(sub(sample.position, CENTER)) == pytest.approx(REACH)
+    assert sample.position[1] < CENTER[1]  # on the user's side
+
+
+@given(counts.filter(lambda c: c[1] < -20), st.integers(1, 100))
+def test_the_last_deflection_holds(deflection: tuple[int, int, int], periods: int) -> None:
+    mouse = mouse_on(FakeTransport([report(1, *deflection)]))
+    start = mouse.read(0.0)
+    sample = start
+    for n in range(1, periods + 1):
+        sample = mouse.read(n * PERIOD)
+    assert sample.velocity == start.velocity != ZERO
+    way = scale(start.velocity, periods * PERIOD)
+    assert norm(sub(sub(sample.position, start.position), way)) < ROUNDING
+
+
+def test_letting_go_stops_the_tip() -> None:
+    transport = FakeTransport([report(1, 0, -350, 0)])
+    mouse = mouse_on(transport)
+    assert mouse.read(0.0).velocity == (0.0, MAX_SPEED, 0.0)
+    transport.reports.append(report(1, 0, 0, 0))
+    stopped = mouse.read(PERIOD)
+    assert stopped.velocity == ZERO
+    assert mouse.read(2 * PERIOD).position == stopped.position
+
+
+def test_a_cap_that_rests_off_zero_does_not_move_the_tip() -> None:
+    assert mouse_on(FakeTransport([report(1, 8, -8, 8)])).read(0.0).velocity == ZERO
+
+
+def test_rotation_buttons_and_rubbish_do_not_move_the_tip() -> None:
+    transport = FakeTransport([report(2, 350, 350, 350), [3, 255], [0x17, 100], [1, 2], []])
+    assert mouse_on(transport).read(0.0).velocity == ZERO
+
+
+def test_both_kinds_of_device_move_the_tip_alike() -> None:
+    old = FakeTransport([report(1, 200, -300, 100), report(2, 9, 9, 9)])
+    new = FakeTransport([report(1, 200, -300, 100, 9, 9, 9)])
+    samples = [[mouse.read(0.0), mouse.read(PERIOD)] for mouse in (mouse_on(old), mouse_on(new))]
+    assert samples[0] == samples[1]
+    assert samples[0][1].velocity[0] > 0.0
+
+
+@given(st.lists(counts, min_size=1, max_size=40))
+def test_the_newest_deflection_wins(deflections: list[tuple[int, int, int]]) -> None:
+    burst = FakeTransport()
+    for deflection in deflections:
+        burst.reports += [report(1, *deflection), report(2, 1, 2, 3), [3, 1]]
+    mouse = mouse_on(burst)
+    newest = mouse_on(FakeTransport([report(1, *deflections[-1])]))
+    assert mouse.read(0.0) == newest.read(0.0)
+    assert (mouse.skipped, newest.skipped) == (len(deflections) - 1, 0)
+    assert not burst.reports
+
+
+def test_a_device_that_never_stops_talking_does_not_hold_the_loop() -> None:
+    class Chatterbox(FakeTransport):
+        def read(self, max_length: int, /) -> list[int]:
+            self.closed += 1
+            assert self.closed < 1000, "the driver never stops reading"
+            return report(1, 0, -350, 0)
+
+    assert mouse_on(Chatterbox()).read(0.0).velocity == (0.0, MAX_SPEED, 0.0)
+
+
+def test_a_force_on_it_changes_nothing() -> None:
+    device: Device = mouse_on(FakeTransport([report(1, 0, -350, 0)]))
+    before = device.read(0.0)
+    device.write((1e9, -1e9, float("nan")))
+    assert device.read(0.0) == before
+    assert is_finite(device.read(PERIOD).position)
+    assert device.info.max_force == 0.0
+
+
+# The end
+
+
+def test_unplugging_is_a_device_error_with_advice() -> None:
+    transport = FakeTransport([report(1, 0, -350, 0)])
+    mouse = mouse_on(transport)
+    mouse.read(0.0)
+    transport.plugged = False
+    with pytest.raises(DeviceError, match=r"unplugged \(read error\); plug it in again"):
+        mouse.read(PERIOD)
+    mouse.close()
+    assert transport.closed == 1
+
+
+def test_closing_twice_closes_once_and_reading_on_is_a_device_error() -> None:
+    transport = FakeTransport()
+    mouse = mouse_on(transport)
+    mouse.close()
+    mouse.close()
+    assert transport.closed == 1
+    with pytest.raises(DeviceError, match="closed"):
+        mouse.read(0.0)
+
+
+# Opening
+
+
+class FakeHid(FakeTransport):
+    """A module of hidapi and the device it makes, in one; only `openable` paths open."""
+
+    def __init__(
+        self, entries: list[tuple[str, int, int, int, int]], openable: Iterable[str] = ()
+    ) -> None:
+        super().__init__([report(1, 0, -350, 0)])
+        self.entries = entries
+        self.openable = set(openable)
+        self.opened: list[str] = []
+        self.nonblocking = 0
+
+    def enumerate(self, vendor_id: int) -> list[dict[str, object]]:
+        names = ("path", "vendor_id", "product_id", "usage_page", "usage")
+        return [
+            dict(zip(names, entry, strict=True)) for entry in self.entries if entry[1] == vendor_id
+        ]
+
+    def device(self) -> FakeHid:
+        return self
+
+    def open_path(self, path: str) -> None:
+        if path not in self.openable:
+            raise OSError("open failed")
+        self.opened.append(path)
+
+    def set_nonblocking(self, on: int) -> int:
+        self.nonblocking = on
+        return 0
+
+
+def install(monkeypatch: pytest.MonkeyPatch, *, hidraw: object, hid: object) -> None:
+    """Put two things, None for nothing, where the driver looks for hidapi."""
+    monkeypatch.setitem(sys.modules, "hidraw", hidraw)
+    monkeypatch.setitem(sys.modules, "hid", hid)
+
+
+@pytest.mark.parametrize("other", [None, SimpleNamespace(Device=object, enumerate=list)])
+def test_without_hidapi_a_sentence_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, other: object
+) -> None:
+    """Nothing is called `hid`, or the other package of that name is."""
+    install(monkeypatch, hidraw=None, hid=other)
+    with pytest.raises(DeviceError, match=r"hidapi is missing, or hidden .*; run: pip"):
+        open_spacemouse(CENTER, reach=REACH)
+
+
+def test_hidraw_comes_before_hid_and_hid_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    hidraw = FakeHid([("raw", 0x256F, 0xC635, 1, 8)], ["raw"])
+    hid = FakeHid([("usb", 0x256F, 0xC635, 0, 0)], ["usb"])  # libusb does not tell the usage
+    install(monkeypatch, hidraw=hidraw, hid=hid)
+    open_spacemouse(CENTER, reach=REACH).close()
+    install(monkeypatch, hidraw=None, hid=hid)
+    open_spacemouse(CENTER, reach=REACH).close()
+    assert (hidraw.opened, hid.opened) == (["raw"], ["usb"])
+    assert (hidraw.closed, hid.closed) == (1, 1)
+
+
+def test_only_the_cap_of_a_spacemouse_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    entries = [
+        ("mouse of Logitech", 0x046D, 0xC077, 1, 2),
+        ("product of Logitech with a SpaceMouse's number", 0x046D, 0xC635, 1, 8),
+        ("receiver's keyboard", 0x256F, 0xC652, 1, 6),
+        ("someone else's", 0x1234, 0xC635, 1, 8),
+        ("in use", 0x256F, 0xC62E, 1, 8),
+        ("cap", 0x256F, 0xC652, 1, 8),
+    ]
+    everything_else = [path for path, *_ in entries if path != "in use"]
+    hid = FakeHid(entries, everything_else)
+    install(monkeypatch, hidraw=hid, hid=None)
+    mouse = open_spacemouse(CENTER, reach=REACH, max_speed=0.1)
+    assert hid.opened == ["cap"]
+    assert hid.nonblocking
+    assert mouse.read(0.0).velocity == (0.0, 0.1, 0.0)
+
+
+def test_no_spacemouse_is_a_device_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    install(monkeypatch, hidraw=FakeHid([("mouse", 0x046D, 0xC077, 1, 2)]), hid=None)
+    with pytest.raises(DeviceError, match="no SpaceMouse was found; plug one in"):
+        open_spacemouse(CENTER, reach=REACH)
+
+
+def test_without_the_right_to_open_it_a_rule_for_udev_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    install(monkeypatch, hidraw=FakeHid([("cap", 0x046D, 0xC626, 1, 8)]), hid=None)
+    with pytest.raises(DeviceError) as caught:
+        open_spacemouse(CENTER, reach=REACH)
+    assert 'ATTRS{idVendor}=="046d", TAG+="uaccess"' in caught.value.advice
+    assert "/etc/udev/rules.d/70-" in caught.value.advice  # before 73-seat-late.rules
+
+
+def test_importing_the_driver_loads_nothing_heavy_and_no_hidapi() -> None:
+    heavy = ("hid", "hidraw", "numpy", "asyncio", "pydantic")
+    code = (
+        "import sys, cohaptic_client.devices.spacemouse\n"
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,0 +1,54 @@
+"""The SpaceMouse driver on the real hidapi and a device that umockdev mocks; no root is needed."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+SCRIPT = Path(__file__).with_name("umock_spacemouse.py")
+UNAVAILABLE = 77  # exit status of the script
+FULL_SPEED = 0.15  # m/s
+REACH = 0.1  # m
+TOLERANCE = 1e-9  # m or m/s; rounding only
+
+
+def give_up(why: str) -> NoReturn:
+    """Skip for a developer, fail in CI, where the test must not be lost unnoticed."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(why)
+    pytest.skip(why)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="umockdev mocks devices of Linux only")
+def test_a_mocked_device_is_found_opened_read_and_unplugged(tmp_path: Path) -> None:
+    wrapper = shutil.which("umockdev-wrapper")
+    if wrapper is None:
+        give_up("umockdev is not installed; on Debian: umockdev gir1.2-umockdev-1.0 python3-gi")
+    command = [wrapper, sys.executable, str(SCRIPT), str(tmp_path)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    if run.returncode == UNAVAILABLE:
+        give_up(run.stdout.strip())
+    assert run.returncode == 0, run.stderr
+    seen = json.loads(run.stdout)
+
+    assert "no SpaceMouse was found" in seen["before"]
+    assert_sample(seen["rest"], [0.0, -REACH, 0.0], [0.0, 0.0, 0.0])
+    velocity = [FULL_SPEED, FULL_SPEED, FULL_SPEED]  # right, away from the user, up
+    assert_sample(seen["moved"], [0.0, -REACH, 0.0], velocity)
+    way = 0.01 * FULL_SPEED  # in 10 ms without a report
+    assert_sample(seen["held"], [way, way - REACH, way], velocity)
+    assert_sample(seen["stopped"], [way, way - REACH, way], [0.0, 0.0, 0.0])
+    assert "unplugged" in seen["unplugged"]
+    assert "no SpaceMouse was found" in seen["after"]
+
+
+def assert_sample(seen: list[list[float]], position: list[float], velocity: list[float]) -> None:
+    assert seen[0] == pytest.approx(position, abs=TOLERANCE)
+    assert seen[1] == pytest.approx(velocity, abs=TOLERANCE)

@@ -1,0 +1,134 @@
+"""A SpaceMouse Compact made by umockdev, and the driver on it; prints what happened as JSON.
+
+Run by `test_spacemouse_hid.py` as `umockdev-wrapper python umock_spacemouse.py DIRECTORY`; the
+directory is for a temporary file. Exit status 77 and a sentence: umockdev cannot be used here.
+
+The device end is a pseudo-terminal, a stream of bytes without the borders of reports, so one report
+is written at a time. Bursts are tested in `test_spacemouse.py`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import struct
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cohaptic.errors import DeviceError
+from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
+
+UNAVAILABLE = 77  # the status by which automake's tests say "skipped"
+NODE = "/dev/hidraw0"
+CENTER = (0.0, 0.0, 0.0)
+REACH = 0.1
+
+# Two reports of three int16 each, -350 to 350, of a multi-axis controller: HID 1.11, section 6.2.2.
+_AXES = "16 a2 fe  26 5e 01  75 10  95 03"  # logical limits, size of a report field, their number
+DESCRIPTOR = bytes.fromhex(
+    f"05 01  09 08  a1 01  {_AXES}"
+    "  a1 00  85 01  09 30  09 31  09 32  81 02  c0"  # report 1: X Y Z
+    "  a1 00  85 02  09 33  09 34  09 35  81 02  c0"  # report 2: Rx Ry Rz
+    "  c0"
+)
+
+
+def load_umockdev() -> Any:
+    # The system's `gi` is no wheel. Appended, so that nothing else of the system hides ours.
+    sys.path.append("/usr/lib/python3/dist-packages")
+    try:
+        gi: Any = importlib.import_module("gi")
+        gi.require_version("UMockdev", "1.0")
+        return importlib.import_module("gi.repository.UMockdev")
+    except (ImportError, ValueError) as error:
+        print(
+            f"umockdev cannot be used from Python {sys.version_info.major}."
+            f"{sys.version_info.minor}: {error}"
+        )
+        sys.exit(UNAVAILABLE)
+
+
+def plug_in(testbed: Any, directory: Path) -> str:
+    """Add the device as Linux shows it, and return the path of its hidraw node in sysfs."""
+    attributes = ["idVendor", "256f", "idProduct", "c635", "bcdDevice", "0431", "serial", ""]
+    attributes += ["manufacturer", "3Dconnexion", "product", "SpaceMouse Compact"]
+    usb = testbed.add_device("usb", "1-1", None, attributes, ["DEVTYPE", "usb_device"])
+    interface = testbed.add_device(
+        "usb", "1-1:1.0", usb, ["bInterfaceNumber", "00"], ["DEVTYPE", "usb_interface"]
+    )
+    name = "3Dconnexion SpaceMouse Compact"
+    identity = ["HID_ID", "0003:0000256F:0000C635", "HID_NAME", name, "HID_UNIQ", ""]
+    hid = testbed.add_device("hid", "0003:256F:C635.0001", interface, [], identity)
+    testbed.set_attribute_binary(hid, "report_descriptor", DESCRIPTOR)
+    raw = f"{hid}/hidraw/hidraw0"
+    testbed.add_from_string(
+        f"P: {raw.removeprefix('/sys')}\n"
+        "N: hidraw0\n"
+        f"E: DEVNAME={NODE}\nE: SUBSYSTEM=hidraw\nE: MAJOR=240\nE: MINOR=0\n"
+        "A: dev=240:0\n"
+        f"L: device=../../../{hid.rpartition('/')[2]}\n"
+    )
+    size = struct.pack("<I", len(DESCRIPTOR))
+    ioctls = directory / "ioctls"
+    ioctls.write_text(
+        f"@DEV {NODE}\n"
+        f"HIDIOCGRDESCSIZE 0 {size.hex().upper()}\n"
+        f"HIDIOCGRDESC 0 {(size + DESCRIPTOR.ljust(4096, bytes(1))).hex().upper()}\n"
+    )
+    testbed.load_ioctl(NODE, str(ioctls))
+    return raw
+
+
+def sentence_of(action: Callable[[], object]) -> str:
+    """What a DeviceError says that `action` raises; empty without one."""
+    try:
+        action()
+    except DeviceError as error:
+        return str(error)
+    return ""
+
+
+def read_until_moved(mouse: SpaceMouse, velocity: tuple[float, ...], now: float) -> DeviceSample:
+    """Read at one time until the velocity is new: the terminal may hand bytes on a little later."""
+    for _ in range(100_000):
+        sample = mouse.read(now)
+        if sample.velocity != velocity:
+            return sample
+        os.sched_yield()
+    raise TimeoutError("the report did not arrive")
+
+
+def main() -> None:
+    testbed = load_umockdev().Testbed.new()
+    before = sentence_of(lambda: open_spacemouse(CENTER, reach=REACH))
+    raw = plug_in(testbed, Path(sys.argv[1]))
+    mouse = open_spacemouse(CENTER, reach=REACH)
+    device_end = testbed.get_dev_fd(NODE)
+
+    rest = mouse.read(0.0)
+    os.write(device_end, struct.pack("<B3h", 1, 350, -350, -350))
+    moved = read_until_moved(mouse, rest.velocity, 0.0)
+    held = mouse.read(0.01)
+    os.write(device_end, struct.pack("<B3h", 1, 0, 0, 0))
+    stopped = read_until_moved(mouse, held.velocity, 0.01)
+
+    os.close(device_end)
+    unplugged = sentence_of(lambda: mouse.read(0.02))
+    mouse.close()
+    testbed.remove_device(raw)
+    after = sentence_of(lambda: open_spacemouse(CENTER, reach=REACH))
+    samples = {"rest": rest, "moved": moved, "held": held, "stopped": stopped}
+    print(
+        json.dumps(
+            {"before": before, "unplugged": unplugged, "after": after}
+            | {key: [sample.position, sample.velocity] for key, sample in samples.items()}
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()

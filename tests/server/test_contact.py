@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.contact import Contact, locate, nearest_on_triangles, pressure
+
+units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
+    lambda v: np.linalg.norm(v) > 0.3
+)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=50, deadline=None)
+def test_nearest_on_a_triangle_beats_every_other_point_of_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners, p = rng.normal(size=(4, 3, 3)), rng.normal(size=3) * 2
+    best = np.linalg.norm(nearest_on_triangles(corners, p) - p, axis=1)
+    shares = rng.dirichlet([1, 1, 1], size=300)
+    others = np.linalg.norm(np.einsum("sk,fki->fsi", shares, corners) - p, axis=2)
+    assert (best <= others.min(axis=1) + 1e-9).all()
+
+
+def test_pressure_is_shared_out_whole(balloon: Balloon) -> None:
+    for radius in (0.0001, 0.01, 0.02, 0.05):
+        vertices, weights = pressure(balloon.mesh, balloon.mesh.vertices[5], radius)
+        assert weights.sum() == pytest.approx(1.0)
+        assert weights.min() > 0.0
+        assert len(np.unique(vertices)) == len(vertices)
+
+
+@pytest.mark.parametrize("depth", [-0.02, 0.0, 0.01, 0.03])
+def test_a_probe_is_below_or_above_its_contact(balloon: Balloon, depth: float) -> None:
+    """On a sphere the contact lies on the probe's own ray, however deep it is."""
+    free = np.zeros_like(balloon.mesh.vertices)
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        d = rng.normal(size=3)
+        d /= np.linalg.norm(d)
+        contact = locate(balloon.mesh, (0.1 - depth) * d, free, radius=0.02)
+        # The facets of the mesh bend a normal by up to a twentieth of the edge's angle.
+        assert contact.normal @ d > 0.9995
+        assert contact.point @ d / np.linalg.norm(contact.point) > 0.9995
+
+
+def test_contact_and_normal_glide_when_a_deep_probe_slides(balloon: Balloon) -> None:
+    """Nearest points of a faceted surface would jump by millimetres from inside; these must not."""
+    free = np.zeros_like(balloon.mesh.vertices)
+    angles = np.linspace(0.0, 0.6, 601)  # 0.1 mm of surface each
+    contact: Contact | None = None
+    points, normals = list[np.ndarray](), list[np.ndarray]()
+    for angle in angles:
+        probe = 0.08 * np.array([np.cos(angle), np.sin(angle), 0.1])
+        contact = locate(balloon.mesh, probe, free, radius=0.02, hint=contact)
+        points.append(contact.point)
+        normals.append(contact.normal)
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 0.0002
+    assert np.linalg.norm(np.diff(normals, axis=0), axis=1).max() < 0.003
+
+
+@given(units)
+@settings(max_examples=30, deadline=None)
+def test_a_hint_speeds_up_and_changes_nothing(direction: tuple[float, float, float]) -> None:
+    body = _balloon()
+    d = np.array(direction) / np.linalg.norm(direction)
+    free = body.respond(
+        [locate(body.mesh, np.array([0.1, 0, 0]), np.zeros((642, 3)), radius=0.02).load(3.0)]
+    ).displacement
+    cold = locate(body.mesh, 0.095 * d, free, radius=0.02)
+    tilted = d + np.array([0.1, 0.05, 0.0])
+    near = locate(body.mesh, 0.095 * tilted / np.linalg.norm(tilted), free, radius=0.02)
+    warm = locate(body.mesh, 0.095 * d, free, radius=0.02, hint=near)
+    assert warm.point == pytest.approx(cold.point, abs=1e-5)
+    assert warm.normal == pytest.approx(cold.normal, abs=1e-4)
+
+
+def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
+    shift = np.array([0.01, -0.02, 0.005])
+    free = np.tile(shift, (len(balloon.mesh.vertices), 1))
+    probe = np.array([0.09, 0.01, 0.02])
+    here = locate(balloon.mesh, probe, np.zeros_like(free), radius=0.02)
+    there = locate(balloon.mesh, probe + shift, free, radius=0.02)
+    assert there.point == pytest.approx(here.point, abs=1e-6)
+    assert there.moved(free) == pytest.approx(here.point + shift, abs=1e-6)
+
+
+def _balloon(cache: list[Balloon] = []) -> Balloon:  # noqa: B006
+    if not cache:
+        cache.append(Balloon())
+    return cache[0]

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import math
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import LocalProtocolError, RemoteProtocolError
+from cohaptic.protocol.contact_sample import SIZE, ContactSample
+from cohaptic.protocol.frame import MAX_FRAME_BYTES
+from tests.strategies import contact_samples
+
+GOOD = ContactSample(seq=1, tick=0, t_client=1.0, probe=(0.1, 0.0, 0.0), force=(1.0, 0.0, 0.0))
+
+
+def test_is_within_the_agreed_size() -> None:
+    assert SIZE == len(GOOD.encode()) <= MAX_FRAME_BYTES
+
+
+@given(contact_samples)
+def test_comes_back_as_it_was(sample: ContactSample) -> None:
+    assert ContactSample.decode(sample.encode()) == sample
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_give_a_sample_or_the_peers_error(data: bytes) -> None:
+    try:
+        ContactSample.decode(data)
+    except RemoteProtocolError:
+        pass
+
+
+@given(contact_samples, st.integers(0, SIZE - 1), st.integers(1, 255))
+def test_a_damaged_frame_gives_a_valid_sample_or_the_peers_error(
+    sample: ContactSample, at: int, flip: int
+) -> None:
+    data = bytearray(sample.encode())
+    data[at] ^= flip
+    try:
+        ContactSample.decode(bytes(data)).encode()
+    except RemoteProtocolError:
+        pass
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("offset", range(20, 44, 4))
+def test_a_number_that_is_none_is_named(bad: float, offset: int) -> None:
+    data = bytearray(GOOD.encode())
+    struct.pack_into("<f", data, offset, bad)
+    with pytest.raises(RemoteProtocolError, match=r"(probe|force|length of).*(nan|inf)"):
+        ContactSample.decode(bytes(data))
+
+
+def test_an_absurd_position_names_value_and_limit() -> None:
+    data = bytearray(GOOD.encode())
+    struct.pack_into("<f", data, 20, 1000.0)
+    with pytest.raises(RemoteProtocolError, match=r"length of probe is '1000 m'; expected <= 10"):
+        ContactSample.decode(bytes(data))
+
+
+def test_an_absurd_force_names_value_and_limit() -> None:
+    data = bytearray(GOOD.encode())
+    struct.pack_into("<f", data, 32, 5000.0)
+    with pytest.raises(RemoteProtocolError, match=r"length of force is '5000 N'; expected <= 100"):
+        ContactSample.decode(bytes(data))
+
+
+@pytest.mark.parametrize("length", [0, 3, SIZE - 1, SIZE + 1, 127])
+def test_a_wrong_length_names_value_and_limit(length: int) -> None:
+    data = (GOOD.encode() + bytes(128))[:length]
+    with pytest.raises(RemoteProtocolError, match=rf"is {length}; expected"):
+        ContactSample.decode(data)
+
+
+def test_our_own_mistake_is_ours() -> None:
+    with pytest.raises(LocalProtocolError):
+        ContactSample(0, 0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)).encode()

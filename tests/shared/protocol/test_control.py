@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import contextlib
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.protocol.control import (
+    MAX_TEXT,
+    Hello,
+    decode_client_control,
+    decode_server_control,
+    encode_control,
+)
+from cohaptic.protocol.version import PROTOCOL_VERSION
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+def hello(**changes: Any) -> str:
+    return json.dumps({"type": "hello", "protocol": PROTOCOL_VERSION, "name": "left"} | changes)
+
+
+@given(st.text(max_size=300))
+def test_any_text_gives_a_message_or_the_peers_error(text: str) -> None:
+    for decode in (decode_client_control, decode_server_control):
+        with contextlib.suppress(RemoteProtocolError):
+            decode(text)
+
+
+@given(
+    st.dictionaries(st.sampled_from(["name", "protocol", "user", "body", "law"]), anything),
+    st.sampled_from(["hello", "bye", "welcome", "error", "user_left"]),
+)
+def test_any_fields_give_a_message_or_the_peers_error(fields: dict[str, Any], kind: str) -> None:
+    text = json.dumps({"type": kind} | fields)
+    for decode in (decode_client_control, decode_server_control):
+        with contextlib.suppress(RemoteProtocolError):
+            decode(text)
+
+
+def test_an_error_never_repeats_more_than_a_line_of_what_came() -> None:
+    with pytest.raises(RemoteProtocolError) as caught:
+        decode_client_control(hello(law="x" * 3000))
+    assert len(str(caught.value)) < 300
+
+
+@given(st.text(alphabet=st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=32))
+def test_printable_names_pass(name: str) -> None:
+    message = Hello(protocol=PROTOCOL_VERSION, name=name)
+    assert decode_client_control(encode_control(message)) == message
+
+
+@pytest.mark.parametrize("name", ["", "x" * 33, "a\nb", "\x1b[31m", "\u2028"])
+def test_names_that_would_spoil_a_terminal_do_not(name: str) -> None:
+    with pytest.raises(RemoteProtocolError, match="name is"):
+        decode_client_control(hello(name=name))
+
+
+@pytest.mark.parametrize("theirs", [0, 2, 99, "one", None])
+def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
+    with pytest.raises(RemoteProtocolError, match=f"protocol version is {theirs!r}") as caught:
+        decode_client_control(hello(protocol=theirs))
+    assert caught.value.code is CloseCode.WRONG_VERSION
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "Invalid JSON"),
+        ('{"type": "dance"}', "dance"),
+        ("{}", "type"),
+        (hello(law="magic"), "magic"),
+        (hello(max_stiffness=-1), "max_stiffness"),
+        (hello(surprise=1), "surprise"),
+        ("x" * (MAX_TEXT + 1), str(MAX_TEXT)),
+    ],
+)
+def test_the_error_names_what_is_wrong(text: str, words: str) -> None:
+    with pytest.raises(RemoteProtocolError) as caught:
+        decode_client_control(text)
+    assert words in str(caught.value)

@@ -1,0 +1,170 @@
+"""Laws of a whole session, in virtual time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cohaptic.control.law import Law
+from cohaptic.hands import Hand, HandScript, Rhythm
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
+from cohaptic_server.room import describe
+from tests.system.virtual_session import VirtualSession
+
+
+@pytest.fixture(scope="module")
+def body() -> Balloon:
+    return Balloon(BalloonSettings(subdivisions=2, contact_radius=0.03))
+
+
+def scripts(n: int, depth: float = 0.015, approach_at: float = 1.0) -> list[HandScript]:
+    return [
+        HandScript(math.pi + 2 * math.pi * i / n, depth=depth, approach_at=approach_at)
+        for i in range(n)
+    ]
+
+
+def truth(body: Balloon, hands: list[HandScript]) -> Equilibrium:
+    info = describe(body)
+    return solve(
+        body,
+        [
+            RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness)
+            for s in hands
+        ],
+    )
+
+
+@pytest.mark.parametrize(("n", "delay"), [(1, 0.5), (2, 0.0), (2, 0.25), (3, 0.08), (4, 0.1)])
+def test_predictive_forces_are_the_truth_at_any_delay(body: Balloon, n: int, delay: float) -> None:
+    hands = scripts(n, approach_at=1.0 + 2 * delay)
+    session = VirtualSession(body)
+    for i, script in enumerate(hands):
+        session.join(f"user{i}", script, delay=delay, jitter=0.2 * delay, seed=i)
+    session.run(3.5 + 14 * delay)
+    expected = truth(body, hands)
+    for i, user in enumerate(session.users.values()):
+        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.01)
+        assert user.felt[-1] == pytest.approx(expected.felt_from_others[i], rel=0.02, abs=1e-4)
+        assert np.ptp(user.force[-300:]) < 0.05
+
+
+def test_proportional_is_stable_and_softer_as_eq_11_says(body: Balloon) -> None:
+    session = VirtualSession(body)
+    alone = session.join("alone", scripts(1)[0], law=Law.PROPORTIONAL, delay=0.08)
+    session.run(6.0)
+    patch = alone.state.patch
+    assert patch is not None
+    hand = scripts(1)[0].hand.stiffness
+    # Intention, hand, local model and body are springs in a row.
+    series = 1.0 / (1.0 / hand + 1.0 / patch.k_h + 1.0 / patch.k_o)
+    assert alone.force[-1] == pytest.approx(0.015 * series, rel=0.02)
+
+
+def test_the_same_seed_gives_the_same_session(body: Balloon) -> None:
+    def play(seed: int) -> list[float]:
+        session = VirtualSession(body)
+        for i, script in enumerate(scripts(2)):
+            session.join(f"user{i}", script, delay=0.03, jitter=0.03, seed=seed + i)
+        session.run(2.5)
+        return session.users["user1"].force
+
+    first, again, other = play(1), play(1), play(5)
+    assert first == again
+    assert first != other
+
+
+def test_patches_never_come_older_than_the_last(body: Balloon) -> None:
+    session = VirtualSession(body)
+    user = session.join("user", scripts(1)[0], delay=0.05, jitter=0.2)
+    session.run(3.0)
+    assert user.ticks == sorted(user.ticks)
+    assert len(user.ticks) > 100
+
+
+def largest_step(force: list[float]) -> float:
+    return float(np.abs(np.diff(force)).max())
+
+
+def test_a_lost_client_is_no_more_abrupt_than_one_that_lets_go(body: Balloon) -> None:
+    session = VirtualSession(body)
+    press = HandScript(math.pi, depth=0.02, rhythm=Rhythm(3.0))
+    session.join("left", press, delay=0.02)
+    right = session.join("right", HandScript(0.0, depth=0.01), delay=0.02)
+    session.run(1.04 + 3.0 + 1.4)  # pressed once, released, still off
+    letting_go = largest_step(right.force[3800:])
+    session.run(1.4)  # pressed again
+    pressed = right.force[-1]
+    session.drop("left")
+    session.run(0.6)
+    assert largest_step(right.force[-600:]) <= letting_go
+    assert right.force[-1] < 0.6 * pressed
+
+    session.join("left", HandScript(math.pi, depth=0.02), delay=0.02)
+    session.run(3.0)
+    assert right.force[-1] == pytest.approx(pressed, rel=0.02)
+
+
+def test_a_silent_server_fades_the_force_within_the_stated_time(body: Balloon) -> None:
+    session = VirtualSession(body)
+    user = session.join("user", scripts(1)[0], delay=0.02)
+    session.run(3.0)
+    pressed = user.force[-1]
+    assert pressed > 1.0
+    user.listening = False
+    limits = user.settings.limits
+    session.run(limits.silent_after + limits.fade_time + 0.005)
+    assert user.force[-1] == 0.0
+    # Never faster than a fade of the whole force, and no step at its ends.
+    assert largest_step(user.force[-300:]) < 2.5 * pressed / limits.fade_time * 0.001
+    user.listening = True
+    session.run(2.0)
+    assert user.force[-1] == pytest.approx(pressed, rel=0.01)
+    assert largest_step(user.force[-2000:]) < 0.01
+
+
+def test_a_stalled_uplink_lets_the_others_go_and_brings_them_back(body: Balloon) -> None:
+    session = VirtualSession(body)
+    left, right = (session.join(f"user{i}", s, delay=0.01) for i, s in enumerate(scripts(2)))
+    session.run(3.0)
+    together = right.force[-1]
+    left.talking = False
+    session.run(1.5)
+    alone = right.force[-1]
+    assert alone < 0.8 * together
+    left.talking = True
+    session.run(1.0)
+    assert right.force[-1] == pytest.approx(together, rel=0.02)
+    assert largest_step(right.force[3000:]) < 0.02
+
+
+def test_a_neighbour_who_comes_and_goes_never_jolts(body: Balloon) -> None:
+    """With eight users the cap bites, and every arrival lowers the gains of the others."""
+    session = VirtualSession(body)
+    hands = scripts(8, depth=0.008)
+    first = session.join("user0", hands[0], delay=0.02)
+    session.run(2.5)
+    before = first.state.k_h
+    for i in range(1, 8):
+        session.join(f"user{i}", hands[i], delay=0.02, seed=i)
+        session.run(0.4)
+    session.run(2.0)
+    assert first.state.k_h < 0.95 * before
+    # 2 % of the force, and 5 mN for the moments in which it is small.
+    force = np.array(first.force[2500:])
+    assert (np.abs(np.diff(force)) <= 0.02 * force[:-1] + 0.005).all()
+
+
+def test_wild_hands_do_not_make_a_stable_pair_swing(body: Balloon) -> None:
+    session = VirtualSession(body)
+    hand = Hand(mass=0.1, damping=6.0, stiffness=800.0)
+    for i in range(2):
+        session.join(
+            f"user{i}", HandScript(math.pi * i, depth=0.015, hand=hand), delay=0.15, seed=i
+        )
+    session.run(7.0)
+    for user in session.users.values():
+        assert np.ptp(user.force[-500:]) < 0.05

@@ -1,0 +1,137 @@
+"""A whole session in virtual time: the real room, world, frames, links, loops and hands; no I/O.
+
+What is left out is what only real time can show: sockets, processes, schedulers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cohaptic.control.law import Law
+from cohaptic.hands import HandScript
+from cohaptic.link import DelayLine, LinkSettings
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control import Hello
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import norm
+from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.loop_config import silent_after
+from cohaptic_client.pacing import Pacer
+from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.room import Room, describe
+from cohaptic_server.settings import ServerSettings
+
+PERIOD = 0.001  # s
+
+
+@dataclass
+class VirtualUser:
+    """One client without its processes."""
+
+    number: int
+    device: SimulatedDevice
+    settings: LoopSettings
+    up: DelayLine[bytes]
+    down: DelayLine[bytes]
+    pacer: Pacer
+    state: LoopState = field(default_factory=LoopState)
+    seq: int = 0
+    ticks: list[int] = field(default_factory=list[int])
+    force: list[float] = field(default_factory=list[float])
+    felt: list[float] = field(default_factory=list[float])
+    u_others: list[float] = field(default_factory=list[float])
+    listening: bool = True
+    talking: bool = True
+
+    def period(self, now: float) -> None:
+        """One haptic period, as the loop's process does it."""
+        for frame in self.down.pop_due(now):
+            patch = Patch.decode(frame)
+            if self.listening:
+                self.ticks.append(patch.tick)
+                self.state = receive(self.state, patch, now, self.settings)
+                if patch.seq:
+                    self.pacer = self.pacer.reported(patch.sample_wait)
+        sample = self.device.read(now)
+        self.state, output = step(self.state, sample, now, self.settings)
+        self.device.write(output.force)
+        self._note(output)
+        if self.pacer.due <= now and self.talking:
+            self.pacer = self.pacer.sent(now)
+            self.seq += 1
+            tick = self.state.patch.tick if self.state.patch else 0
+            frame = ContactSample(self.seq, tick, now, sample.position, output.force).encode()
+            self.up.push(frame, now)
+
+    def _note(self, output: Output) -> None:
+        self.force.append(norm(output.force))
+        self.felt.append(self.state.safety.scale * output.local.felt_from_others)
+        self.u_others.append(output.u_others)
+
+
+class VirtualSession:
+    """A room and its users.
+
+    Args:
+        body: To be touched.
+        simulation_hz: Ticks per second.
+    """
+
+    def __init__(self, body: Body, simulation_hz: float = 60.0) -> None:
+        self.room = Room(body, ServerSettings(simulation_hz=simulation_hz))
+        self.users: dict[str, VirtualUser] = {}
+        self.now = 100.0
+        self._next_tick = self.now
+
+    def join(
+        self,
+        name: str,
+        script: HandScript,
+        *,
+        law: Law = Law.PREDICTIVE,
+        delay: float = 0.0,
+        jitter: float = 0.0,
+        seed: int = 0,
+    ) -> VirtualUser:
+        """Let a user in now."""
+        hello = Hello(protocol=PROTOCOL_VERSION, name=name, law=law)
+        welcome, _, _ = self.room.join(hello, self.now)
+        info = describe(self.room.body)
+        period = self.room.settings.simulation_period
+        limits = SafetyLimits(silent_after=silent_after(period))
+        user = VirtualUser(
+            number=welcome.user,
+            device=SimulatedDevice(script.hand, script.intention(info.center, info.radius)),
+            settings=LoopSettings(law, period, limits),
+            up=DelayLine(LinkSettings(delay, jitter, 2 * seed)),
+            down=DelayLine(LinkSettings(delay, jitter, 2 * seed + 1)),
+            pacer=Pacer(period, self.now),
+        )
+        self.users[name] = user
+        return user
+
+    def drop(self, name: str) -> None:
+        """A client dies: its socket closes, its loop is no more."""
+        self.room.leave(self.users.pop(name).number)
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        for _ in range(round(seconds / PERIOD)):
+            self.now += PERIOD
+            for user in self.users.values():
+                for frame in user.up.pop_due(self.now):
+                    self.room.sample(user.number, ContactSample.decode(frame), self.now)
+            if self.now >= self._next_tick:
+                self._tick()
+            for user in self.users.values():
+                user.period(self.now)
+
+    def _tick(self) -> None:
+        self._next_tick += self.room.settings.simulation_period
+        patches = self.room.tick(self.now)
+        for user in self.users.values():
+            if user.number in patches:
+                user.down.push(patches[user.number].encode(), self.now)
