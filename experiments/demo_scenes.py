@@ -99,7 +99,7 @@ def picture(folder: Path, target: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
     figure.align_ylabels()
     figure.tight_layout()
-    figure.savefig(target)
+    figure.savefig(str(target))  # pyright: ignore[reportUnknownMemberType]
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ from rich.live import Live
 
 from cohaptic.control.law import Law
 from cohaptic.hands import HandScript, Rhythm
-from cohaptic.interrupt import until_interrupted
+from cohaptic.interrupt import run
 from cohaptic.link import LinkSettings
 from cohaptic.view import status_table
 from cohaptic_client.recorder import Recorder
@@ -94,7 +94,7 @@ def touch(
         patience=wait,
         duration=duration,
     )
-    asyncio.run(until_interrupted(_touch(settings, record, json_lines), lifeline=lifeline))
+    run(_touch(settings, record, json_lines), lifeline=lifeline)
 
 
 async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:

@@ -104,23 +104,24 @@ class Link:
     async def receive(self, deliver: Callable[[Data], None]) -> str:
         """Call `deliver` for each message until the connection ends; returns why it ended."""
         assert self._ws is not None
-        failure: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        failed: asyncio.Future[str] = asyncio.get_running_loop().create_future()
 
         def guarded(data: Data) -> None:
             # Called from a timer, where an exception would be lost.
             try:
                 deliver(data)
             except Exception as error:
-                if not failure.done():
-                    failure.set_exception(error)
+                if not failed.done():
+                    failed.set_exception(error)
 
         inbound = Delayed(self._down, self._clock, guarded)
         pump = asyncio.ensure_future(self._pump(inbound))
         try:
-            await asyncio.wait({pump, failure}, return_when=asyncio.FIRST_COMPLETED)
-            if failure.done():
-                failure.result()
-            return await pump
+            done, _ = await asyncio.wait({pump, failed}, return_when=asyncio.FIRST_COMPLETED)
+            if pump in done and not failed.done():
+                # What the server said last is still on its way through the injected delay.
+                await asyncio.sleep(self._down.delay + self._down.jitter)
+            return failed.result() if failed.done() else pump.result()
         finally:
             inbound.cancel()
             pump.cancel()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-TARGET_WAIT = 0.003  # s; room for the jitter of two schedulers
+TARGET_WAIT = 0.002  # s; room for the jitter of two schedulers
 GAIN = 0.1  # share of the error that one report corrects
 
 

@@ -223,8 +223,10 @@ class Client:
         if self._haptics is not None:
             return
         settings = self.settings
+        device = device_info(settings.device)
         self._limits = SafetyLimits(
-            max_force=self._max_force(device_info(settings.device)),
+            max_force=self._max_force(device),
+            stall=device.stall,
             silent_after=silent_after(welcome.simulation_period),
         )
         config = LoopConfig(

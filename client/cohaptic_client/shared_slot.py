@@ -116,7 +116,11 @@ class SharedMemory:
     @classmethod
     def create(cls) -> SharedMemory:
         """Make the file and map it."""
-        handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm")
+        # In memory where the system has such a folder: a file on disk can make a writer wait.
+        folder = (
+            "/dev/shm" if os.path.isdir("/dev/shm") and os.access("/dev/shm", os.W_OK) else None
+        )
+        handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm", dir=folder)
         with os.fdopen(handle, "wb") as file:
             file.truncate(_TOTAL)
         return cls(path)
@@ -128,6 +132,7 @@ class SharedMemory:
             os.unlink(self.path)
 
 
+_IN_MEMORY = "/dev/shm"  # Linux
 _SLOTS = {"patch": 128, "sample": 128, "command": 16, "status": 1024}
 
 

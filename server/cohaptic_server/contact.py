@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import SPLIT, Floats, Ints, SurfaceMesh, cross
 
-_NEAREST = 3  # vertices whose faces are searched
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
-_CLOSE = 1e-6  # m along the surface; below what a hand or a device resolves
+_CLOSE = 1e-5  # m along the surface; a hand that moves is followed again in the next tick
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +88,7 @@ def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Floats) ->
     table[vertices] = weights
     corners = mesh.faces[faces]
     moved = mesh.vertices[corners] + free[corners]  # (f, 3, 3)
-    vectors = np.cross(moved[:, 1] - moved[:, 0], moved[:, 2] - moved[:, 0])
+    vectors = cross(moved[:, 1] - moved[:, 0], moved[:, 2] - moved[:, 0])
     normal = table[corners].sum(axis=1) @ vectors
     return np.asarray(normal / np.linalg.norm(normal))
 
@@ -117,10 +116,9 @@ def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Flo
 
 
 def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
-    """Nearest point of the resting surface, searched on the faces round the nearest vertices."""
-    near = np.atleast_1d(mesh.tree.query(p, k=min(_NEAREST, len(mesh.vertices)))[1])
-    corners = mesh.vertices[mesh.faces[np.unique(mesh.rings[near])]]  # (f, 3, 3)
-    candidates = nearest_on_triangles(corners, p)
+    """Nearest point of the resting surface, on or next to the face of the nearest sample of it."""
+    face = int(mesh.quadrature.tree.query(p)[1]) // SPLIT**2
+    candidates = nearest_on_triangles(mesh.vertices[mesh.faces[mesh.around[face]]], p)
     gap = candidates - p
     return np.asarray(candidates[np.einsum("fi,fi->f", gap, gap).argmin()])
 
@@ -145,18 +143,17 @@ def nearest_on_triangles(corners: Floats, p: Floats) -> Floats:
     s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
     inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
     foot = a + s[:, None] * u + t[:, None] * v
-    edges = np.stack(
-        [_nearest_on_edge(a, b, p), _nearest_on_edge(b, c, p), _nearest_on_edge(c, a, p)]
-    )
+    edges = _nearest_on_edges(corners, p)
     gap = edges - p
-    best = np.einsum("efi,efi->ef", gap, gap).argmin(axis=0)
-    return np.where(inside[:, None], foot, edges[best, np.arange(len(corners))])
+    best = np.einsum("fei,fei->fe", gap, gap).argmin(axis=1)
+    return np.where(inside[:, None], foot, edges[np.arange(len(corners)), best])
 
 
-def _nearest_on_edge(a: Floats, b: Floats, p: Floats) -> Floats:
-    u = b - a
-    s = np.clip(_dot(p - a, u) / np.maximum(_dot(u, u), 1e-300), 0.0, 1.0)
-    return np.asarray(a + s[:, None] * u)
+def _nearest_on_edges(corners: Floats, p: Floats) -> Floats:
+    """Nearest point of each edge of each triangle, shape (f, 3, 3) [m]."""
+    u = corners[:, [1, 2, 0]] - corners
+    along = np.einsum("fei,fei->fe", p - corners, u) / np.einsum("fei,fei->fe", u, u)
+    return np.asarray(corners + np.minimum(np.maximum(along, 0.0), 1.0)[:, :, None] * u)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import selectors
 import signal
 import sys
 import threading
 from collections.abc import Coroutine
 from typing import Any
+
+
+def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
+    """Run `work` until it ends or is interrupted, on a loop whose timers are precise.
+
+    The loop waits with `select`: epoll's timeouts are whole milliseconds, rounded up, and every
+    leg of every delay would pay for that. For processes with few sockets, such as clients.
+    """
+    with asyncio.Runner(
+        loop_factory=lambda: asyncio.SelectorEventLoop(selectors.SelectSelector())
+    ) as runner:
+        runner.run(until_interrupted(work, lifeline=lifeline))
 
 
 async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:

@@ -43,6 +43,6 @@ class Tally:
         for index, n in enumerate(self._counts):
             seen += n
             if n and seen >= q * self.count:
-                upper = _SMALLEST * 2.0 ** (index / _BUCKETS_PER_OCTAVE)
+                upper: float = _SMALLEST * 2.0 ** (index / _BUCKETS_PER_OCTAVE)
                 return min(upper, self.largest)
         return 0.0

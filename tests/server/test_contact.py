@@ -73,8 +73,8 @@ def test_a_hint_speeds_up_and_changes_nothing(direction: tuple[float, float, flo
     tilted = d + np.array([0.1, 0.05, 0.0])
     near = locate(body.mesh, 0.095 * tilted / np.linalg.norm(tilted), free, radius=0.02)
     warm = locate(body.mesh, 0.095 * d, free, radius=0.02, hint=near)
-    assert warm.point == pytest.approx(cold.point, abs=1e-5)
-    assert warm.normal == pytest.approx(cold.normal, abs=1e-4)
+    assert warm.point == pytest.approx(cold.point, abs=3e-5)
+    assert warm.normal == pytest.approx(cold.normal, abs=1e-3)
 
 
 def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
@@ -83,8 +83,8 @@ def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
     probe = np.array([0.09, 0.01, 0.02])
     here = locate(balloon.mesh, probe, np.zeros_like(free), radius=0.02)
     there = locate(balloon.mesh, probe + shift, free, radius=0.02)
-    assert there.point == pytest.approx(here.point, abs=1e-6)
-    assert there.moved(free) == pytest.approx(here.point + shift, abs=1e-6)
+    assert there.point == pytest.approx(here.point, abs=3e-5)
+    assert there.moved(free) == pytest.approx(here.point + shift, abs=3e-5)
 
 
 def _balloon(cache: list[Balloon] = []) -> Balloon:  # noqa: B006

@@ -16,11 +16,14 @@ class DeviceInfo:
         name: For people.
         max_force: It can give; 0 for one that only senses [N].
         max_stiffness: It renders stably, from its maker or from measurements [N/m].
+        stall: A loop that stood still for longer lets the hand go; the tip of a real device may
+            be deep inside an object by then [s].
     """
 
     name: str
     max_force: float
     max_stiffness: float
+    stall: float = 0.02
 
 
 @dataclass(frozen=True, slots=True)

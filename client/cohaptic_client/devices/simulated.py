@@ -18,7 +18,9 @@ class SimulatedDevice:
         intention: What it wants; its time starts with the first `read`.
     """
 
-    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0)
+    # A simulated hand moves with the process that stalls, and nobody is hurt by it: only a stall
+    # beyond what it catches up with makes it let go.
+    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0, stall=_MAX_CATCH_UP)
 
     def __init__(self, hand: Hand, intention: Intention) -> None:
         self._hand = hand

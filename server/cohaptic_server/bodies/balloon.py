@@ -125,9 +125,7 @@ class Balloon:
         forces = np.array([load.force for load in loads])
         C = np.empty((len(loads), len(loads)))
         for i, load in enumerate(loads):
-            C[i] = np.einsum(
-                "k,jka,a->j", load.weights, fields[:, load.vertices], load.direction, optimize=True
-            )
+            C[i] = fields[:, load.vertices] @ load.direction @ load.weights
         displacement = np.tensordot(forces, fields, axes=1) if loads else np.zeros((n, 3))
         return Response(displacement, fields, C, 0.5 * float(forces @ C @ forces))
 

@@ -16,6 +16,8 @@ Ints = npt.NDArray[np.int64]
 # Each face carries SPLIT^2 quadrature points: a contact then slides over the mesh without a step.
 SPLIT = 3
 
+_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
+
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
@@ -45,32 +47,37 @@ class SurfaceMesh:
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
 
     Attributes:
-        tree: Nearest-vertex search.
         rings: Faces round each vertex, padded with its first one, shape (n, valence).
+        around: Faces that share a vertex with each face, itself too, padded, shape (m, 3 valence).
         quadrature: Points on the faces.
     """
 
     vertices: Floats
     faces: Ints
-    tree: cKDTree = field(init=False)
     rings: Ints = field(init=False)
+    around: Ints = field(init=False)
     quadrature: Quadrature = field(init=False)
 
     def __post_init__(self) -> None:
         x, faces = self.vertices, self.faces
         if x.ndim != 2 or x.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
             raise BodyError(f"a surface needs (n, 3) vertices and faces: {x.shape}, {faces.shape}")
-        object.__setattr__(self, "tree", cKDTree(x))
         object.__setattr__(self, "rings", _rings(faces, len(x)))
+        object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
         object.__setattr__(self, "quadrature", _quadrature(x, faces))
-        for array in (x, faces, self.rings):
+        for array in (x, faces, self.rings, self.around):
             array.setflags(write=False)
 
 
 def face_area_vectors(x: Floats, faces: Ints) -> Floats:
     """Normal of each face times its area, shape (m, 3) [m^2]."""
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
-    return 0.5 * np.cross(b - a, c - a)
+    return 0.5 * cross(b - a, c - a)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross product of rows, shape (m, 3); a fifth of the time of numpy's for a few of them."""
+    return np.asarray(a[:, _YZX] * b[:, _ZXY] - a[:, _ZXY] * b[:, _YZX])
 
 
 def _rings(faces: Ints, n: int) -> Ints:

@@ -123,7 +123,7 @@ def _watch(
             statuses = stage.statuses()
             for status in statuses:
                 traces[status.name].append(status.force)
-                if status.fault:
+                if status.fault and begun is not None:
                     faults.setdefault(status.name, set()).add(status.fault)
                 if status.state.startswith("gone"):
                     raise DemoFailed(f"{status.name} is {status.state}")
