@@ -49,8 +49,8 @@ bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
 
-results: $(VENV)/.dev  ## run every scene of docs/results.md again
-	@$(BIN)/python experiments/demo_scenes.py
+results: $(VENV)/.dev  ## make docs/results.md again, about five minutes
+	@$(BIN)/python experiments/results.py
 
 clean:  ## forget what was built
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist

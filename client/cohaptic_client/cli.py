@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript, Rhythm
 from cohaptic.interrupt import run
 from cohaptic.link import LinkSettings
@@ -68,6 +69,9 @@ def touch(
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
     """Touch the object of a server; ends with Ctrl-C, and with zero force."""
+
+    if record is not None and not record.parent.is_dir():
+        raise SettingError("record", record, "a file in a folder that exists")
 
     def link(delay: float | None, jitter: float | None, salt: int) -> LinkSettings:
         one_way = delay_ms if delay is None else delay
@@ -126,5 +130,5 @@ async def _show(client: Client, console: Console, json_lines: bool) -> None:
         return
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while True:
-            live.update(status_table([client.status()]))
+            live.update(status_table([client.status()], width=console.width))
             await asyncio.sleep(_REFRESH)

@@ -77,12 +77,14 @@ class HapticProcess:
         if self.stopping:
             return
         self._command(stop=False)
+        # First whether it ended, then its report: what it said last explains the end.
+        ended = self._process.poll()
         self.read_status()
         trouble = self.status.get("error")
         if trouble is not None:
             raise DeviceError(self._device, str(trouble).removeprefix(f"{self._device}: "))
-        if self._process.poll() is not None:
-            raise DeviceError(self._device, f"its process ended with {self._process.returncode}")
+        if ended is not None:
+            raise DeviceError(self._device, f"its process ended with {ended}")
 
     def request_stop(self) -> None:
         """Tell the loop to fade the force to zero and end."""

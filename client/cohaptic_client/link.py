@@ -86,13 +86,13 @@ class Link:
                 max_size=MAX_INBOUND_BYTES,
                 **WEBSOCKET_OPTIONS,
             )
-        except InvalidURI as error:
-            raise ServerLost(self.url, "not an address; expected ws://HOST:PORT") from error
         except InvalidHandshake as error:
             raise ServerLost(self.url, f"not a cohaptic server ({error})") from error
         except (OSError, TimeoutError) as error:
             problem = "no server answers; start one with: cohaptic serve"
             raise ServerLost(self.url, problem) from error
+        except (InvalidURI, ValueError) as error:  # the latter: a host or a port that cannot be one
+            raise ServerLost(self.url, "not an address; expected ws://HOST:PORT") from error
         tune(self._ws.transport.get_extra_info("socket"))
         self._outbound = Delayed(self._up, self._clock, self._write)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict, dataclass
 
 from cohaptic.control.law import Law
@@ -45,8 +44,8 @@ class LoopConfig:
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
-            hz = f"{1.0 / self.haptic_period:.0f} Hz"
-            raise SettingError("loop rate", hz, "from 500 to 4000 Hz")
+            what = "from 0.00025 to 0.002 s"
+            raise SettingError("haptic period", f"{self.haptic_period} s", what)
 
     def to_json(self) -> str:
         """The text that `from_json` reads."""
@@ -88,7 +87,7 @@ def silent_after(simulation_period: float) -> float:
 
 
 def haptic_period(loop_hz: float) -> float:
-    """T of a loop rate [s]; raises SettingError when the rate is not a positive number."""
-    if not (math.isfinite(loop_hz) and loop_hz > 0.0):
+    """T of a loop rate [s]; raises SettingError when the rate is not one that a loop may have."""
+    if not 500.0 <= loop_hz <= 4000.0:
         raise SettingError("loop rate", f"{loop_hz} Hz", "from 500 to 4000 Hz")
     return 1.0 / loop_hz

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CohapticError, ServerLost
+from cohaptic.errors import CloseCode, CohapticError, ServerLost
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
@@ -38,7 +38,20 @@ _SMOOTHING = 0.05  # share of a new round trip in the running mean
 
 
 class Refused(CohapticError):
-    """The server said why this client may not take part."""
+    """The server said why this client may not take part.
+
+    Args:
+        code: Of `CloseCode`.
+        reason: In the server's words.
+    """
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(code, reason)
+        self.code = code
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"the server refused: {self.reason}"
 
 
 class Client:
@@ -152,6 +165,7 @@ class Client:
         """Connect, and connect again, while patience lasts."""
         patience = self.settings.patience
         until = self.clock.now() + patience
+        error: CohapticError
         while True:
             try:
                 reason = await self._converse()
@@ -159,6 +173,12 @@ class Client:
                 error = ServerLost(self.settings.url, reason)
             except ServerLost as lost:
                 error = lost
+            except Refused as refused:
+                # After a broken connection the server may not know yet that it is broken.
+                ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics is not None
+                if not ours:
+                    raise
+                error = refused
             if self.clock.now() >= until:
                 raise error
             self._tell(f"{error}; trying again for {until - self.clock.now():.0f} s")
@@ -204,7 +224,7 @@ class Client:
         elif isinstance(event, UserLeft):
             self._tell(f"{event.name} left: {event.reason}")
         else:
-            raise Refused(event.message)
+            raise Refused(event.code, event.message)
 
     def _time(self, patch: Patch) -> None:
         """Learn from a patch how long the way there and back is, and when to send."""
@@ -274,6 +294,8 @@ class Client:
         self._haptics.request_stop()
         await asyncio.to_thread(self._haptics.wait)
         self._collect()
+        # Nothing of the schedule goes out behind the farewell.
+        self._pacer = None
         link, tip = self._link, self._haptics.newest_sample()
         if link is None:
             return

@@ -118,9 +118,11 @@ def _fault(wanted: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str
 
 
 def _limit_rate(before: Vec3, after: Vec3, step: float) -> Vec3:
-    """Move from `before` to `after` by at most `step`, unless that lowers the force."""
-    change = sub(after, before)
+    """Move from `before` to `after` by at most `step`, the way towards zero not counted."""
+    size2 = dot(before, before)
+    # The nearest to `after` on the way from `before` to zero: as far as that, nothing holds back.
+    share = min(1.0, max(0.0, dot(after, before) / size2)) if size2 > 0.0 else 0.0
+    start = scale(before, share)
+    change = sub(after, start)
     size = norm(change)
-    if size <= step or (norm(after) <= norm(before) and dot(after, before) >= 0.0):
-        return after
-    return add(before, scale(change, step / size))
+    return after if size <= step else add(start, scale(change, step / size))

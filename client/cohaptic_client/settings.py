@@ -8,6 +8,8 @@ from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript
 from cohaptic.link import LinkSettings
+from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.loop_config import haptic_period
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,3 +49,8 @@ class ClientSettings:
             raise SettingError("name", repr(self.name), "1 to 32 printable characters")
         if self.duration is not None and not self.duration > 0.0:
             raise SettingError("duration", f"{self.duration} s", "above 0")
+        if not self.patience >= 0.0:
+            raise SettingError("wait", f"{self.patience} s", "0 or more")
+        # Both are needed only once a server answers; what is wrong with them is said before.
+        haptic_period(self.loop_hz)
+        device_info(self.device)

@@ -117,9 +117,7 @@ class SharedMemory:
     def create(cls) -> SharedMemory:
         """Make the file and map it."""
         # In memory where the system has such a folder: a file on disk can make a writer wait.
-        folder = (
-            "/dev/shm" if os.path.isdir("/dev/shm") and os.access("/dev/shm", os.W_OK) else None
-        )
+        folder = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None
         handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm", dir=folder)
         with os.fdopen(handle, "wb") as file:
             file.truncate(_TOTAL)
@@ -133,7 +131,8 @@ class SharedMemory:
 
 
 _IN_MEMORY = "/dev/shm"  # Linux
-_SLOTS = {"patch": 128, "sample": 128, "command": 16, "status": 1024}
+# A status holds a sentence of 300 characters, each of which JSON may write as 12 bytes.
+_SLOTS = {"patch": 128, "sample": 128, "command": 16, "status": 4096}
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:

@@ -79,7 +79,9 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
 
     Surface and gain move to the new patch over one simulation period, from what is shown now.
     """
-    if state.patch is not None and patch.tick <= state.patch.tick:
+    # After a silence it may be another server's: one that was started anew counts from 1.
+    silent = _is_silent(state, now, settings)
+    if state.patch is not None and patch.tick <= state.patch.tick and not silent:
         return state
     surface = LocalSurface(
         patch.x_free, patch.normal, patch.curvature, patch.c_ii, patch.own_force, patch.u_others
@@ -127,7 +129,7 @@ def step(
         k_h = slew_gain(state.k_h, target, dt)
         local = local_force(settings.law, surface, sample.position, k_h=k_h)
         wanted = scale(normal_at(surface, sample.position), local.normal_force)
-    silent = now - state.arrived > settings.limits.silent_after
+    silent = _is_silent(state, now, settings)
     safety = guard(
         state.safety,
         wanted,
@@ -139,6 +141,11 @@ def step(
     return replace(state, k_h=k_h, safety=safety), Output(
         safety.force, local, surface.u_others if surface else 0.0, silent
     )
+
+
+def _is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
+    """Whether the newest patch is so old that the server counts as silent."""
+    return now - state.arrived > settings.limits.silent_after
 
 
 def slew_gain(k_h: float, target: float, dt: float) -> float:

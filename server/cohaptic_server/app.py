@@ -18,14 +18,14 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Origin, Subprotocol
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import ProtocolError, SettingError
+from cohaptic.errors import ProtocolError, SettingError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, ServerControl, wrong_version
+from cohaptic.protocol.control import Hello, ServerControl, UserLeft, wrong_version
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.statistics import Tally
 from cohaptic.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.room import Room
+from cohaptic_server.room import REPLACE_AFTER, Room
 from cohaptic_server.session import ServerSession, State
 from cohaptic_server.settings import ServerSettings
 
@@ -151,7 +151,7 @@ class CohapticServer:
         except ConnectionClosed as closed:
             frame = closed.rcvd or closed.sent
             if frame is not None and frame.reason:
-                reason = frame.reason
+                reason = one_line(frame.reason)  # the others read it
         finally:
             self._connections.discard(connection)
             self._leave(connection, reason)
@@ -173,11 +173,13 @@ class CohapticServer:
         except ProtocolError as error:
             connection.session.fail(error)
             return
-        for other in self._connections:
-            if other.user is not None and other.user == replaced:
-                other.session.fail(
-                    ProtocolError("silent user", hello.name, "replaced by its return")
-                )
+        if replaced is not None:
+            limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
+            for other in self._connections:
+                if other.user == replaced:
+                    other.session.fail(ProtocolError("silent user", hello.name, limit))
+            gone = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
+            self._tell_others(connection, gone)
         connection.user = welcome.user
         connection.session.accept(welcome)
         log.info("%s joined with %s", hello.name, hello.law.value)

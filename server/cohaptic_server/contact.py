@@ -69,9 +69,12 @@ def locate(
         contact = replace(hint, normal=_normal(mesh, hint.vertices, hint.weights, free))
     for _ in range(_ITERATIONS):
         off = probe - contact.moved(free)
-        slide = off - (off @ contact.normal) * contact.normal
+        height = float(off @ contact.normal)
+        slide = off - height * contact.normal
         if np.abs(slide).max() < _CLOSE:
             break
+        # Above a round body the way along the surface is shorter than it looks from the probe.
+        slide /= 1.0 + max(0.0, height) / mesh.size
         contact = _contact_at(mesh, nearest_point(mesh, contact.point + slide), free, radius)
     return contact
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import (
     Bye,
@@ -122,9 +122,14 @@ class ServerSession:
             self._end(CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
-        """Offer the newest patch to the client."""
-        if self.state is State.JOINED:
+        """Offer the newest patch to the client; one that the wire cannot carry ends the session."""
+        if self.state is not State.JOINED:
+            return
+        try:
             self.outbox.put_patch(patch.encode())
+        except LocalProtocolError as error:
+            # A body pushed out of the world, say: it must not end the others' tick.
+            self.fail(error)
 
     def next_deadline(self) -> float | None:
         """When `handle_timer` is to be called at the latest [s]."""

@@ -60,4 +60,4 @@ def build_app(only: str | None = None) -> typer.Typer:
     return app
 
 
-_ORDER = {"demo": 0, "serve": 1, "touch": 2}  # as a newcomer meets them
+_ORDER = {"demo": 0, "serve": 1, "touch": 2, "stability": 3}  # as a newcomer meets them

@@ -125,7 +125,12 @@ class LinkOverflow(CohapticError):
         return f"the simulated link is full: {self.capacity} messages are in flight, the limit"
 
 
-def _short(value: object, limit: int = 60) -> str:
+def one_line(text: str, limit: int = 120) -> str:
+    """Text that a stranger may have chosen, fit for a terminal and a log."""
+    line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
+    return line if len(line) <= limit else line[:limit] + "..."
+
+
+def _short(value: object) -> str:
     """One line of a value that a stranger may have chosen."""
-    text = repr(value)
-    return text if len(text) <= limit else text[:limit] + "..."
+    return one_line(repr(value), 60)

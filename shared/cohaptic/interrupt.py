@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import selectors
 import signal
 import sys
@@ -38,7 +39,9 @@ async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool =
         loop.call_soon_threadsafe(task.cancel)
 
     def watch() -> None:
-        sys.stdin.buffer.read()
+        # Not sys.stdin.buffer: a process that ends by itself would abort on its lock at the exit.
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
         if not loop.is_closed():
             cancel()
 

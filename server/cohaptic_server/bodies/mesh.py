@@ -50,6 +50,7 @@ class SurfaceMesh:
         rings: Faces round each vertex, padded with its first one, shape (n, valence).
         around: Faces that share a vertex with each face, itself too, padded, shape (m, 3 valence).
         quadrature: Points on the faces.
+        size: Radius of the sphere of the same area [m].
     """
 
     vertices: Floats
@@ -57,6 +58,7 @@ class SurfaceMesh:
     rings: Ints = field(init=False)
     around: Ints = field(init=False)
     quadrature: Quadrature = field(init=False)
+    size: float = field(init=False)
 
     def __post_init__(self) -> None:
         x, faces = self.vertices, self.faces
@@ -65,6 +67,8 @@ class SurfaceMesh:
         object.__setattr__(self, "rings", _rings(faces, len(x)))
         object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
         object.__setattr__(self, "quadrature", _quadrature(x, faces))
+        area = float(self.quadrature.areas.sum())
+        object.__setattr__(self, "size", (area / (4.0 * np.pi)) ** 0.5)
         for array in (x, faces, self.rings, self.around):
             array.setflags(write=False)
 

@@ -64,10 +64,13 @@ class Timeline:
             end = start
         t = np.arange(start, end, STEP)
         names = recordings[0].columns
+
+        def on_grid(r: Recording, name: str) -> Floats:
+            # Where a recording is empty the grid is too.
+            return np.interp(t, r.columns["t"], r.columns[name]) if t.size else np.zeros(0)
+
         columns = {
-            name: np.array([np.interp(t, r.columns["t"], r.columns[name]) for r in recordings])
-            for name in names
-            if name != "t"
+            name: np.array([on_grid(r, name) for r in recordings]) for name in names if name != "t"
         }
         return cls(t, columns)
 

@@ -132,14 +132,19 @@ def _watch(
             if begun is None and now - opened > _GATHER:
                 states = ", ".join(f"{s.name} is {s.state}" for s in statuses)
                 raise DemoFailed(f"not everybody came within {_GATHER:g} s: {states}")
-            live.update(_picture(scene, statuses, traces, None if begun is None else now - begun))
+            since = None if begun is None else now - begun
+            live.update(_picture(scene, statuses, traces, since, console.width))
             if begun is not None and scene.duration is not None and now - begun >= scene.duration:
                 break
     return statuses, faults
 
 
 def _picture(
-    scene: Scene, statuses: list[TouchStatus], traces: dict[str, deque[float]], since: float | None
+    scene: Scene,
+    statuses: list[TouchStatus],
+    traces: dict[str, deque[float]],
+    since: float | None,
+    width: int,
 ) -> Group:
     """The live view."""
     if since is None:
@@ -158,7 +163,7 @@ def _picture(
     for name, forces in traces.items():
         lines.add_row(name, Text(sparkline(forces), style="cyan"))
     what = Text(f"force over the last {_TRACE * _REFRESH:.0f} s, up to {_TOP:g} N", style="dim")
-    return Group(head, "", status_table(statuses), "", what, lines)
+    return Group(head, "", status_table(statuses, width=width), what, lines)
 
 
 def sparkline(values: deque[float]) -> str:

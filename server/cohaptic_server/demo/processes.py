@@ -86,7 +86,8 @@ class Process:
             self._process.stdin.close()
 
     def wait(self) -> None:
-        """Wait for the end; kill the process when it does not come."""
+        """Let it end and wait for that; kill the process when it does not come."""
+        self.let_end()
         try:
             self._process.wait(_END)
         except subprocess.TimeoutExpired:
@@ -181,5 +182,4 @@ class Stage:
             process.let_end()
         for process in self.users.values():
             process.wait()
-        self.server.let_end()
         self.server.wait()

@@ -172,7 +172,7 @@ def show(result: DemoResult) -> Panel:
             {True: Text("yes", "green"), False: Text("NO", "bold red"), None: Text("?")}[
                 user.stable
             ],
-            f"{user.loop_hz:.0f} Hz, p99 {user.loop_late_p99_us:.0f} us late",
+            f"{user.loop_hz:.0f} Hz",
         )
     faults = [f"{user.name}: {fault}" for user in result.users for fault in user.faults]
     notes = [Text(f"force was off for a while: {fault}", style="yellow") for fault in faults]
@@ -187,11 +187,11 @@ def show(result: DemoResult) -> Panel:
 def verdict(result: DemoResult) -> str:
     """One sentence on the whole demonstration."""
     how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
-    if result.presses == 0:
-        return f"Too short to tell: no whole press was seen ({how}). Let it run for longer."
     if any(user.stable is False for user in result.users):
         names = ", ".join(user.name for user in result.users if user.stable is False)
         return f"Unstable: the force of {names} did not come to rest ({how})."
+    if result.presses == 0:
+        return f"Too short to tell: no whole press was seen ({how}). Let it run for longer."
     worst = max(user.force_error or 0.0 for user in result.users)
     right = result.users[1]
     felt = _number(right.felt_from_others_n, ".2f", " N")

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from cohaptic.control.law import Law
-from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3
 
@@ -167,4 +167,6 @@ def _decode(adapter: TypeAdapter[M], text: str) -> M:
         where = ".".join(str(part) for part in first["loc"]) or "control message"
         if where.endswith("protocol"):
             raise wrong_version(first["input"]) from error
-        raise RemoteProtocolError(where, first["input"], str(first["msg"])) from error
+        # Both may quote the text itself: a field's name, an unknown type.
+        what, limit = one_line(where), one_line(str(first["msg"]))
+        raise RemoteProtocolError(what, first["input"], limit) from error

@@ -34,6 +34,11 @@ def test_quadrature_is_exact_for_linear_functions() -> None:
     assert q.areas @ q.points == pytest.approx(areas @ centroids, abs=1e-15)
 
 
+def test_the_size_of_a_sphere_is_its_radius() -> None:
+    # Facets have a little less area than the sphere: 2 % at this resolution.
+    assert MESH.size == pytest.approx(0.1, rel=0.02)
+
+
 def test_a_vertex_without_faces_is_named() -> None:
     x = np.vstack([X, [[9.0, 9.0, 9.0]]])
     with pytest.raises(BodyError, match=f"vertex {len(x) - 1} "):

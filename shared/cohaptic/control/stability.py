@@ -1,0 +1,168 @@
+"""When the loop between a local model and a slow, distant simulation is stable.
+
+Three views that must agree, and are tested against each other: the paper's closed conditions (8),
+(10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any
+local model and any object, with delay in fast samples; and several contacts under any delay (3.2,
+3.3). Everything is a function of numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """A discrete linear system: s+ = A s + B u, y = C s + D u, one input, one output.
+
+    Args:
+        A: Shape (n, n).
+        B: Shape (n, 1).
+        C: Shape (1, n).
+        D: Shape (1, 1).
+    """
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+
+
+def proportional_model(k_h: float) -> StateSpace:
+    """L(z) = K_h, at the haptic rate."""
+    return StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[k_h]]))
+
+
+def integral_model(k_h: float, integral_gain: float, haptic_period: float) -> StateSpace:
+    """L(z) = K_h + T I / (z - 1), eq. (12), at the haptic rate."""
+    one = np.ones((1, 1))
+    return StateSpace(one, haptic_period * integral_gain * one, one, k_h * one)
+
+
+def elastic_object(k_o: float, b_o: float = 0.0) -> StateSpace:
+    """D(z) = (K_o + B_o (z - 1) / z)^-1, eqs. (6) and (9), one simulation period later.
+
+    Position at tick k+1 from force at tick k: (K_o + B_o) x+ = f + B_o x.
+
+    Args:
+        k_o: Local stiffness [N/m].
+        b_o: Local damping over the simulation period [N/m].
+    """
+    one = np.ones((1, 1))
+    return StateSpace(b_o / (k_o + b_o) * one, one / (k_o + b_o), one, 0.0 * one)
+
+
+def proportional_is_stable(k_h: float, k_o: float, b_o: float = 0.0) -> bool:
+    """Eq. (8), with damping (10): without delay; without damping for every delay (science 3.1)."""
+    return k_h < k_o + 2.0 * b_o
+
+
+def integral_is_stable(
+    k_h: float, integral_gain: float, k_o: float, simulation_period: float, b_o: float = 0.0
+) -> bool:
+    """Eq. (15), with damping (16), both without delay.
+
+    For K_h, I > 0; (16) as printed lacks the T of I N T.
+    """
+    int_ = integral_gain * simulation_period
+    return abs(int_ - k_h + b_o) < k_o + b_o and int_ - 2.0 * k_h > -2.0 * k_o - 4.0 * b_o
+
+
+def lifted_radius(
+    local: StateSpace, body: StateSpace, rate_ratio: int, delay_samples: int = 0
+) -> float:
+    """Spectral radius of the loop over one simulation period; stable iff < 1.
+
+    The force at the first fast sample of a period goes to the object, whose answer is seen by the
+    local model one simulation period and `delay_samples` fast samples later, held until the next
+    (eqs. (1)-(6); with delay, what is seen changes within a period). Only the sum of the delays on
+    the way up and down matters: shifting the local model's clock moves one into the other.
+
+    Args:
+        local: Local model at the haptic rate, from penetration x_h - x_o to force.
+        body: Object at the simulation rate, from force to its next position.
+        rate_ratio: N, haptic samples per simulation period.
+        delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
+    """
+    whole, part = divmod(delay_samples, rate_ratio)
+    # Seen in a period: an older position for the first `part` samples, then the newer one.
+    power = [np.linalg.matrix_power(local.A, i) for i in range(rate_ratio)]
+    early = sum((power[rate_ratio - 1 - i] @ local.B for i in range(part)), np.zeros_like(local.B))
+    late = sum(
+        (power[rate_ratio - 1 - i] @ local.B for i in range(part, rate_ratio)),
+        np.zeros_like(local.B),
+    )
+    n, m, slots = len(local.A), len(body.A), whole + 1 + (part > 0)
+    # State: local model, object, positions on their way (the newest first).
+    M = np.zeros((n + m + slots, n + m + slots))
+    oldest, newer = n + m + slots - 1, n + m + whole
+    M[:n, :n] = np.linalg.matrix_power(local.A, rate_ratio)
+    M[:n, newer] -= late[:, 0]
+    M[:n, oldest] -= early[:, 0]
+    first = oldest if part else newer
+    force = np.zeros(n + m + slots)
+    force[:n] = local.C[0]
+    force[first] -= local.D[0, 0]
+    M[n : n + m] = body.B @ force[None, :]
+    M[n : n + m, n : n + m] += body.A
+    # The position that follows from this period's force enters the pipe.
+    M[n + m] = body.C[0] @ M[n : n + m]
+    for k in range(1, slots):
+        M[n + m + k, n + m + k - 1] = 1.0
+    return spectral_radius(M)
+
+
+def stability_area(
+    k_o: float,
+    rate_ratio: int,
+    delay_samples: int = 0,
+    *,
+    b_o: float = 0.0,
+    points: int = 41,
+    simulation_period: float = 1.0,
+) -> Floats:
+    """Edge of the stable set of (K_h, I N T) of the integral model, Fig. 8.
+
+    For each K_h from 0 to K_o + 2 B_o the largest stable I N T, by bisection on the lifted system;
+    0 at a K_h that is stable for no I.
+
+    Args:
+        k_o: Local stiffness [N/m].
+        rate_ratio: N.
+        delay_samples: As in `lifted_radius`.
+        b_o: Local damping over the simulation period [N/m].
+        points: Number of K_h.
+        simulation_period: N T [s]; the edge in (K_h, I N T) does not depend on it.
+
+    Returns:
+        Rows (K_h, I N T) [N/m], shape (points, 2).
+    """
+    body = elastic_object(k_o, b_o)
+    haptic_period = simulation_period / rate_ratio
+
+    def stable(k_h: float, int_: float) -> bool:
+        local = integral_model(k_h, int_ / simulation_period, haptic_period)
+        return lifted_radius(local, body, rate_ratio, delay_samples) < 1.0
+
+    edge: list[tuple[float, float]] = []
+    for k_h in np.linspace(0.0, k_o + 2.0 * b_o, points).tolist():
+        # The stable I of a K_h form an interval that begins at 0, where there is one at all.
+        low, high = 0.0, 4.0 * (k_o + 2.0 * b_o)
+        if not stable(k_h, 1e-6 * k_o):
+            edge.append((k_h, 0.0))
+            continue
+        while high - low > 1e-6 * k_o:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if stable(k_h, middle) else (low, middle)
+        edge.append((k_h, low))
+    return np.array(edge)
+
+
+def spectral_radius(M: Floats) -> float:
+    """Largest modulus of an eigenvalue; 0 for an empty matrix."""
+    return float(np.abs(np.linalg.eigvals(M)).max()) if M.size else 0.0

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.hands import Hand, HandScript, Intention, Rhythm
+from cohaptic.vec import ZERO, Vec3, is_finite, norm, sub
+from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.devices.simulated import SimulatedDevice
+
+HAND = Hand()
+PERIOD = 0.001  # s
+CATCH_UP = SimulatedDevice.info.stall  # s
+RESTING = Intention(surface=(0.1, 0.0, 0.0), direction=(-1.0, 0.0, 0.0), depth=0.02)
+PRESSING = HandScript(angle=0.3, rhythm=Rhythm(0.5), approach_at=0.1).intention(ZERO, 0.1)
+ROUNDING = 1e-9  # m; positions of decimetres after some thousand steps in doubles
+
+
+def run(device: Device, start: float, seconds: float, force: Vec3 = ZERO) -> DeviceSample:
+    sample = device.read(start)
+    for n in range(1, round(seconds / PERIOD) + 1):
+        device.write(force)
+        sample = device.read(start + n * PERIOD)
+    return sample
+
+
+def test_it_is_a_device_and_says_so() -> None:
+    device: Device = SimulatedDevice(HAND, RESTING)
+    assert device.info.name == "simulated"
+    assert device.info.max_force > 0.0
+
+
+@given(st.floats(0.0, 2e5))
+def test_its_time_starts_with_the_first_read_whatever_the_clock_shows(start: float) -> None:
+    here, there = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING)
+    first, later = run(here, 0.0, 0.4), run(there, start, 0.4)
+    # A clock of days resolves some picoseconds, and the tip moves at centimetres per second.
+    assert norm(sub(first.position, later.position)) < ROUNDING
+    assert first.level == pytest.approx(later.level, abs=1e-6)
+
+
+def test_it_begins_at_rest_in_front_of_the_surface() -> None:
+    sample = SimulatedDevice(HAND, PRESSING).read(7.0)
+    assert sample == DeviceSample(PRESSING.at(0.0), ZERO, 0.0)
+
+
+def test_reading_twice_in_one_moment_moves_nothing() -> None:
+    device = SimulatedDevice(HAND, PRESSING)
+    run(device, 0.0, 0.3)
+    assert device.read(0.35) == device.read(0.35)
+
+
+@given(st.floats(-5.0, 5.0))
+@settings(max_examples=20)  # two seconds each
+def test_it_comes_to_rest_where_its_spring_and_the_force_balance(force: float) -> None:
+    sample = run(SimulatedDevice(HAND, RESTING), 0.0, 2.0, (force, 0.0, 0.0))
+    expected = 0.1 - 0.02 + force / HAND.stiffness
+    # What is left of the swing after twenty times the hand's slowest time, 2 m / b.
+    assert sample.position == pytest.approx((expected, 0.0, 0.0), abs=1e-6)
+    assert sample.level == 1.0
+    assert norm(sample.velocity) < 1e-4
+
+
+@given(st.lists(st.integers(1, 100), min_size=1, max_size=8))
+def test_how_often_it_is_read_changes_nothing_while_the_force_is_the_same(
+    gaps: list[int],
+) -> None:
+    """Gaps of whole milliseconds: the steps of the integration are then the same ones."""
+    often, seldom = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING)
+    often.read(0.0)
+    seldom.read(0.0)
+    now = 0
+    for gap in gaps:
+        for _ in range(gap):
+            often.read((now := now + 1) * PERIOD)
+        here, there = often.read(now * PERIOD), seldom.read(now * PERIOD)
+        assert here.position == pytest.approx(there.position, abs=1e-6)
+
+
+@given(st.floats(0.1, 3600.0))
+def test_after_a_stall_the_hand_goes_on_from_where_it_was(stall: float) -> None:
+    device = SimulatedDevice(HAND, PRESSING)
+    before = run(device, 0.0, 0.3)
+    after = device.read(0.3 + stall)
+    travel = norm(sub(after.position, before.position))
+    # It caught up with a tenth of a second at most, at less than what it can reach in that.
+    fastest = norm(sub(PRESSING.tip(1.0), PRESSING.tip(0.0))) * math.sqrt(
+        HAND.stiffness / HAND.mass
+    )
+    assert travel <= norm(before.velocity) * CATCH_UP + fastest * CATCH_UP
+    assert after.level == PRESSING.level(0.3 + stall)
+
+
+@given(st.lists(st.floats(-0.01, 0.2), max_size=30), st.floats(-10.0, 10.0))
+def test_its_tip_stays_within_reach_at_any_irregular_reads(gaps: list[float], f: float) -> None:
+    device, now = SimulatedDevice(HAND, PRESSING), 50.0
+    device.read(now)
+    device.write((0.0, f, 0.0))
+    for gap in gaps:
+        now += gap
+        sample = device.read(now)
+        assert is_finite(sample.position)
+        assert is_finite(sample.velocity)
+        # Twice the way to balance is the most that a swing reaches.
+        assert norm(sample.position) < 0.15 + 2.0 * abs(f) / HAND.stiffness
+
+
+def test_closing_lets_the_hand_go_and_may_be_done_twice() -> None:
+    device = SimulatedDevice(HAND, RESTING)
+    pushed = run(device, 0.0, 1.0, (5.0, 0.0, 0.0))
+    device.close()
+    device.close()
+    for n in range(2000):
+        device.read(1.0 + n * PERIOD)
+    sample = device.read(3.0)
+    assert pushed.position[0] == pytest.approx(0.08 + 5.0 / HAND.stiffness, abs=1e-4)
+    assert sample.position[0] == pytest.approx(0.08, abs=1e-6)

@@ -1,0 +1,98 @@
+"""A server of a plane that does what the protocol says and no more; it notes what it is told."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field, replace
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.typing import Subprotocol
+
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control import (
+    BodyInfo,
+    ClientControl,
+    Error,
+    Welcome,
+    decode_client_control,
+    encode_control,
+)
+from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.vec import ZERO
+from tests.client.plane import PLANE
+
+PERIOD = 1.0 / 60.0  # s
+BODY = BodyInfo(name="plane", center=ZERO, radius=0.1, contact_radius=0.02)
+# In front of a hand that comes from the left.
+SURFACE = replace(PLANE, x_free=(-0.1, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
+
+
+@dataclass
+class Visit:
+    """One connection of a client.
+
+    Args:
+        first_tick: Of the patches, which come until `ticks` of them were sent.
+        ticks: After so many the server hangs up.
+        refuse: What is said instead of a welcome.
+        heard: All that the client said, in order.
+    """
+
+    first_tick: int = 1
+    ticks: int = 1_000_000
+    refuse: Error | str | None = None
+    heard: list[ClientControl | ContactSample] = field(
+        default_factory=list[ClientControl | ContactSample]
+    )
+
+    @property
+    def samples(self) -> list[ContactSample]:
+        """The samples among what the client said."""
+        return [message for message in self.heard if isinstance(message, ContactSample)]
+
+    async def host(self, ws: ServerConnection) -> None:
+        hello = await ws.recv(decode=True)
+        self.heard.append(decode_client_control(hello))
+        if self.refuse is not None:
+            refusal = self.refuse
+            await ws.send(refusal if isinstance(refusal, str) else encode_control(refusal))
+            return
+        welcome = Welcome(user=1, name="left", simulation_period=PERIOD, body=BODY, users=())
+        await ws.send(encode_control(welcome))
+        listener = asyncio.ensure_future(self._listen(ws))
+        try:
+            for tick in range(self.first_tick, self.first_tick + self.ticks):
+                patch = replace(SURFACE, tick=tick)
+                if self.samples:
+                    newest = self.samples[-1]
+                    patch = replace(patch, seq=newest.seq, t_client=newest.t_client)
+                await ws.send(patch.encode())
+                await asyncio.sleep(PERIOD)
+        finally:
+            listener.cancel()
+
+    async def _listen(self, ws: ServerConnection) -> None:
+        async for data in ws:
+            if isinstance(data, bytes):
+                self.heard.append(ContactSample.decode(data))
+            else:
+                self.heard.append(decode_client_control(data))
+
+
+@asynccontextmanager
+async def plane_server(*visits: Visit) -> AsyncGenerator[str]:
+    """The address of a server that hosts each visit in turn."""
+    left = iter(visits)
+
+    async def handle(ws: ServerConnection) -> None:
+        try:
+            await next(left).host(ws)
+        except ConnectionClosed:
+            pass
+
+    protocols = [Subprotocol(SUBPROTOCOL)]
+    async with serve(handle, "127.0.0.1", 0, subprotocols=protocols) as server:
+        yield f"ws://127.0.0.1:{next(iter(server.sockets)).getsockname()[1]}"

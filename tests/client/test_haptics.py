@@ -1,0 +1,167 @@
+"""The loop's real process, started and ended by its real handle. Real time, so few and short."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import DeviceError
+from cohaptic.record import Row
+from cohaptic.vec import ZERO, norm
+from cohaptic_client.devices.spacemouse import open_spacemouse
+from cohaptic_client.haptics import HapticProcess
+from cohaptic_client.loop_config import LoopConfig
+from cohaptic_client.loop_process import ORPHANED_AFTER, SAMPLE
+from cohaptic_client.shared_slot import SharedMemory
+from tests.client.plane import CONFIG, PLANE, PRESSED_FORCE
+
+CLOCK = SystemClock()
+PATIENCE = 20.0  # s for what takes a tenth of a second on an idle machine
+LOOK = 0.01  # s between looks at the process
+
+
+def force(row: Row) -> float:
+    return norm((row.fx, row.fy, row.fz))
+
+
+@dataclass
+class Bench:
+    """The network process: patches, heartbeats, and all that came back."""
+
+    memory: SharedMemory
+    rows: list[Row] = field(default_factory=list[Row])
+    tick: int = 0
+
+    @property
+    def config(self) -> LoopConfig:
+        return replace(CONFIG, memory=self.memory.path, clock_origin=CLOCK.origin)
+
+    def until(self, loop: HapticProcess, condition: Callable[[], bool]) -> None:
+        """Live as the client does until something is so."""
+        deadline = CLOCK.now() + PATIENCE
+        while not condition():
+            assert CLOCK.now() < deadline, loop.status
+            self.tick += 1
+            loop.give_patch(replace(PLANE, tick=self.tick).encode())
+            loop.beat()
+            self.rows += loop.new_rows()
+            CLOCK.sleep_until(CLOCK.now() + LOOK)
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    memory = SharedMemory.create()
+    yield Bench(memory)
+    memory.close(remove=True)
+
+
+def end(loop: HapticProcess) -> None:
+    loop.request_stop()
+    loop.wait()
+
+
+def processes_with(path: str) -> list[int]:
+    """Numbers of the running processes that have a path on their command line."""
+    found = list[int]()
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            command = Path("/proc", pid, "cmdline").read_bytes()
+        except OSError:
+            continue  # it ended meanwhile
+        if path.encode() in command:
+            found.append(int(pid))
+    return found
+
+
+def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
+    bench: Bench,
+) -> None:
+    loop = HapticProcess(bench.config, bench.memory)
+    assert loop.newest_sample() is None
+    rows = bench.rows
+    bench.until(loop, lambda: bool(rows) and force(rows[-1]) > 0.98 * PRESSED_FORCE)
+
+    tip = loop.newest_sample()
+    assert tip is not None
+    assert tip.t >= rows[-1].t
+    assert tip.tick >= rows[-1].tick > 1
+    assert tip.probe[2] < 0.0
+    assert norm(tip.force) == pytest.approx(PRESSED_FORCE, rel=0.05)
+    assert loop.status["mode"] == "engaged"
+
+    loop.request_stop()
+    told = CLOCK.now()
+    loop.beat()  # whoever beats on does not take the word back
+    loop.wait()
+    rows += loop.new_rows()
+    last = loop.newest_sample()
+    assert last is not None
+    assert last.force == ZERO
+    assert loop.newest_sample() == last  # it stays, when there is no newer one
+    assert force(rows[-1]) == 0.0
+    fade = [force(row) for row in rows if row.t > told]
+    steepest = PRESSED_FORCE / CONFIG.limits.fade_time
+    for a, b in pairwise(rows):
+        assert a.t < b.t
+        if a.t > told:
+            # No faster than the fade; the hand springs back meanwhile, which only adds a little.
+            assert abs(force(b) - force(a)) < 2.5 * steepest * (b.t - a.t) + 0.01
+    assert fade[0] > 0.9 * PRESSED_FORCE
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc and /dev/shm")
+def test_neither_a_process_nor_a_file_stays_behind() -> None:
+    memory = SharedMemory.create()
+    bench = Bench(memory)
+    loop = HapticProcess(bench.config, memory)
+    bench.until(loop, lambda: bool(bench.rows))
+    assert len(processes_with(memory.path)) == 1
+    end(loop)
+    memory.close(remove=True)
+    assert processes_with(memory.path) == []
+    assert not os.path.exists(memory.path)
+
+
+def test_without_its_parents_heartbeat_it_fades_and_ends(bench: Bench) -> None:
+    """As when the network process was killed: no word to stop, no beat, no patch."""
+    command = [sys.executable, "-m", "cohaptic_client.loop_process", bench.config.to_json()]
+    started = CLOCK.now()
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL) as orphan:
+        assert orphan.wait(PATIENCE) == 0
+    assert CLOCK.now() - started > ORPHANED_AFTER
+    raw = bench.memory.sample.read()
+    assert raw is not None
+    assert SAMPLE.unpack(raw)[5:] == ZERO
+
+
+def test_a_device_that_cannot_be_had_is_one_sentence(bench: Bench) -> None:
+    try:
+        open_spacemouse(CONFIG.center, reach=0.1).close()
+    except DeviceError as error:
+        expected = str(error)
+    else:
+        pytest.skip("a SpaceMouse is plugged in")
+    loop = HapticProcess(replace(bench.config, device="spacemouse"), bench.memory)
+    with pytest.raises(DeviceError) as caught:
+        bench.until(loop, lambda: False)
+    assert str(caught.value) == expected
+    assert "\n" not in expected
+    end(loop)
+
+
+def test_a_process_that_dies_without_a_word_is_one_sentence_too(
+    bench: Bench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    loop = HapticProcess(replace(bench.config, memory="/nowhere"), bench.memory)
+    with pytest.raises(DeviceError, match=r"^simulated: its process ended with 1$"):
+        bench.until(loop, lambda: False)
+    end(loop)
+    assert "/nowhere" in capfd.readouterr().err  # the whole story, for a bug report

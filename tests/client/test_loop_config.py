@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.hands import Hand, Intention, Rhythm
+from cohaptic_client.loop_config import LoopConfig, haptic_period, silent_after
+from cohaptic_client.safety import SafetyLimits
+from tests.client.plane import CONFIG
+from tests.strategies import vectors
+
+numbers = st.floats(allow_nan=False)
+positive = st.floats(1e-3, 1e3)
+intentions = st.builds(
+    Intention,
+    surface=vectors(1.0),
+    direction=vectors(1.0),
+    depth=numbers,
+    clearance=numbers,
+    approach_at=numbers,
+    approach_time=numbers,
+    rhythm=st.none() | st.builds(Rhythm, st.floats(0.1, 3600.0)),
+)
+configs = st.builds(
+    LoopConfig,
+    memory=st.text(max_size=40),
+    clock_origin=numbers,
+    haptic_period=st.floats(1.0 / 4000, 1.0 / 500),
+    simulation_period=positive,
+    law=st.sampled_from(Law),
+    device=st.text(max_size=10),
+    center=vectors(10.0),
+    radius=positive,
+    limits=st.builds(
+        SafetyLimits, max_force=positive, stall=positive, engage_periods=st.integers(0, 100)
+    ),
+    hand=st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),
+    intention=st.none() | intentions,
+)
+
+
+@given(configs)
+def test_comes_back_as_it_was(config: LoopConfig) -> None:
+    assert LoopConfig.from_json(config.to_json()) == config
+
+
+@given(st.floats(500.0, 4000.0))
+def test_every_rate_from_500_to_4000_hz_is_taken(loop_hz: float) -> None:
+    period = haptic_period(loop_hz)
+    assert replace(CONFIG, haptic_period=period).haptic_period == pytest.approx(1.0 / loop_hz)
+
+
+@pytest.mark.parametrize("loop_hz", [499.0, 10.0, 0.0, -1000.0, 4001.0, math.inf, math.nan])
+def test_any_other_rate_is_refused_with_the_limits(loop_hz: float) -> None:
+    with pytest.raises(SettingError, match=r"^loop rate is .* Hz; it must be from 500 to 4000 Hz$"):
+        haptic_period(loop_hz)
+
+
+@pytest.mark.parametrize("period", [0.0021, 0.0002, 0.0, -0.001, math.inf, math.nan])
+def test_a_configuration_with_another_period_cannot_be_made(period: float) -> None:
+    with pytest.raises(
+        SettingError, match=r"haptic period is .* s; it must be from 0.00025 to 0.002 s"
+    ):
+        replace(CONFIG, haptic_period=period)
+
+
+@pytest.mark.parametrize(("hz", "expected"), [(200.0, 0.1), (60.0, 0.1), (20.0, 0.15), (10.0, 0.3)])
+def test_a_server_is_silent_after_three_ticks_and_a_tenth_of_a_second_at_least(
+    hz: float, expected: float
+) -> None:
+    assert silent_after(1.0 / hz) == pytest.approx(expected)

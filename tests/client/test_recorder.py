@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.record import COLUMNS, Row
+from cohaptic_client.recorder import MAX_SECONDS, Recorder
+
+SLOW = 0.1  # Hz; 30 rows are the longest recording
+LIMIT = int(MAX_SECONDS * SLOW)
+
+
+def row(n: float) -> Row:
+    return Row._make(n + column / 100 for column in range(len(COLUMNS)))
+
+
+def test_a_file_holds_every_row_in_order_with_names_and_the_way_to_the_wall_clock(
+    tmp_path: Path,
+) -> None:
+    recorder = Recorder(1000.0)
+    recorder.keep([row(1.0), row(2.0)])
+    recorder.keep([])
+    recorder.keep([row(3.0)])
+    path = tmp_path / "left.npz"
+    recorder.save(path, name="left", to_wall=-12.5)
+    with np.load(path) as file:
+        assert sorted(file) == ["columns", "name", "rows", "to_wall"]
+        assert tuple(file["columns"]) == COLUMNS
+        assert [Row._make(values) for values in file["rows"]] == [row(n) for n in (1.0, 2.0, 3.0)]
+        assert str(file["name"]) == "left"
+        assert float(file["to_wall"]) == -12.5
+
+
+def test_a_recording_without_rows_is_a_file_too(tmp_path: Path) -> None:
+    Recorder(1000.0).save(tmp_path / "none.npz", name="left", to_wall=0.0)
+    with np.load(tmp_path / "none.npz") as file:
+        assert file["rows"].shape == (0, len(COLUMNS))
+
+
+@given(st.lists(st.integers(0, 40), max_size=6))
+def test_of_a_long_session_the_last_rows_are_kept(
+    tmp_path_factory: pytest.TempPathFactory, batches: list[int]
+) -> None:
+    recorder, count = Recorder(SLOW), 0
+    for batch in batches:
+        recorder.keep([row(n) for n in range(count, count + batch)])
+        count += batch
+    path = tmp_path_factory.getbasetemp() / "long.npz"
+    recorder.save(path, name="left", to_wall=0.0)
+    with np.load(path) as file:
+        assert file["rows"][:, 0].tolist() == list(range(max(0, count - LIMIT), count))

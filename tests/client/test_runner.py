@@ -1,0 +1,153 @@
+"""One whole client against a small server in the tests' process; real time, a second at most."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from cohaptic.errors import CloseCode, RemoteProtocolError, ServerLost
+from cohaptic.hands import HandScript
+from cohaptic.protocol.control import Bye, Error, Hello
+from cohaptic.record import Row
+from cohaptic.report import TouchStatus
+from cohaptic.vec import ZERO, norm
+from cohaptic_client import runner
+from cohaptic_client.runner import Client, Refused
+from cohaptic_client.settings import ClientSettings
+from tests.client.plane_server import PERIOD, Visit, plane_server
+
+TAKEN = Error(code=CloseCode.NAME_TAKEN.value, message="name is 'left'; expected one that is free")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Where the clients' shared memory is; nothing may stay behind there."""
+    monkeypatch.setattr("cohaptic_client.shared_slot._IN_MEMORY", str(tmp_path))
+    yield tmp_path
+    assert list(tmp_path.iterdir()) == []
+
+
+@dataclass
+class Told:
+    """What a client said and did, and its state at the end."""
+
+    news: list[str] = field(default_factory=list[str])
+    rows: list[Row] = field(default_factory=list[Row])
+    first: TouchStatus | None = None
+    last: TouchStatus | None = None
+
+
+async def visit(told: Told, url: str, *, duration: float | None, patience: float = 0.0) -> None:
+    script = HandScript(angle=math.pi, depth=0.01, approach_at=0.1)
+    settings = ClientSettings(
+        url=url, name="left", script=script, duration=duration, patience=patience
+    )
+    client = Client(settings, tell=told.news.append, keep=told.rows.extend)
+    told.first = client.status()
+    try:
+        await client.run()
+    finally:
+        told.last = client.status()
+
+
+def play(*visits: Visit, duration: float | None = None, patience: float = 0.0) -> Told:
+    """A client at a server that hosts these visits in turn."""
+    told = Told()
+
+    async def work() -> None:
+        async with plane_server(*visits) as url:
+            await visit(told, url, duration=duration, patience=patience)
+
+    asyncio.run(asyncio.wait_for(work(), 30.0))
+    return told
+
+
+def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell() -> None:
+    hosted = Visit()
+    told = play(hosted, duration=0.8)
+    hello, *_, bye = hosted.heard
+    assert isinstance(hello, Hello)
+    assert (hello.name, hello.max_force, hello.max_stiffness) == ("left", 10.0, 1000.0)
+    assert bye == Bye()
+    samples = hosted.samples
+    assert len(samples) == len(hosted.heard) - 2  # nothing before the one, nothing after the other
+    assert [sample.seq for sample in samples] == list(range(1, len(samples) + 1))
+    assert all(a.t_client <= b.t_client for a, b in pairwise(samples))
+    assert max(norm(sample.force) for sample in samples) > 0.1
+    assert samples[-1].force == ZERO
+    # One for each tick while the loop runs; on a busy machine some are left out.
+    times = sorted({sample.t_client for sample in samples})
+    assert 5 < len(times) <= (times[-1] - times[0]) / PERIOD + 3
+    assert told.news == ["touching plane with nobody else"]
+    assert told.first == TouchStatus(name="left", state="connecting")
+    assert told.last is not None
+    assert (told.last.state, told.last.force, told.last.fault) == ("stopped", 0.0, "")
+    assert told.last.round_trip > 0.0
+    assert told.rows[-1].fx == told.rows[-1].fy == told.rows[-1].fz == 0.0
+    assert told.rows[-1].tick > 1
+
+
+def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its ticks count from 1, whatever the one before had reached."""
+    monkeypatch.setattr(runner, "RETRY", 0.2)  # s; still longer than a server may be silent
+    told = play(Visit(first_tick=5000, ticks=20), Visit(), duration=1.0, patience=5.0)
+    ticks = [row.tick for row in told.rows]
+    assert 5000 < max(ticks) < 5020
+    assert 1 < ticks[-1] < 100
+
+
+def test_a_lost_server_is_tried_again_for_a_while_then_named() -> None:
+    told = Told()
+
+    async def work() -> None:
+        async with plane_server(Visit(ticks=3)) as url:
+            first = asyncio.ensure_future(visit(told, url, duration=None, patience=0.0))
+            await asyncio.wait([first])
+            with pytest.raises(ServerLost, match="the connection was lost"):
+                await first
+
+    asyncio.run(asyncio.wait_for(work(), 30.0))
+
+
+@pytest.mark.parametrize("patience", [0.0, 0.15])
+def test_without_a_server_a_client_gives_up_when_its_patience_ends(
+    patience: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "RETRY", 0.05)
+    told = Told()
+    with socket.socket() as reserved:
+        reserved.bind(("127.0.0.1", 0))  # and never listens
+        url = f"ws://127.0.0.1:{reserved.getsockname()[1]}"
+        with pytest.raises(ServerLost, match="no server answers"):
+            asyncio.run(visit(told, url, duration=None, patience=patience))
+    assert all("no server answers" in news and "trying again" in news for news in told.news)
+    assert bool(told.news) == bool(patience)
+
+
+def test_a_refusal_is_told_in_the_servers_words() -> None:
+    with pytest.raises(Refused, match="name is 'left'; expected one that is free"):
+        play(Visit(refuse=TAKEN), patience=5.0)
+
+
+def test_on_its_way_back_a_client_waits_until_its_old_name_is_free(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "RETRY", 0.05)
+    back = Visit()
+    told = play(Visit(ticks=3), Visit(refuse=TAKEN), back, duration=0.6, patience=5.0)
+    assert [news.partition(" ")[0] for news in told.news].count("touching") == 2
+    assert any("name is 'left'" in news and "trying again" in news for news in told.news)
+    assert back.samples
+
+
+@pytest.mark.parametrize("rubbish", ["{}", "no JSON", '{"type": "user_left"}'])
+def test_a_server_that_breaks_the_protocol_ends_the_client_with_its_error(rubbish: str) -> None:
+    with pytest.raises(RemoteProtocolError):
+        play(Visit(refuse=rubbish), patience=5.0)

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.bodies.shapes import icosphere
+
+X, FACES = icosphere(1, 0.1)
+N, M = len(X), len(FACES)
+seeds = st.integers(0, 2**32 - 1)
+
+
+@given(seeds)
+@settings(max_examples=20, deadline=None)
+def test_each_corner_gets_its_share_and_nothing_is_lost(seed: int) -> None:
+    shares = np.random.default_rng(seed).normal(size=(M, 3, 3))
+    whole = scatter_vector(shares, FACES, N).reshape(N, 3)
+    assert whole.sum(axis=0) == pytest.approx(shares.sum(axis=(0, 1)))
+    for vertex in (0, N // 2, N - 1):
+        assert whole[vertex] == pytest.approx(shares[vertex == FACES].sum(axis=0))
+
+
+@given(seeds)
+@settings(max_examples=20, deadline=None)
+def test_a_matrix_does_to_the_whole_what_its_blocks_do_to_the_parts(seed: int) -> None:
+    """K u, assembled, is the sum over faces of (block of the face) (u at its corners)."""
+    rng = np.random.default_rng(seed)
+    blocks, u = rng.normal(size=(M, 3, 3, 3, 3)), rng.normal(size=(N, 3))
+    parts = np.einsum("mijkl,mkl->mij", blocks, u[FACES])
+    whole = scatter_matrix(blocks, FACES, N) @ u.ravel()
+    # Six faces of three corners meet at a vertex: rounding of a sum of 54 products.
+    assert whole == pytest.approx(scatter_vector(parts, FACES, N), abs=1e-12)
+
+
+@given(seeds)
+@settings(max_examples=20, deadline=None)
+def test_symmetric_blocks_give_a_symmetric_matrix(seed: int) -> None:
+    half = np.random.default_rng(seed).normal(size=(M, 9, 9))
+    blocks = (half + half.transpose(0, 2, 1)).reshape(M, 3, 3, 3, 3)
+    K = scatter_matrix(blocks, FACES, N)
+    assert abs(K - K.T).max() < 1e-12
+
+
+def test_vertices_without_a_common_face_are_not_coupled() -> None:
+    K = scatter_matrix(np.ones((M, 3, 3, 3, 3)), FACES, N).toarray().reshape(N, 3, N, 3)
+    together = np.zeros((N, N), dtype=bool)
+    for face in FACES:
+        together[np.ix_(face, face)] = True
+    assert ((K != 0.0).all(axis=(1, 3)) == together).all()
+    assert ((K != 0.0).any(axis=(1, 3)) == together).all()

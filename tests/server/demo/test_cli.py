@@ -1,0 +1,49 @@
+"""What the command refuses before it starts anything; `tests/system` runs it."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.cli import main
+from cohaptic_server.demo.cli import sparkline
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--users", "1"], "number of users is 1; it must be from 2 to 16"),
+        (["--duration", "0.5"], "duration is 0.5 s; it must be from 2 s to a day"),
+        (["--json", "no/such/folder/out.json"], "there is no folder"),
+    ],
+)
+def test_what_cannot_be_shown_is_one_sentence_and_starts_nothing(
+    arguments: list[str],
+    words: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        main(["demo", *arguments])
+    out, err = capsys.readouterr()
+    assert (end.value.code, out) == (2, "")
+    assert err.startswith("cohaptic: ")
+    assert words in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(st.lists(st.floats(-100.0, 100.0), max_size=60))
+def test_a_sparkline_has_a_block_for_each_force_and_never_falls_with_it(
+    forces: list[float],
+) -> None:
+    blocks = sparkline(deque(forces))
+    assert len(blocks) == len(forces)
+    heights = [sparkline(deque([force])) for force in sorted(forces)]
+    assert heights == sorted(heights)

@@ -1,0 +1,120 @@
+"""`cohaptic serve` as people and scripts start it. Where it starts it is a process: few, short."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from cohaptic.cli import main
+
+SERVE = [sys.executable, "-m", "cohaptic", "serve"]
+PATIENCE = 30.0  # s; far more than anything here takes on an idle machine
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+
+def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["serve", "--help"])
+    out, err = capsys.readouterr()
+    assert (end.value.code, err) == (0, "")
+    out = re.sub(r"\x1b\[[0-9;]*m", "", out)  # colours, where the environment asks for them
+    for word in ("--host", "--port", "--simulation-hz", "--body", "--max-users", "balloon"):
+        assert word in out
+    assert "--lifeline" not in out  # for programs
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (
+            ["--simulation-hz", "5"],
+            "cohaptic: simulation rate is 5.0 Hz; it must be from 10 to 200 Hz\n",
+        ),
+        (["--port", "70000"], "cohaptic: port is 70000; it must be from 0 to 65535\n"),
+        (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
+    ],
+)
+def test_a_setting_out_of_range_is_one_sentence(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["serve", *arguments])
+    assert end.value.code == 2
+    assert capsys.readouterr() == ("", sentence)
+
+
+def test_an_unknown_body_is_one_sentence_with_those_that_exist() -> None:
+    done = refused("--port", "0", "--body", "liver")
+    assert done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon\n"
+
+
+def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = refused("--port", str(port))
+    words = f"cohaptic: port is {port}, which is in use on 127.0.0.1; it must be a free one"
+    assert done.stderr.startswith(words)
+    assert "choose with --port" in done.stderr
+
+
+def refused(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """A server that cannot start, and says so in one line."""
+    done = subprocess.run(
+        [*SERVE, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    return done
+
+
+def interrupt(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGINT)
+
+
+def terminate(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGTERM)
+
+
+def cut_the_lifeline(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None
+    process.stdin.close()
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        pytest.param(interrupt, marks=POSIX),
+        pytest.param(terminate, marks=POSIX),
+        cut_the_lifeline,
+    ],
+)
+def test_a_server_says_where_it_listens_and_ends_cleanly(
+    end: Callable[[subprocess.Popen[str]], None],
+) -> None:
+    with subprocess.Popen(
+        [*SERVE, "--port", "0", "--lifeline"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            first = process.stdout.readline()
+            assert first.startswith("listening ws://127.0.0.1:")
+            end(process)
+            assert process.wait(PATIENCE) == 0
+            assert process.stdout.read() == ""
+            news = process.stderr.read().splitlines()
+        finally:
+            process.kill()
+    assert f"cohaptic touch {first.split()[1]} --name NAME" in news[0]
+    assert "stopped after" in news[-1]
+    assert len(news) == 2

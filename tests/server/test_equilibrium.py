@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.vec import Vec3, norm, scale, sub, unit
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.contact import locate
+from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
+from tests.system.spectral import random_compliance
+
+RADIUS = 0.1  # m, of the balloons
+HAND = 400.0  # N/m
+seeds = st.integers(0, 2**32 - 1)
+# Far enough apart that contacts of 3 cm do not lie on each other.
+corners = st.lists(
+    st.sampled_from([(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 5.0, 6)]),
+    min_size=1,
+    max_size=4,
+    unique=True,
+)
+
+
+def hand(at: Vec3, depth: float, stiffness: float = HAND) -> RestingHand:
+    return RestingHand(scale(unit(at), RADIUS - depth), stiffness)
+
+
+def problem(n: int, seed: int) -> tuple[Floats, Floats]:
+    """Compliance of body and hands, and depths of either sign [m]."""
+    rng = np.random.default_rng(seed)
+    M = random_compliance(n, seed) + np.diag(1.0 / rng.uniform(100.0, 1000.0, n))
+    return M, rng.uniform(-0.01, 0.02, n)
+
+
+def height_over(body: Balloon, found: Equilibrium, i: int) -> float:
+    """Height of tip i over the surface under all forces, own one included [m]."""
+    free = [np.zeros_like(body.mesh.vertices)] * len(found.force)
+    height = np.nan
+    for _ in range(12):  # contacts follow the surface that follows them
+        contacts = [
+            locate(body.mesh, tip, field, radius=body.contact_radius)
+            for tip, field in zip(found.tip, free, strict=True)
+        ]
+        response = body.respond([c.load(f) for c, f in zip(contacts, found.force, strict=True)])
+        free = [response.free(j, f) for j, f in enumerate(found.force)]
+        surface = contacts[i].moved(response.displacement)
+        height = float(contacts[i].normal @ (found.tip[i] - surface))
+    return height
+
+
+@given(st.integers(1, 6), seeds)
+@settings(deadline=None)
+def test_complementarity_finds_what_trying_every_active_set_finds(n: int, seed: int) -> None:
+    M, q = problem(n, seed)
+    valid: list[Floats] = []
+    for chosen in itertools.product([False, True], repeat=n):
+        active = np.array(chosen)
+        f = np.zeros(n)
+        if active.any():
+            f[active] = np.linalg.solve(M[np.ix_(active, active)], q[active])
+        if (f >= 0.0).all() and (M @ f - q >= -1e-12).all():
+            valid.append(f)
+    # M is positive definite: there is one solution, were it not for a tie.
+    assert valid
+    # A thousandth of what the smallest force that matters here is, 1e-6 N.
+    assert complementarity(M, q) == pytest.approx(valid[0], abs=1e-9)
+
+
+@given(st.integers(1, 16), seeds)
+@settings(deadline=None)
+def test_complementarity_keeps_its_three_conditions_for_a_full_room(n: int, seed: int) -> None:
+    M, q = problem(n, seed)
+    f = complementarity(M, q)
+    gap = M @ f - q
+    assert (f >= 0.0).all()
+    assert gap.min() > -1e-12  # m
+    assert np.abs(f * gap).max() < 1e-12  # J
+
+
+@given(corners, st.lists(st.floats(-0.01, 0.02), min_size=4, max_size=4))
+@settings(max_examples=15, deadline=None)
+def test_tips_lie_on_the_surface_they_press_and_over_the_one_they_do_not(
+    small_balloon: Balloon, at: list[Vec3], depths: list[float]
+) -> None:
+    hands = [hand(a, d) for a, d in zip(at, depths, strict=False)]
+    found = solve(small_balloon, hands)
+    assert (found.force >= 0.0).all()
+    for i, (force, tip) in enumerate(zip(found.force, found.tip, strict=True)):
+        height = height_over(small_balloon, found, i)
+        # A hundredth of a millimetre, as contacts are found to that.
+        assert height > -1e-5
+        if force > 0.0:
+            assert height < 1e-5
+        # And each hand is a spring between its intention and its tip.
+        stretch = norm(sub((tip[0], tip[1], tip[2]), hands[i].intention))
+        assert force == pytest.approx(HAND * stretch, abs=1e-4)
+
+
+@given(st.floats(0.001, 0.02), st.floats(100.0, 1000.0), st.floats(-3.0, 3.0))
+@settings(max_examples=15, deadline=None)
+def test_a_lone_hand_and_the_body_are_springs_in_a_row(
+    small_balloon: Balloon, depth: float, stiffness: float, angle: float
+) -> None:
+    at = (math.cos(angle), math.sin(angle), 0.3)
+    lone = hand(at, depth, stiffness)
+    found = solve(small_balloon, [lone])
+    # Depth counts from the facet in front of the hand, which lies inside the sphere.
+    free = np.zeros_like(small_balloon.mesh.vertices)
+    intention = np.array(lone.intention)
+    contact = locate(small_balloon.mesh, intention, free, radius=small_balloon.contact_radius)
+    depth = max(0.0, float(contact.normal @ (contact.point - intention)))
+    k_o = 1.0 / found.compliance[0, 0]
+    # The tip slides a little down the facet's slope as it is pushed out.
+    expected = depth / (1.0 / k_o + 1.0 / stiffness)
+    assert found.force[0] == pytest.approx(expected, rel=0.01, abs=1e-4)
+    # What it feels of others is nothing, to the accuracy of the solution.
+    assert found.felt_from_others[0] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_hands_off_the_body_feel_nothing(small_balloon: Balloon) -> None:
+    hands = [hand((1.0, 0.0, 0.0), -0.01), hand((-1.0, 0.0, 0.0), -0.005)]
+    found = solve(small_balloon, hands)
+    assert found.force.tolist() == found.alone.tolist() == [0.0, 0.0]
+    assert found.tip == pytest.approx(np.array([h.intention for h in hands]), abs=1e-15)
+
+
+def test_a_hand_just_off_the_body_is_pushed_by_another_that_presses(balloon: Balloon) -> None:
+    """Pressing one side pushes the other out, into a hand that waits there."""
+    waiting = hand((1.0, 0.0, 0.0), -0.001)
+    assert solve(balloon, [waiting]).force[0] == 0.0
+    found = solve(balloon, [waiting, hand((-1.0, 0.0, 0.0), 0.02)])
+    assert found.force[0] > 0.2
+    assert found.felt_from_others[0] == pytest.approx(found.force[0])
+    assert found.alone[0] == 0.0
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_a_symmetric_scene_has_symmetric_forces(balloon: Balloon, axis: Vec3) -> None:
+    """The icosahedron and the held base are mirrored in the planes of the axes."""
+    found = solve(balloon, [hand(axis, 0.015), hand(scale(axis, -1.0), 0.015)])
+    assert found.force[0] == pytest.approx(found.force[1], abs=1e-4)
+    assert found.alone[0] == pytest.approx(found.alone[1], abs=1e-4)
+    assert found.tip[0] == pytest.approx(found.tip[1] * [-1.0, -1.0, 1.0], abs=1e-6)
+    assert found.felt_from_others[0] > 0.5
+
+
+@given(st.permutations([0, 1, 2]))
+@settings(max_examples=6, deadline=None)
+def test_nobody_is_served_first(small_balloon: Balloon, order: list[int]) -> None:
+    hands = [hand((1.0, 0.0, 0.0), 0.01), hand((0.0, 1.0, 0.2), 0.02), hand((-1.0, 0.0, 0.5), 0.0)]
+    straight = solve(small_balloon, hands)
+    mixed = solve(small_balloon, [hands[i] for i in order])
+    assert mixed.force == pytest.approx(straight.force[order], abs=1e-4)
+    assert mixed.tip == pytest.approx(straight.tip[order], abs=1e-6)

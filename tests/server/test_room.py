@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.law import Law
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.protocol.control import UserJoined, UserLeft
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.world import RELEASE_TIME
+from tests.server.peers import hello, sample
+
+
+def room(body: Balloon, max_users: int = 4, simulation_hz: float = 60.0) -> Room:
+    return Room(body, ServerSettings(max_users=max_users, simulation_hz=simulation_hz))
+
+
+def enter(where: Room, name: str, now: float = 0.0) -> int:
+    return where.join(hello(name), now)[0].user
+
+
+def test_a_welcome_says_what_a_client_needs(small_balloon: Balloon) -> None:
+    here = room(small_balloon, simulation_hz=50.0)
+    first, news, replaced = here.join(hello("left"), 0.0)
+    assert (first.name, first.users, replaced) == ("left", (), None)
+    assert news == UserJoined(user=first.user, name="left")
+    assert first.simulation_period == 0.02
+    assert first.body == describe(small_balloon)
+    second, _, _ = here.join(hello("right"), 0.0)
+    assert second.users == ("left",)
+    assert second.user != first.user
+
+
+def test_the_sphere_of_a_body_holds_it_and_touches_it(small_balloon: Balloon) -> None:
+    info = describe(small_balloon)
+    distances = np.linalg.norm(small_balloon.mesh.vertices - np.array(info.center), axis=1)
+    assert distances.max() == pytest.approx(info.radius, rel=1e-12)
+    assert (info.name, info.contact_radius) == ("balloon", small_balloon.contact_radius)
+
+
+def test_a_name_in_use_is_refused_with_those_that_are_taken(small_balloon: Balloon) -> None:
+    here = room(small_balloon)
+    enter(here, "left")
+    enter(here, "right")
+    with pytest.raises(RemoteProtocolError, match=r"'left'.*taken: left, right") as caught:
+        enter(here, "left")
+    assert caught.value.code is CloseCode.NAME_TAKEN
+    assert len(here.members) == 2
+
+
+def test_a_full_room_is_refused_with_its_limit(small_balloon: Balloon) -> None:
+    here = room(small_balloon, max_users=2)
+    numbers = [enter(here, "left"), enter(here, "right")]
+    with pytest.raises(RemoteProtocolError, match="users is 3; expected at most 2") as caught:
+        enter(here, "third")
+    assert caught.value.code is CloseCode.ROOM_FULL
+    here.leave(numbers[0])
+    assert enter(here, "third") not in numbers
+
+
+@pytest.mark.parametrize("max_users", [1, 4])
+def test_a_silent_user_keeps_its_name_for_a_while_and_no_longer(
+    small_balloon: Balloon, max_users: int
+) -> None:
+    """Its return finds a place also in a full room: it is its own."""
+    here = room(small_balloon, max_users)
+    old = enter(here, "left", now=10.0)
+    here.sample(old, sample(), 11.0)
+    with pytest.raises(RemoteProtocolError):
+        enter(here, "left", now=11.0 + REPLACE_AFTER - 0.01)
+    welcome, news, replaced = here.join(hello("left"), 11.0 + REPLACE_AFTER)
+    assert replaced == old
+    assert welcome.user == news.user != old
+    assert welcome.users == ()
+    assert set(here.members) == {welcome.user}
+    # The end of the old connection is then no news any more.
+    assert here.leave(old) is None
+
+
+def test_who_leaves_is_named_once_with_the_reason(small_balloon: Balloon) -> None:
+    here = room(small_balloon)
+    user = enter(here, "left")
+    assert here.leave(user, "bye") == UserLeft(user=user, name="left", reason="bye")
+    assert here.leave(user, "bye") is None
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.booleans()), max_size=30))
+def test_numbers_are_never_used_twice(
+    small_balloon: Balloon, happenings: list[tuple[str, bool]]
+) -> None:
+    here, given_out = room(small_balloon), list[int]()
+    holders: dict[str, int] = {}
+    for name, comes in happenings:
+        if comes and name not in holders:
+            holders[name] = enter(here, name)
+            given_out.append(holders[name])
+        elif not comes and name in holders:
+            here.leave(holders.pop(name))
+    assert len(set(given_out)) == len(given_out)
+    assert set(here.members) == set(holders.values())
+
+
+def test_a_patch_comes_for_each_user_from_its_first_sample_on(small_balloon: Balloon) -> None:
+    here = room(small_balloon)
+    left, right = enter(here, "left"), enter(here, "right")
+    assert here.tick(0.0) == {}
+    here.sample(left, sample(5), 0.01)
+    patches = here.tick(0.02)
+    assert set(patches) == {left}
+    assert patches[left].seq == 5
+    assert patches[left].sample_wait == pytest.approx(0.01)
+    here.sample(right, sample(1), 0.03)
+    assert set(here.tick(0.04)) == {left, right}
+    here.leave(left)
+    assert set(here.tick(0.06)) == {right}
+
+
+def test_the_newest_sample_replaces_the_last(small_balloon: Balloon) -> None:
+    here = room(small_balloon)
+    user = enter(here, "left")
+    for seq in (1, 2, 9):
+        here.sample(user, sample(seq, probe=(0.09, 0.001 * seq, 0.0)), 0.0)
+    patch = here.tick(0.01)[user]
+    assert (patch.seq, patch.t_client) == (9, sample(9).t_client)
+
+
+def test_a_hello_speaks_for_the_samples_that_follow(small_balloon: Balloon) -> None:
+    """Law and largest force are said once: the body takes no more than the device gives."""
+    here = room(small_balloon)
+    soft = here.join(hello("soft", law=Law.PROPORTIONAL, max_force=1.0), 0.0)[0].user
+    here.sample(soft, sample(force=(5.0, 0.0, 0.0)), 0.0)
+    for i in range(30):
+        here.tick(i / 60.0)
+    patch = here.tick(0.5)[soft]
+    assert patch.own_force == 1.0
+    assert patch.k_h < patch.k_o  # eq. (8)
+
+
+def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon) -> None:
+    here, dt = room(small_balloon), 1.0 / 60.0
+    user = enter(here, "left")
+    now, carried = 0.0, 0.0
+
+    def ticks(seconds: float, *, talking: bool) -> float:
+        nonlocal now, carried
+        for _ in range(round(seconds / dt)):
+            if talking:
+                here.sample(user, sample(), now)
+            carried = here.tick(now)[user].own_force
+            now += dt
+        return carried
+
+    full = ticks(1.0, talking=True)
+    assert full == pytest.approx(2.0, rel=0.01)
+    assert ticks(STALE_AFTER - 2 * dt, talking=False) == full  # a hiccup
+    assert 0.0 < ticks(RELEASE_TIME, talking=False) < full
+    assert ticks(5 * dt, talking=False) == 0.0
+    assert ticks(RELEASE_TIME + 2 * dt, talking=True) == pytest.approx(full)
+
+
+@given(st.lists(st.integers(0, 6), min_size=1, max_size=40))
+@settings(max_examples=20, deadline=None)
+def test_ticks_count_one_by_one_whatever_happens_between_them(
+    small_balloon: Balloon, happenings: list[int]
+) -> None:
+    here, users = room(small_balloon, max_users=8), list[int]()
+    for number, what in enumerate(happenings, start=1):
+        now = number / 60.0
+        if what == 0 and len(users) < 8:
+            users.append(enter(here, f"user{number}", now))
+        elif what == 1 and users:
+            here.leave(users.pop(0))
+        elif users:
+            here.sample(users[what % len(users)], sample(number), now)
+        patches = here.tick(now)
+        assert set(patches) <= set(users)
+        assert {patch.tick for patch in patches.values()} <= {number}
+    assert here.world.tick == len(happenings)

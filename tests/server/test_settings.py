@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic_server.settings import ServerSettings
+
+
+@given(st.floats(10.0, 200.0))
+def test_the_simulation_period_is_that_of_the_rate(hz: float) -> None:
+    assert ServerSettings(simulation_hz=hz).simulation_period * hz == pytest.approx(1.0)
+
+
+def test_a_server_nobody_told_anything_listens_to_this_machine_only() -> None:
+    assert ServerSettings().host == "127.0.0.1"
+
+
+@pytest.mark.parametrize("hz", [-60.0, 0.0, 9.99, 200.1, math.inf, math.nan])
+def test_a_rate_out_of_range_is_refused_with_its_limits(hz: float) -> None:
+    words = rf"simulation rate is {hz} Hz; it must be from 10 to 200 Hz"
+    with pytest.raises(SettingError, match=words):
+        ServerSettings(simulation_hz=hz)
+
+
+@pytest.mark.parametrize("port", [-1, 65536])
+def test_a_port_that_cannot_be_is_refused_with_its_limits(port: int) -> None:
+    with pytest.raises(SettingError, match=f"port is {port}; it must be from 0 to 65535"):
+        ServerSettings(port=port)
+
+
+@pytest.mark.parametrize("users", [0, 65])
+def test_an_absurd_crowd_is_refused_with_its_limits(users: int) -> None:
+    with pytest.raises(SettingError, match=f"max_users is {users}; it must be from 1 to 64"):
+        ServerSettings(max_users=users)

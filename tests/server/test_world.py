@@ -1,0 +1,331 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.gains import choose_gain, coupled_stiffness
+from cohaptic.control.law import Law
+from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
+from cohaptic.protocol.patch import Patch
+from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.world import (
+    NEAR,
+    REACH,
+    RELEASE_TIME,
+    RIGID,
+    Touch,
+    WorldState,
+    advance,
+)
+
+DT = 1.0 / 60.0  # s
+RADIUS = 0.1  # m, of the balloons
+# Ticks until a newcomer's force counts in full; one more than the quotient, for its rounding.
+RISE = math.ceil(RELEASE_TIME / DT) + 1
+
+angles = st.floats(-math.pi, math.pi)
+forces = st.floats(0.0, 10.0)
+depths = st.floats(-0.01, 0.02)
+
+
+def side(angle: float) -> Vec3:
+    return (math.cos(angle), math.sin(angle), 0.0)
+
+
+def touch(
+    user: int = 1,
+    *,
+    at: Vec3 = (1.0, 0.0, 0.0),
+    depth: float = 0.005,
+    force: float = 2.0,
+) -> Touch:
+    """A hand that presses straight towards the middle of the balloon, from the direction `at`."""
+    out = unit(at)
+    return Touch(
+        user=user,
+        law=Law.PREDICTIVE,
+        max_stiffness=1e4,
+        max_force=10.0,
+        probe=scale(out, RADIUS - depth),
+        force=scale(out, force),
+        seq=7,
+        t_client=3.25,
+        arrived=0.0,
+    )
+
+
+def play(
+    body: Balloon, touches: Sequence[Touch], ticks: int = RISE, state: WorldState | None = None
+) -> tuple[WorldState, dict[int, Patch]]:
+    """The world after some ticks of the same touches, and its last patches."""
+    state, patches = state or WorldState(), dict[int, Patch]()
+    for _ in range(ticks):
+        state, patches = advance(body, state, touches, now=0.0, dt=DT)
+    return state, patches
+
+
+@given(st.lists(st.tuples(angles, depths, forces), min_size=1, max_size=3))
+@settings(max_examples=20, deadline=None)
+def test_a_tick_is_a_function_and_leaves_what_it_was_given(
+    small_balloon: Balloon, hands: list[tuple[float, float, float]]
+) -> None:
+    touches = [touch(i, at=side(a), depth=d, force=f) for i, (a, d, f) in enumerate(hands, start=1)]
+    before, _ = play(small_balloon, touches, 3)
+    assert before.response is not None
+    users, displacement = dict(before.users), before.response.displacement.copy()
+    after, patches = advance(small_balloon, before, touches, now=1.0, dt=DT)
+    again, patches_again = advance(small_balloon, before, touches, now=1.0, dt=DT)
+    assert patches == patches_again
+    assert after.response is not None
+    assert again.response is not None
+    assert (after.response.displacement == again.response.displacement).all()
+    assert before.tick == 3
+    assert dict(before.users) == users
+    assert (before.response.displacement == displacement).all()
+
+
+@given(angles, st.floats(0.0, 0.02), forces, forces, angles, forces)
+@settings(max_examples=30, deadline=None)
+def test_a_patch_is_free_of_its_users_own_force(
+    small_balloon: Balloon,
+    angle: float,
+    depth: float,
+    one: float,
+    other: float,
+    neighbour: float,
+    pressed: float,
+) -> None:
+    """Science 3.3: whatever force a client sends, the surface it gets back is the same."""
+    beside = touch(2, at=side(neighbour), force=pressed)
+    state, _ = play(small_balloon, [touch(1, at=side(angle), depth=depth), beside], 5)
+
+    def patch(force: float) -> Patch:
+        mine = touch(1, at=side(angle), depth=depth, force=force)
+        return advance(small_balloon, state, [mine, beside], now=0.0, dt=DT)[1][1]
+
+    a, b = patch(one), patch(other)
+    # Own field added and taken out again: rounding of a displacement of a few centimetres.
+    assert a.x_free == pytest.approx(b.x_free, abs=1e-15)
+    assert a.u_others == pytest.approx(b.u_others, abs=1e-15)
+    assert (a.normal, a.c_ii, a.k_o, a.k_h) == (b.normal, b.c_ii, b.k_o, b.k_h)
+
+
+@given(angles, st.floats(-0.4, 1.0), forces)
+@settings(max_examples=20, deadline=None)
+def test_a_lone_user_meets_the_resting_surface(
+    small_balloon: Balloon, angle: float, z: float, force: float
+) -> None:
+    out = unit((math.cos(angle), math.sin(angle), z))
+    _, patches = play(small_balloon, [touch(at=out, force=force)], 4)
+    assert patches[1].u_others == pytest.approx(0.0, abs=1e-15)
+    # On the inflated mesh, whose facets lie up to 2 mm inside the sphere.
+    assert RADIUS - 0.004 < norm(patches[1].x_free) < RADIUS + 0.001
+
+
+@given(st.lists(st.tuples(angles, st.floats(0.1, 5.0)), min_size=2, max_size=5), st.data())
+@settings(max_examples=20, deadline=None)
+def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
+    small_balloon: Balloon, hands: list[tuple[float, float]], data: st.DataObject
+) -> None:
+    """All press, so all count: the gain is `choose_gain` of the whole row, for every law."""
+    laws = data.draw(st.lists(st.sampled_from(Law), min_size=len(hands), max_size=len(hands)))
+    limit = data.draw(st.floats(10.0, 1000.0))
+    touches = [
+        replace(touch(i, at=side(angle), depth=0.01, force=force), law=law, max_stiffness=limit)
+        for i, ((angle, force), law) in enumerate(zip(hands, laws, strict=True), start=1)
+    ]
+    state, patches = advance(small_balloon, WorldState(), touches, now=0.0, dt=DT)
+    assert state.response is not None
+    for i, patch in enumerate(patches.values()):
+        row = state.response.compliance[i].tolist()
+        assert patch.c_ii == row[i]
+        assert patch.c_ii * patch.k_o == pytest.approx(1.0, rel=1e-12)
+        assert patch.k_o_coupled == pytest.approx(coupled_stiffness(row), rel=1e-12)
+        assert patch.k_h == choose_gain(laws[i], row, i, max_stiffness=limit)
+
+
+def test_what_others_do_is_said_along_the_normal(balloon: Balloon) -> None:
+    """Opposite contacts push each other out; u_others is how far, as x_free shows it.
+
+    In the first tick, in which every contact is still found on the resting surface.
+    """
+    left, right = touch(1, at=(-1.0, 0.0, 0.0)), touch(2, force=3.0)
+    _, alone = play(balloon, [left], 1)
+    _, both = play(balloon, [left, right], 1)
+    assert both[1].u_others > 1e-4
+    way = sub(both[1].x_free, alone[1].x_free)
+    assert dot(way, both[1].normal) == pytest.approx(both[1].u_others, abs=1e-15)
+
+
+@pytest.mark.parametrize(("height", "carried"), [(-0.02, True), (0.028, True), (0.032, False)])
+def test_a_force_counts_only_within_reach_of_the_surface(
+    small_balloon: Balloon, height: float, carried: bool
+) -> None:
+    """Facets of the coarse balloon lie up to 2 mm inside: heights keep that off the limit."""
+    _, patches = play(small_balloon, [touch(depth=-height), touch(2, at=(-1.0, 0.0, 0.0), force=0)])
+    assert (patches[1].own_force > 0.0) == carried
+    assert (abs(patches[2].u_others) > 1e-4) == carried
+
+
+def test_the_body_carries_only_what_presses_and_what_the_device_gives(
+    small_balloon: Balloon,
+) -> None:
+    def carried(force: Vec3) -> float:
+        return play(small_balloon, [replace(touch(), force=force)])[1][1].own_force
+
+    _, patches = play(small_balloon, [touch()])
+    n = patches[1].normal
+    tangent = sub((0.0, 0.0, 5.0), scale(n, 5.0 * n[2]))
+    assert carried(scale(n, 2.0)) == pytest.approx(2.0)
+    assert carried(add(scale(n, 2.0), tangent)) == pytest.approx(2.0)
+    assert carried(scale(n, -2.0)) == 0.0  # a surface only pushes
+    assert carried(scale(n, 50.0)) == 10.0
+
+
+def test_a_newcomers_force_rises_over_the_release_time(small_balloon: Balloon) -> None:
+    state, carried = WorldState(), list[float]()
+    for _ in range(RISE + 5):
+        state, patches = advance(small_balloon, state, [touch(force=2.0)], now=0.0, dt=DT)
+        carried.append(patches[1].own_force)
+    full = carried[-1]
+    assert full == pytest.approx(2.0, rel=0.01)  # the mesh's normal is not quite the force's
+    expected = [full * min(1.0, k * DT / RELEASE_TIME) for k in range(1, RISE + 6)]
+    assert carried == pytest.approx(expected, rel=1e-9)
+
+
+def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: Balloon) -> None:
+    left, right = touch(1, at=(-1.0, 0.0, 0.0)), touch(2)
+    state, patches = play(small_balloon, [left, right])
+    full, lifts = state.users[2].force, [patches[1].u_others]
+    for k in range(1, RISE + 1):
+        state, patches = advance(small_balloon, state, [left], now=0.0, dt=DT)
+        assert set(patches) == {1}
+        lifts.append(patches[1].u_others)
+        left_over = state.users[2].force if 2 in state.users else 0.0
+        share = max(0.0, 1.0 - k * DT / RELEASE_TIME)
+        assert left_over == pytest.approx(full * share, rel=0.01, abs=1e-9)
+    assert set(state.users) == {1}
+    assert lifts == sorted(lifts, reverse=True)
+    assert lifts[-1] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_one_whose_samples_stopped_lets_go_but_still_gets_patches(small_balloon: Balloon) -> None:
+    right = touch(2)
+    state, _ = play(small_balloon, [right])
+    stale = replace(right, fresh=False)
+    state, patches = play(small_balloon, [stale], RISE, state)
+    assert patches[2].own_force == 0.0
+    state, patches = play(small_balloon, [stale], 100, state)
+    assert set(patches) == set(state.users) == {2}
+    # And its next sample brings it back as it came.
+    state, patches = play(small_balloon, [right], 3, state)
+    assert patches[2].own_force == pytest.approx(2.0 * 3 * DT / RELEASE_TIME, rel=0.01)
+
+
+@given(st.lists(st.sets(st.integers(1, 4)), min_size=1, max_size=40))
+@settings(max_examples=20, deadline=None)
+def test_whoever_comes_and_goes_nobodys_force_jumps(
+    small_balloon: Balloon, attendance: list[set[int]]
+) -> None:
+    """A user's share in the body never changes by more than a step of the ramp."""
+    state, shares = WorldState(), dict[int, float]()
+    for here in attendance:
+        touches = [touch(i, at=side(1.5 * i), force=2.0) for i in sorted(here)]
+        state, patches = advance(small_balloon, state, touches, now=0.0, dt=DT)
+        assert set(patches) == here
+        now = {number: user.presence for number, user in state.users.items()}
+        for number in now.keys() | shares.keys():
+            step = abs(now.get(number, 0.0) - shares.get(number, 0.0))
+            assert step <= DT / RELEASE_TIME + 1e-12
+        shares = now
+
+
+def test_a_neighbour_counts_from_where_it_may_touch_next(small_balloon: Balloon) -> None:
+    """Near the surface it is a contact already; out of reach it costs nobody any stiffness."""
+
+    def coupled(height: float) -> float:
+        beside = touch(2, at=(1.0, 0.6, 0.0), depth=-height, force=0.0)
+        return play(small_balloon, [touch(), beside], 2)[1][1].k_o_coupled
+
+    alone = play(small_balloon, [touch()], 2)[1][1].k_o_coupled
+    # Facets lie up to 2 mm inside the sphere that heights are counted from here.
+    heights = np.linspace(0.0, REACH + 0.01, 41)
+    values = [coupled(h) for h in heights]
+    assert values == sorted(values)
+    assert values[-1] == pytest.approx(alone, rel=1e-12)
+    near = [v for h, v in zip(heights, values, strict=True) if h < NEAR - 0.003]
+    assert len(near) > 1
+    assert near == pytest.approx([near[0]] * len(near), rel=1e-3)
+    assert near[0] < 0.9 * alone
+    # From there on without a step: a millimetre of height is a 25th of the way.
+    assert np.diff(values).max() < 0.1 * (alone - near[0])
+
+
+@pytest.mark.parametrize("law", Law)
+def test_a_contact_on_the_held_base_is_very_stiff_and_no_division_by_zero(
+    balloon: Balloon, law: Law
+) -> None:
+    below = replace(touch(at=(0.0, 0.0, -1.0)), law=law, max_stiffness=800.0)
+    _, patches = play(balloon, [below], 3)
+    patch = patches[1]
+    assert patch.c_ii == RIGID
+    assert patch.k_o == pytest.approx(1.0 / RIGID)
+    assert patch.k_h == 800.0
+    assert patch.u_others == 0.0
+    assert Patch.decode(patch.encode()).tick == patch.tick
+
+
+@given(st.floats(0.0, 100.0), st.floats(-5.0, 100.0))
+def test_a_sample_waited_from_its_arrival_to_the_tick(
+    small_balloon: Balloon, arrived: float, wait: float
+) -> None:
+    """Never less than nothing: a sample may be stamped after the tick began."""
+    here = replace(touch(), arrived=arrived)
+    now = arrived + wait
+    _, patches = advance(small_balloon, WorldState(), [here], now=now, dt=DT)
+    patch = patches[1]
+    assert patch.sample_wait == max(0.0, now - arrived)
+    assert (patch.t_server, patch.t_client, patch.seq) == (now, here.t_client, here.seq)
+
+
+def test_ticks_count_from_one_also_when_nobody_is_there(small_balloon: Balloon) -> None:
+    state, patches = play(small_balloon, [], 3)
+    assert (state.tick, patches) == (3, {})
+    state, patches = play(small_balloon, [touch()], 1, state)
+    assert patches[1].tick == state.tick == 4
+
+
+wild_vectors = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            wild_vectors.map(lambda v: scale(v, MAX_POSITION / 2)) | wild_vectors,
+            wild_vectors.map(lambda v: scale(v, MAX_FORCE / 2)),
+        ),
+        min_size=1,
+        max_size=4,
+    )
+)
+@settings(max_examples=30, deadline=None)
+def test_whatever_a_few_hands_do_their_patches_can_be_sent(
+    small_balloon: Balloon, hands: list[tuple[Vec3, Vec3]]
+) -> None:
+    """Anything that a contact sample may say, also from inside the body or metres away."""
+    touches = [
+        replace(touch(i), max_force=MAX_FORCE, probe=p, force=f)
+        for i, (p, f) in enumerate(hands, start=1)
+    ]
+    state = WorldState()
+    for _ in range(4):
+        state, patches = advance(small_balloon, state, touches, now=0.0, dt=DT)
+        for patch in patches.values():
+            assert Patch.decode(patch.encode()).tick == state.tick

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.coupling import couple, largest_uniform_gains, loop_matrix
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from tests.system.spectral import random_compliance
+
+sizes, seeds = st.integers(1, 8), st.integers(0, 2**32 - 1)
+laws = st.sampled_from(Law)
+
+
+@given(sizes, seeds, laws, st.floats(0.1, 2.0))
+@settings(deadline=None)
+def test_gains_that_are_safe_at_any_delay_are_safe_without(
+    n: int, seed: int, law: Law, share: float
+) -> None:
+    C = random_compliance(n, seed)
+    judged = couple(C, share / np.diag(C), law)
+    assert judged.rho_no_delay <= judged.rho_any_delay + 1e-12
+
+
+@given(sizes, seeds, laws)
+@settings(deadline=None)
+def test_safe_gains_are_safe(n: int, seed: int, law: Law) -> None:
+    C = random_compliance(n, seed)
+    safe = np.array(couple(C, np.zeros(n), law).safe_k_h)
+    assert couple(C, safe, law).rho_any_delay < 1.0
+    assert couple(C, largest_uniform_gains(C, law), law).rho_any_delay < 1.0
+
+
+@given(sizes, seeds, laws, st.floats(0.3, 1.7), st.integers(0, 1000))
+@settings(max_examples=200, deadline=None)
+def test_without_delay_the_radius_tells_whether_forces_settle(
+    n: int, seed: int, law: Law, share: float, start: int
+) -> None:
+    C = random_compliance(n, seed)
+    k_h = share / np.diag(C)
+    radius = couple(C, k_h, law).rho_no_delay
+    f = np.random.default_rng(start).normal(size=n)
+    first = np.abs(f).max()
+    for _ in range(2000):
+        f = -k_h * (loop_matrix(C, law) @ f)
+        if not 1e-200 < np.abs(f).max() < 1e200:
+            break
+    if radius < 0.98:
+        assert np.abs(f).max() < 1e-3 * first
+    elif radius > 1.02:
+        assert np.abs(f).max() > first
+
+
+@given(st.integers(2, 6), seeds, laws)
+@settings(max_examples=60, deadline=None)
+def test_below_one_forces_settle_whatever_the_delays(n: int, seed: int, law: Law) -> None:
+    """Each user sees the others' forces of random earlier times, changing from tick to tick."""
+    C = random_compliance(n, seed)
+    k_h = np.array(couple(C, np.zeros(n), law).safe_k_h)
+    radius = couple(C, k_h, law).rho_any_delay
+    M, rng = loop_matrix(C, law), np.random.default_rng(seed)
+    oldest = 6
+    history = [rng.normal(size=n) for _ in range(oldest)]
+    # Chaotic relaxation shrinks the weighted maximum by rho in every `oldest` updates at the least.
+    updates = min(6000, int(oldest * np.log(1e-3) / np.log(min(radius, 0.999))) + 60)
+    for _ in range(updates):
+        seen = np.array(
+            [[history[-rng.integers(1, oldest + 1)][j] for j in range(n)] for _ in range(n)]
+        )
+        history = [*history[1:], -k_h * np.einsum("ij,ij->i", M, seen)]
+    assert np.abs(history[-1]).max() < 1.0
+
+
+def test_the_single_contact_rule_swings_with_two_users() -> None:
+    """Science 3.2's example: rho = 0.9 * 1.3."""
+    C = np.array([[1.0, 0.3], [0.3, 1.0]])
+    judged = couple(C, np.array([0.9, 0.9]), Law.PROPORTIONAL)
+    assert judged.rho_no_delay == judged.rho_any_delay == pytest.approx(1.17)
+    assert couple(C, np.array([1.0, 1.0]), Law.PREDICTIVE).rho_any_delay == pytest.approx(0.3)
+
+
+def test_a_lone_user_loses_nothing_with_predictive_and_half_with_proportional() -> None:
+    C = np.array([[0.004]])
+    assert couple(C, np.array([250.0]), Law.PREDICTIVE).stiffness_loss == (0.0,)
+    (loss,) = couple(C, np.array([250.0]), Law.PROPORTIONAL).stiffness_loss
+    assert loss == pytest.approx(1.0 - 0.95 / 1.95)  # eq. (11)
+
+
+@pytest.mark.parametrize(
+    ("C", "words"),
+    [
+        (np.zeros((2, 3)), "square"),
+        (np.zeros((0, 0)), "square"),
+        (np.array([[1.0, np.nan], [np.nan, 1.0]]), "finite"),
+        (np.array([[1.0, 0.5], [0.1, 1.0]]), "symmetric"),
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), "positive definite"),
+    ],
+)
+def test_what_no_elastic_body_has_is_refused(C: np.ndarray, words: str) -> None:
+    with pytest.raises(SettingError, match=words):
+        couple(C, np.ones(len(C)), Law.PREDICTIVE)
+
+
+def test_gains_that_do_not_fit_are_refused() -> None:
+    for bad in ([1.0], [1.0, -1.0], [1.0, float("nan")]):
+        with pytest.raises(SettingError, match="2 gains"):
+            couple(np.eye(2), np.array(bad), Law.PREDICTIVE)

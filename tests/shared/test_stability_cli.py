@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from typer import Typer
+from typer.testing import CliRunner
+
+from cohaptic.errors import SettingError
+from cohaptic.stability_cli import stability
+
+APP = Typer()
+APP.command()(stability)
+
+
+def ask(*arguments: object) -> Any:
+    result = CliRunner().invoke(APP, [*map(str, arguments), "--json", "-"], catch_exceptions=False)
+    assert result.exit_code == 0
+    return json.loads(result.stdout)
+
+
+@pytest.mark.parametrize(("k_h", "stable"), [(190, True), (220, False)])
+@pytest.mark.parametrize("delay", [0.0, 0.013, 0.25])
+def test_figures_7b_and_7c(k_h: float, stable: bool, delay: float) -> None:
+    """K_o = 0.2 N/mm at 20 Hz: stable at 0.19, unstable at 0.22, and so at every delay (3.1)."""
+    answer = ask(
+        "--law", "proportional", "--k-o", 200, "--k-h", k_h, "--sim-period", 0.05, "--delay", delay
+    )
+    assert answer["stable"] is stable
+    assert answer["closed_condition"] is stable
+
+
+def test_figure_9_and_what_delay_does_to_it() -> None:
+    """I = 0.003 N/(mm ms) = 3000 N/(m s): read with the unit printed it would settle in minutes."""
+    figure = ["--law", "pi", "--k-o", 300, "--k-h", 100, "--integral-gain", 3000]
+    near = ask(*figure, "--sim-period", 0.05)
+    assert near["stable"] is near["closed_condition"] is True
+    assert near["felt_stiffness"] == 300
+    far = ask(*figure, "--sim-period", 0.05, "--delay", 0.3)
+    assert far["stable"] is False
+    assert far["closed_condition"] is None
+
+
+def test_predictive_is_stable_at_any_delay() -> None:
+    answer = ask("--law", "predictive", "--k-o", 250, "--k-h", 250, "--delay", 0.5)
+    assert (answer["stable"], answer["spectral_radius"]) == (True, 0.0)
+
+
+def test_several_contacts() -> None:
+    answer = ask(
+        "--law", "proportional", "--compliance", "[[1, 0.3], [0.3, 1]]", "--k-h", "[0.9, 0.9]"
+    )
+    assert answer["rho_no_delay"] == pytest.approx(1.17)
+    assert answer["rho_any_delay"] == pytest.approx(1.17)
+    assert answer["stable_any_delay"] is False
+    assert answer["safe_k_h"] == pytest.approx([0.95 / 1.3] * 2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--k-o", "0"], "k_o is 0"),
+        (["--k-h", "nan"], "k_h is 'nan'"),
+        (["--k-h", "[1, 2]"], "one number"),
+        (["--delay", "-1"], "delay is -1"),
+        (["--delay", "1e9"], "10,000 samples"),
+        (["--compliance", "[[1]"], "compliance is '[[1]'"),
+        (["--compliance", '["a"]'], "compliance is"),
+        (["--compliance", "[[1, 2], [2, 1]]", "--k-h", "[1, 1]"], "positive definite"),
+        (["--compliance", "[[1]]", "--law", "pi"], "law is pi"),
+    ],
+)
+def test_rubbish_is_named(arguments: list[str], words: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        CliRunner().invoke(APP, arguments, catch_exceptions=False)
+    assert words in str(caught.value)
+
+
+def test_on_the_command_line_trouble_is_one_sentence() -> None:
+    run = [sys.executable, "-m", "cohaptic", "stability", "--delay", "-1"]
+    done = subprocess.run(run, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "delay is -1" in done.stderr
+
+
+def test_for_a_person_it_is_a_table() -> None:
+    shown = CliRunner().invoke(APP, ["--law", "proportional", "--k-h", "300"]).stdout
+    assert "stable" in shown
+    assert "NO" in shown

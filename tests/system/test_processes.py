@@ -1,0 +1,138 @@
+"""The real thing: server and clients as processes on loopback. Real time, so few and short."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic.report import TouchStatus
+from cohaptic_client.safety import SafetyLimits
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.demo.analysis import STEP, Recording
+from cohaptic_server.demo.processes import Stage
+from cohaptic_server.demo.scene import Scene
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+CLOCK = SystemClock()
+PATIENCE = 30.0  # s; far more than anything here takes on an idle machine
+STEP_TIME = 0.02  # s over which a jump is measured: more than a scheduler's hiccup
+
+
+def wall() -> float:
+    return CLOCK.now() + CLOCK.to_wall()
+
+
+def wait_until(stage: Stage, condition: Callable[[dict[str, TouchStatus]], bool]) -> None:
+    deadline = CLOCK.now() + PATIENCE
+    while not condition({s.name: s for s in stage.statuses()}):
+        assert CLOCK.now() < deadline, [s.model_dump() for s in stage.statuses()]
+        threading.Event().wait(0.02)
+
+
+def force_of(path: Path) -> tuple[Floats, Floats]:
+    """Time (Unix) and force of a recording on a grid, shapes (n,)."""
+    c = Recording.load(path).columns
+    t = np.arange(c["t"][0], c["t"][-1], STEP)
+    return t, np.interp(t, c["t"], np.sqrt(c["fx"] ** 2 + c["fy"] ** 2 + c["fz"] ** 2))
+
+
+def largest_change(t: Floats, force: Floats, start: float, end: float) -> float:
+    """Largest change of force within `STEP_TIME` between two times [N]."""
+    part = force[(t >= start) & (t <= end)]
+    n = round(STEP_TIME / STEP)
+    return float(np.abs(part[n:] - part[:-n]).max())
+
+
+def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
+    result = tmp_path / "out.json"
+    output = ["--json", str(result)]
+    done = subprocess.run(
+        [sys.executable, "-m", "cohaptic", "demo", "--duration", "7", "--delay-ms", "30", *output],
+        capture_output=True,
+        text=True,
+        timeout=90,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "right felt left press" in done.stdout
+    demo = json.loads(result.read_text())
+    assert (demo["law"], demo["simulation_hz"], demo["delay_ms"]) == ("predictive", 60.0, 30.0)
+    assert [user["name"] for user in demo["users"]] == ["left", "right"]
+    for user in demo["users"]:
+        assert user["stable"] is True
+        assert user["force_error"] <= 0.05
+        assert user["truth_from_others_n"] > 1.0
+        assert user["felt_delay_ms"] >= 60.0  # nothing is felt before it can have arrived
+        assert user["loop_hz"] > 0.0
+        assert user["loop_late_p99_us"] > 0.0
+
+
+def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> None:
+    scene = Scene(delay=0.02)
+    with Stage(scene, tmp_path) as stage:
+        wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
+        wait_until(stage, lambda s: s["left"].level < 1.0)
+        let_go = wall()
+        wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
+        threading.Event().wait(0.5)
+        os.kill(stage.users["left"].pid, signal.SIGKILL)
+        killed = wall()
+        wait_until(stage, lambda s: s["right"].felt_from_others < 0.1)
+        threading.Event().wait(0.5)
+        stage.users["left"].wait()
+
+        stage.add_user(0)
+        wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
+    t, force = force_of(stage.recording("right"))
+    letting_go = largest_change(t, force, let_go - 0.2, let_go + 0.8)
+    losing = largest_change(t, force, killed - 0.1, killed + 1.0)
+    assert losing <= letting_go
+    assert "left left: " in (tmp_path / "right.log").read_text()
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
+    tmp_path: Path, how: signal.Signals
+) -> None:
+    limits = SafetyLimits()
+    gone = limits.silent_after + limits.fade_time
+    with Stage(Scene(delay=0.02), tmp_path) as stage:
+        wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
+        threading.Event().wait(0.5)
+        os.kill(stage.server.pid, how)
+        lost = wall()
+        threading.Event().wait(gone + 0.3)
+        if how is signal.SIGSTOP:
+            os.kill(stage.server.pid, signal.SIGCONT)
+            wait_until(stage, lambda s: all(u.state == "touching" for u in s.values()))
+            threading.Event().wait(1.2)
+    for name in ("left", "right"):
+        t, force = force_of(stage.recording(name))
+        pressed = float(force[t < lost][-1])
+        assert pressed > 1.5
+        zero = t[(t > lost) & (force == 0.0)]
+        # Injected delay, and a scheduler's leave on a busy machine.
+        assert zero.size
+        assert zero[0] < lost + gone + scene_delay() + 0.1
+        # A fade of the whole force in `fade_time`, and the hand that moves meanwhile.
+        steepest = 1.5 * pressed * STEP_TIME / limits.fade_time
+        assert largest_change(t, force, lost - 0.1, lost + gone + 0.2) <= steepest
+        if how is signal.SIGSTOP:
+            # It came back, smoothly; left may be on its way out by then, right never is.
+            assert largest_change(t, force, lost + gone + 0.2, t[-1]) <= steepest
+            assert name == "left" or force[-400] > 1.0
+        assert force[-1] == 0.0
+
+
+def scene_delay() -> float:
+    return Scene(delay=0.02).delay

@@ -1,0 +1,99 @@
+"""What is written twice, in prose and in code, must agree."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from cohaptic.errors import CloseCode
+from cohaptic.protocol import contact_sample, control, patch
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+
+ROOT = Path(__file__).parents[1]
+PROTOCOL = (ROOT / "docs/protocol.md").read_text()
+PACKAGES = ("shared/cohaptic", "server/cohaptic_server", "client/cohaptic_client")
+TYPES = {"u8": 1, "u16": 2, "u32": 4, "f32": 4, "f64": 8, "3 f32": 12}
+
+
+def section(heading: str) -> str:
+    """A part of the protocol's page, from its heading to the next one."""
+    start = PROTOCOL.index(f"# {heading}")
+    return PROTOCOL[start : PROTOCOL.find("\n#", start)]
+
+
+def test_the_version_is_the_codes() -> None:
+    assert PROTOCOL.startswith(f"# Protocol, version {PROTOCOL_VERSION}\n")
+    assert f"`{SUBPROTOCOL}`" in PROTOCOL
+
+
+@pytest.mark.parametrize(
+    ("title", "message", "size"),
+    [
+        ("contact_sample", contact_sample.ContactSample, contact_sample.SIZE),
+        ("patch", patch.Patch, patch.SIZE),
+    ],
+)
+def test_every_field_of_a_frame_is_described_in_its_place(
+    title: str, message: type[patch.Patch], size: int
+) -> None:
+    rows = re.findall(r"^\| (\d+) \| ([^|]+) \| `?(\w+)`? \|", section(title), re.M)
+    offset = 0
+    for at, kind, _ in rows:
+        assert int(at) == offset
+        offset += TYPES[kind.strip()]
+    assert offset == size
+    assert f"{size} bytes" in PROTOCOL
+    described = [name for _, _, name in rows if name not in ("version", "kind", "flags")]
+    in_flags = {"geometry"}
+    assert described == [f.name for f in fields(message) if f.name not in in_flags]
+
+
+@pytest.mark.parametrize(
+    ("title", "message"),
+    [
+        ("hello,", control.Hello),
+        ("bye,", control.Bye),
+        ("welcome,", control.Welcome),
+        ("user_joined,", control.UserJoined),
+        ("user_left,", control.UserLeft),
+        ("error,", control.Error),
+    ],
+)
+def test_every_field_of_a_control_message_is_described(
+    title: str, message: type[control.Hello]
+) -> None:
+    described = re.findall(r"^\| `(\w+)` \|", section(title), re.M)
+    assert described == list(message.model_fields)
+
+
+def test_every_close_code_is_described() -> None:
+    for code in CloseCode:
+        assert f"| {code.value} | {code.name} |" in PROTOCOL
+
+
+def test_the_architecture_page_names_every_module() -> None:
+    page = (ROOT / "docs/architecture.md").read_text()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            if path.stem.startswith("__"):
+                continue
+            folder = path.parent.name
+            named = f"{path.stem}" in page or f"`{folder}/`" in page
+            assert named, path.relative_to(ROOT)
+
+
+def test_every_file_the_readme_points_to_exists() -> None:
+    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
+        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_code_points_to_pages_that_exist() -> None:
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            for target in re.findall(r"docs/[\w/-]+(?:\.md)?", path.read_text()):
+                matches = list(ROOT.glob(target + ("*" if not target.endswith(".md") else "")))
+                assert matches, f"{path.name}: {target}"
