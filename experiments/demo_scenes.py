@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +21,7 @@ SCENES = [
     ("predictive", 0, 2),
     ("predictive", 250, 2),
     ("predictive", 80, 4),
-    ("predictive", 80, 8),
+    ("predictive", 80, 6),
     ("proportional", 0, 2),
     ("proportional", 80, 2),
     ("proportional", 250, 2),
@@ -50,7 +51,10 @@ def run(law: str, delay_ms: int, users: int, seconds: float, folder: Path) -> di
 def row(result: dict[str, Any]) -> str:
     """One line of the table."""
     users = result["users"]
-    delays = sorted(user["felt_delay_ms"] for user in users)
+    delays = sorted(user["felt_delay_ms"] or math.inf for user in users)
+    errors = [user["force_error"] for user in users]
+    if None in errors:
+        raise SystemExit(f"no verdict: {json.dumps(result)}")
     allowed = 2 * result["delay_ms"] + 2e3 / result["simulation_hz"] + 5.0
     right = users[1]
     cells = [
@@ -60,7 +64,7 @@ def row(result: dict[str, Any]) -> str:
         "yes" if all(user["stable"] for user in users) else "NO",
         f"{right['felt_from_others_n']:.3f} N",
         f"{right['truth_from_others_n']:.3f} N",
-        f"{max(user['force_error'] for user in users):.2%}",
+        f"{max(errors):.2%}",
         f"{delays[len(delays) // 2]:.0f} ms",
         f"{allowed:.0f} ms",
         f"{min(user['loop_hz'] for user in users):.0f} Hz",

@@ -42,7 +42,7 @@ balloon.
 
 The proportional law is stable in all its scenes, and most of what the other hand does is lost: it
 has to stay softer than 1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The
-predictive law is exact as long as its gain may be 1 / C_ii. With eight users the sum over the
+predictive law is exact as long as its gain may be 1 / C_ii. With six users the sum over the
 neighbours' coupling exceeds C_ii, the cap bites, and the table shows the loss.
 
 ## The haptic loop

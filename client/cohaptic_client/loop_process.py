@@ -63,6 +63,7 @@ class HapticLoop:
 
     Attributes:
         statistics: How punctual the loop is.
+        orphaned: Whether it ends because the network process is gone.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class HapticLoop:
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf
+        self.orphaned = False
 
     def run(self) -> None:
         """Run until told to stop, orphaned, or the device fails."""
@@ -120,6 +122,7 @@ class HapticLoop:
             # From now on the server counts as silent, so the force fades before the end.
             self._state = replace(self._state, arrived=-math.inf)
             self._ends = now + self._config.limits.fade_time + 0.01
+            self.orphaned = not told
 
     def _report(self) -> None:
         statistics, safety = self.statistics, self._state.safety
@@ -181,8 +184,11 @@ def main() -> None:
     gc.collect()
     gc.freeze()
     gc.disable()
+    orphaned = False
     try:
-        HapticLoop(config, memory, device).run()
+        loop = HapticLoop(config, memory, device)
+        loop.run()
+        orphaned = loop.orphaned
     except CohapticError as error:
         _let_go(device)
         memory.status.write(status_json(error=str(error)))
@@ -194,7 +200,8 @@ def main() -> None:
         raise
     finally:
         _let_go(device)
-        memory.close(remove=False)
+        # Its maker removes the file, unless it was killed.
+        memory.close(remove=orphaned)
 
 
 def _let_go(device: Device) -> None:

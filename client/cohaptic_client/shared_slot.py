@@ -7,6 +7,7 @@ meets a write in progress sees a wrong checksum and keeps the value it had, unti
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import os
 import struct
@@ -126,8 +127,10 @@ class SharedMemory:
     def close(self, *, remove: bool) -> None:
         """Unmap; `remove` deletes the file."""
         self._memory.close()
-        if remove and os.path.exists(self.path):
-            os.unlink(self.path)
+        if remove:
+            # It may be gone already; Windows keeps it while the other process has it mapped.
+            with contextlib.suppress(FileNotFoundError, PermissionError):
+                os.unlink(self.path)
 
 
 _IN_MEMORY = "/dev/shm"  # Linux

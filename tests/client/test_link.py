@@ -204,12 +204,18 @@ def test_all_is_said_and_heard_in_order_to_the_last_word_then_why_it_ended(
     play(work())
 
 
-def test_a_connection_that_breaks_ends_with_a_reason_too() -> None:
-    async def break_it(ws: ServerConnection) -> None:
-        ws.transport.abort()
+async def break_off(ws: ServerConnection) -> None:
+    ws.transport.abort()
 
+
+async def close_without_a_word(ws: ServerConnection) -> None:
+    await ws.close()
+
+
+@pytest.mark.parametrize("end", [break_off, close_without_a_word])
+def test_a_connection_that_ends_without_a_word_has_a_reason_too(end: Handler) -> None:
     async def work() -> None:
-        async with linked(break_it) as link:
+        async with linked(end) as link:
             assert await link.receive(lambda _: None) == "the connection was lost"
 
     play(work())

@@ -130,7 +130,8 @@ def test_the_newest_sample_is_the_last_row(parent: Parent) -> None:
 
 def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:
     rig = Rig(parent.stop_after(150))
-    _, rows = parent.run(rig)
+    loop, rows = parent.run(rig)
+    assert not loop.orphaned
     sizes = [norm(force) for force in rig.forces]
     assert max(sizes) == pytest.approx(FORCE)
     assert rig.forces[-1] == ZERO
@@ -157,7 +158,8 @@ def test_without_a_heartbeat_it_fades_and_ends_by_itself(
 ) -> None:
     monkeypatch.setattr(loop_process, "ORPHANED_AFTER", 0.15)
     rig = Rig(lambda reads: parent.command(stop=False) if reads < 100 else None)
-    _, rows = parent.run(rig)
+    loop, rows = parent.run(rig)
+    assert loop.orphaned
     assert rows[-1].t - rows[0].t > 0.15
     assert max(norm(force) for force in rig.forces) > 0.0
     assert rig.forces[-1] == ZERO
@@ -339,6 +341,9 @@ def test_told_to_stop_the_process_ends_without_a_word_and_lets_go(
 
 
 def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:
+    reached = list[int]()
+    signal.signal(signal.SIGINT, lambda number, _: reached.append(number))
+
     def each(reads: int) -> None:
         if reads == 20:
             signal.raise_signal(signal.SIGINT)
@@ -348,3 +353,4 @@ def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:
     rig = Rig(each)
     main(rig)
     assert rig.reads > 50
+    assert reached == []

@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_client.pacing import GAIN, TARGET_WAIT, Pacer
@@ -57,6 +57,7 @@ class Line:
         return self.waits
 
 
+@settings(max_examples=40)
 @given(sim_periods, phases, st.floats(0.0, 0.4 * BEARABLE), st.floats(0.0, 0.4 * BEARABLE))
 def test_from_any_phase_and_over_any_bearable_delay_the_wait_becomes_the_wanted_one(
     period: float, phase: float, up: float, down: float

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.record import COLUMNS, Row
@@ -42,6 +42,7 @@ def test_a_recording_without_rows_is_a_file_too(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.integers(0, 40), max_size=6))
+@settings(max_examples=30)
 def test_of_a_long_session_the_last_rows_are_kept(
     tmp_path_factory: pytest.TempPathFactory, batches: list[int]
 ) -> None:

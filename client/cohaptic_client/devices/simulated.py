@@ -18,9 +18,8 @@ class SimulatedDevice:
         intention: What it wants; its time starts with the first `read`.
     """
 
-    # A simulated hand moves with the process that stalls, and nobody is hurt by it: only a stall
-    # beyond what it catches up with makes it let go.
-    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0, stall=_MAX_CATCH_UP)
+    # A simulated hand stands still with the process that stalls, and nobody is hurt by it.
+    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0, stall=1.0)
 
     def __init__(self, hand: Hand, intention: Intention) -> None:
         self._hand = hand

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,6 +105,15 @@ def plateaus(timeline: Timeline, *, pressed: bool, expected: float) -> list[slic
             length = min(MEASURE, 0.4 * expected)
             found.append(slice(end - round(length / STEP), end))
     return found
+
+
+def patch_rate(timeline: Timeline, user: int) -> float:
+    """Patches that came per second to a user, by its row; NaN without any."""
+    tick = timeline.columns["tick"][user]
+    here = tick > 0.0
+    # Between two recorded periods a patch may come in part of the grid's step: count whole rises.
+    seconds = float(here.sum()) * STEP
+    return float((np.diff(np.floor(tick[here])) > 0).sum()) / seconds if seconds else math.nan
 
 
 def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:

@@ -22,6 +22,7 @@ from cohaptic_server.demo.analysis import (
     felt_delay,
     is_still,
     mean_over,
+    patch_rate,
     plateaus,
     press_windows,
 )
@@ -30,6 +31,7 @@ from cohaptic_server.demo.scene import Scene, truth
 
 MAX_FORCE = 10.0  # N; what a simulated device gives
 GOOD_ERROR = 0.05  # of a force, that nobody feels: half of the least difference a hand can tell
+_PUNCTUAL = 0.8  # of the patches must come for a result to say something about the method
 _LONGEST = 0.25  # s on top of the injected delay, up to which a felt delay is looked for
 
 
@@ -48,6 +50,7 @@ class UserResult(BaseModel):
         loop_missed: Periods left out.
         round_trip_ms: Measured between client and server [ms].
         felt_delay_ms: From one hand's press to this hand's force [ms].
+        patch_hz: Patches that came per second.
         stable: Whether the force comes to rest and stays within the device's limit.
         faults: What switched the force off on the way.
     """
@@ -67,6 +70,7 @@ class UserResult(BaseModel):
     loop_missed: int
     round_trip_ms: float
     felt_delay_ms: float | None
+    patch_hz: float | None
     stable: bool | None
     faults: tuple[str, ...]
 
@@ -125,6 +129,7 @@ def evaluate(
                 loop_missed=status.loop_missed,
                 round_trip_ms=1e3 * status.round_trip,
                 felt_delay_ms=_known(1e3 * delays[i]),
+                patch_hz=_known(patch_rate(timeline, i)),
                 stable=False if thrown else still[i],
                 faults=tripped,
             )
@@ -190,6 +195,14 @@ def verdict(result: DemoResult) -> str:
     if any(user.stable is False for user in result.users):
         names = ", ".join(user.name for user in result.users if user.stable is False)
         return f"Unstable: the force of {names} did not come to rest ({how})."
+    rates = [user.patch_hz for user in result.users if user.patch_hz is not None]
+    rate = min(rates, default=result.simulation_hz)
+    if rate < _PUNCTUAL * result.simulation_hz:
+        return (
+            f"This machine cannot keep up with {len(result.users)} users: patches came at"
+            f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"
+            f" --simulation-hz ({how})."
+        )
     if result.presses == 0:
         return f"Too short to tell: no whole press was seen ({how}). Let it run for longer."
     worst = max(user.force_error or 0.0 for user in result.users)

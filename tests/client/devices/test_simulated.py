@@ -34,6 +34,7 @@ def test_it_is_a_device_and_says_so() -> None:
 
 
 @given(st.floats(0.0, 2e5))
+@settings(max_examples=20)
 def test_its_time_starts_with_the_first_read_whatever_the_clock_shows(start: float) -> None:
     here, there = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING)
     first, later = run(here, 0.0, 0.4), run(there, start, 0.4)

@@ -19,6 +19,7 @@ def blank(name: str, t: Floats) -> Recording:
     """A hand that is engaged, in place, and feels nothing."""
     columns: dict[str, Floats] = {column: np.zeros_like(t) for column in COLUMNS}
     columns |= {"t": t.copy(), "scale": np.ones_like(t), "level": np.ones_like(t)}
+    columns["tick"] = 1.0 + np.floor(60.0 * (t - t[0])) if t.size else t.copy()
     return Recording(name, columns)
 
 

@@ -173,3 +173,17 @@ def test_the_result_for_programs_says_what_it_promises(good: DemoResult) -> None
             "stable",
         }
     assert DemoResult.model_validate_json(good.model_dump_json()) == good
+
+
+def test_a_machine_that_cannot_keep_up_is_told_so(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    slow = [
+        Recording(r.name, r.columns | {"tick": np.floor(0.5 * r.columns["tick"])})
+        for r in recordings
+    ]
+    result = judged(small_balloon, slow, tmp_path)
+    assert result.users[0].patch_hz == pytest.approx(30.0, rel=0.05)
+    assert verdict(result).startswith(
+        "This machine cannot keep up with 2 users: patches came at 30"
+    )
