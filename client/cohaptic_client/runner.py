@@ -201,10 +201,16 @@ class Client:
             link.send(session.greeting(hello))
             self._seq, self._pacer, self._link = 0, None, link
             sender = asyncio.ensure_future(self._send(link))
+            listener = asyncio.ensure_future(link.receive(lambda data: self._hear(session, data)))
             try:
-                return await link.receive(lambda data: self._hear(session, data))
+                # The sender ends only by an exception, which is then this client's end.
+                await asyncio.wait({sender, listener}, return_when=asyncio.FIRST_COMPLETED)
+                if sender.done():
+                    sender.result()
+                return await listener
             finally:
                 sender.cancel()
+                listener.cancel()
         finally:
             self._link = None
             await link.close()
@@ -230,7 +236,7 @@ class Client:
         """Learn from a patch how long the way there and back is, and when to send."""
         if patch.seq == 0 or self._pacer is None:
             return
-        self._pacer = self._pacer.reported(patch.sample_wait)
+        self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)
         trip = self.clock.now() - patch.t_client - patch.sample_wait
         weight = _SMOOTHING if self._round_trip else 1.0
         self._round_trip += weight * (trip - self._round_trip)

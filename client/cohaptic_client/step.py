@@ -78,6 +78,8 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
     """Take a patch in; an older one than the newest is left out.
 
     Surface and gain move to the new patch over one simulation period, from what is shown now.
+    (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
+    slowly: the line is also a filter. Stability goes before transparency.)
     """
     # After a silence it may be another server's: one that was started anew counts from 1.
     silent = _is_silent(state, now, settings)

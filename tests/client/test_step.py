@@ -5,7 +5,8 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
+from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from cohaptic.control.law import NO_FORCE, Law
@@ -199,7 +200,7 @@ def test_a_gain_reaches_its_target(k_h: float, target: float) -> None:
 
 
 @given(st.lists(st.tuples(near_patches, st.integers(0, 30)), min_size=1, max_size=4))
-@settings(max_examples=50)
+@examples(max_examples=50)
 def test_no_patch_moves_the_gain_faster_than_that(arrivals: list[tuple[Patch, int]]) -> None:
     state, now = engaged(PLANE), 10.0
     for tick, (patch, periods) in enumerate(arrivals, start=2):

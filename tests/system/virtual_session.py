@@ -54,7 +54,7 @@ class VirtualUser:
                 self.ticks.append(patch.tick)
                 self.state = receive(self.state, patch, now, self.settings)
                 if patch.seq:
-                    self.pacer = self.pacer.reported(patch.sample_wait)
+                    self.pacer = self.pacer.reported(patch.t_client, patch.sample_wait)
         sample = self.device.read(now)
         self.state, output = step(self.state, sample, now, self.settings)
         self.device.write(output.force)

@@ -13,7 +13,7 @@ from cohaptic_client.devices.simulated import SimulatedDevice
 
 HAND = Hand()
 PERIOD = 0.001  # s
-CATCH_UP = SimulatedDevice.info.stall  # s
+CATCH_UP = 0.1  # s; the longest stall that the hand makes good
 RESTING = Intention(surface=(0.1, 0.0, 0.0), direction=(-1.0, 0.0, 0.0), depth=0.02)
 PRESSING = HandScript(angle=0.3, rhythm=Rhythm(0.5), approach_at=0.1).intention(ZERO, 0.1)
 ROUNDING = 1e-9  # m; positions of decimetres after some thousand steps in doubles
