@@ -22,7 +22,7 @@ from cohaptic_client.recorder import Recorder
 from cohaptic_client.runner import Client
 from cohaptic_client.settings import ClientSettings
 
-_REFRESH = 0.05  # s
+_REFRESH = 0.1  # s
 
 
 def touch(

@@ -22,12 +22,12 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.protocol.patch import Patch
 from cohaptic.record import Row
+from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
 from cohaptic.statistics import Tally
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.scheduling import prefer_this_process
 from cohaptic_client.shared_slot import SharedMemory
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
 
@@ -76,7 +76,7 @@ class HapticLoop:
         self._settings = LoopSettings(config.law, config.simulation_period, config.limits)
         self._state = LoopState()
         self.statistics = Statistics()
-        self._scheduling = prefer_this_process() if prefer else "as it was"
+        self._scheduling = prefer_this_process(LOOP_PRIORITY) if prefer else "as it was"
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf

@@ -32,7 +32,7 @@ from cohaptic_client.session import ClientSession
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.shared_slot import SharedMemory
 
-HEARTBEAT = 0.05  # s
+HEARTBEAT = 0.1  # s
 RETRY = 0.5  # s between attempts to reach a server
 _SMOOTHING = 0.05  # share of a new round trip in the running mean
 

@@ -11,6 +11,7 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from cohaptic.interrupt import until_interrupted
+from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.catalogue import BODIES, build_body
 from cohaptic_server.settings import ServerSettings
@@ -57,6 +58,7 @@ async def _serve(settings: ServerSettings) -> None:
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside
         # real-time haptic loops on the same cores that was 30 ms instead of 1 ms.
+        logging.info("scheduling: %s", prefer_this_process(SERVER_PRIORITY))
         with threadpool_limits(limits=1):
             await server.run()
     finally:

@@ -11,13 +11,13 @@ import pytest
 
 LOOK = """
 import json, os, sys
-from cohaptic_client.scheduling import prefer_this_process
+from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
 before = os.nice(0)
 if sys.argv[1:] == ["powerless"] and os.geteuid() == 0:
     os.setgroups([])
     os.setgid(65534)
     os.setuid(65534)
-said = prefer_this_process()
+said = prefer_this_process(LOOP_PRIORITY)
 real_time = sys.platform == "linux" and os.sched_getscheduler(0) == os.SCHED_FIFO
 print(json.dumps({"said": said, "nice": os.nice(0), "before": before, "real_time": real_time}))
 """

@@ -1,4 +1,4 @@
-"""Better scheduling for the haptic loop, where the system offers it; never an error where not."""
+"""Better scheduling for what must be punctual, where the system offers it; never an error."""
 
 from __future__ import annotations
 
@@ -7,17 +7,25 @@ import os
 import sys
 from typing import Any
 
+# Low real-time priorities: before every ordinary process, behind the system's own. The hand first.
+LOOP_PRIORITY = 5
+SERVER_PRIORITY = 2
 
-def prefer_this_process() -> str:
-    """Ask for the most punctual scheduling that is allowed; returns what was had, for people."""
+
+def prefer_this_process(priority: int) -> str:
+    """Ask for the most punctual scheduling that is allowed; returns what was had, for people.
+
+    Args:
+        priority: Real-time priority where there is one; the higher goes first.
+    """
     if sys.platform == "linux":
-        return _linux()
+        return _linux(priority)
     if sys.platform == "win32":
         return _windows()
     return _niceness()
 
 
-def _linux() -> str:
+def _linux(priority: int) -> str:
     # Sleep without the 50 us of slack that a normal thread's timers have.
     prctl_set_timerslack = 29
     try:
@@ -27,9 +35,8 @@ def _linux() -> str:
         pass
     if sys.platform == "linux":
         try:
-            # A low real-time priority: before every ordinary process, behind the system's own.
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(5))
-            return "real-time (SCHED_FIFO 5)"
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+            return f"real-time (SCHED_FIFO {priority})"
         except OSError:
             pass
     return _niceness()
