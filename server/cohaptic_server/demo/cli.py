@@ -31,7 +31,7 @@ _REFRESH = 0.1  # s
 _GATHER = 45.0  # s for every client to be there and engaged
 _WITHOUT_TERMINAL = 15.0  # s
 _TRACE = 60  # readings of a force in the picture of the last seconds
-_BLOCKS = " ▁▂▃▄▅▆▇█"
+_BLOCKS = "▁▂▃▄▅▆▇█"
 _TOP = 6.0  # N at the top of the picture
 
 
