@@ -58,7 +58,7 @@ async def _serve(settings: ServerSettings) -> None:
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside
         # real-time haptic loops on the same cores that was 30 ms instead of 1 ms.
-        logging.info("scheduling: %s", prefer_this_process(SERVER_PRIORITY))
+        prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
             await server.run()
     finally:
