@@ -239,7 +239,11 @@ def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
 
         monkeypatch.setattr(sys, "argv", ["loop_process", parent.config.to_json()])
         monkeypatch.setattr(loop_process, "open_device", opened)
-        monkeypatch.setattr(loop_process, "prefer_this_process", lambda _priority: "as it was")
+
+        def as_it_was(_priority: int) -> str:
+            return "as it was"
+
+        monkeypatch.setattr(loop_process, "prefer_this_process", as_it_was)
         loop_process.main()
 
     ctrl_c = signal.getsignal(signal.SIGINT)
