@@ -60,8 +60,8 @@ so every contact is searched and solved anew in each tick. The balloon has 642 v
 
 {tick}
 
-Profile: nearly all of a tick is many small numpy calls in the search for contacts (`contact.py`).
-A hand that rests costs a quarter of one that slides.
+Profile: three quarters of a tick are many small numpy calls in the search for contacts
+(`contact.py`).
 """
 
 

@@ -57,7 +57,7 @@ async def _serve(settings: ServerSettings) -> None:
         logging.warning("listening on %s without access control", settings.host)
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside
-        # real-time haptic loops on the same cores that was 30 ms instead of 1 ms.
+        # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
             await server.run()
