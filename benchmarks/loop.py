@@ -17,7 +17,7 @@ import threading
 import time
 
 from cohaptic.clock import SystemClock
-from cohaptic.control.law import Law
+from cohaptic.control.law import Law, LawSettings
 from cohaptic.hands import Hand, HandScript, Rhythm
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.statistics import Tally
@@ -25,6 +25,7 @@ from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.haptics import HapticProcess
 from cohaptic_client.loop_config import LoopConfig, silent_after
 from cohaptic_client.loop_process import COMMAND, HapticLoop
+from cohaptic_client.passivity import MAX_DAMPING
 from cohaptic_client.safety import SafetyLimits
 from cohaptic_client.shared_slot import SharedMemory
 
@@ -52,7 +53,11 @@ def config(hz: float, clock: SystemClock, memory: SharedMemory) -> LoopConfig:
         clock_origin=clock.origin,
         haptic_period=1.0 / hz,
         simulation_period=TICK,
-        law=Law.PREDICTIVE,
+        law=LawSettings(),
+        smoothing=1.0,
+        max_damping=MAX_DAMPING,
+        friction=0.0,
+        follow=True,
         device="simulated",
         center=(0.0, 0.0, 0.0),
         radius=0.1,
@@ -67,6 +72,7 @@ def patch(tick: int) -> bytes:
     lift = 0.002 * math.sin(0.1 * tick)
     return Patch(
         tick=tick, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
+        law=Law.PREDICTIVE,
         x_free=(0.1 + lift, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0, k_o=250.0,
         k_o_coupled=150.0, c_ii=0.004, k_h=250.0, integral_gain=0.0, own_force=0.0, u_others=lift,
     ).encode()  # fmt: skip

@@ -41,6 +41,7 @@ def touches(users: int, tick: int) -> list[Touch]:
                 probe=(0.096 * out[0], 0.096 * out[1], 0.0),
                 force=out,
                 seq=tick + 1,
+                tick=tick,
                 t_client=0.0,
                 arrived=0.0,
             )

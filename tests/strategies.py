@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import Compliance3
+from cohaptic.control.law import Law
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import Vec3, unit
 
 
@@ -48,7 +53,8 @@ patches = st.builds(
     t_server=times,
     t_client=times,
     sample_wait=floats(0.0, 100.0),
-    geometry=st.sampled_from(Geometry),
+    geometry=st.sampled_from((Geometry.PLANE, Geometry.SPHERE)),
+    law=st.sampled_from(Law),
     x_free=vectors(10.0),
     normal=normals,
     curvature=floats(-100.0, 100.0),
@@ -59,4 +65,34 @@ patches = st.builds(
     integral_gain=floats(0.0, 1e6),
     own_force=floats(0.0, 100.0),
     u_others=floats(-1.0, 1.0),
+    compliance=st.none() | st.builds(Compliance3, *[floats(-1.0, 1.0)] * 6),
+)
+
+shorts = st.integers(-(2**15), 2**15 - 1)
+neighbourhoods = st.sets(st.integers(0, 2**16 - 1), max_size=MAX_VERTICES).flatmap(
+    lambda chosen: st.builds(
+        Neighbourhood,
+        scale=floats(0.0, 3e-4),
+        c_scale=floats(0.0, 1e-4),
+        indices=st.just(tuple(sorted(chosen))),
+        displacements=st.tuples(*[st.tuples(shorts, shorts, shorts)] * len(chosen)),
+        compliances=st.tuples(*[st.integers(0, 2**16 - 1)] * len(chosen)),
+    )
+)
+
+
+def as_mesh(patch: Patch, near: Neighbourhood) -> Patch:
+    return replace(patch, geometry=Geometry.MESH, neighbourhood=near)
+
+
+mesh_patches = st.builds(as_mesh, patches, neighbourhoods)
+
+rest_meshes = st.lists(vectors(10.0), min_size=3, max_size=12).flatmap(
+    lambda vertices: st.builds(
+        RestMesh,
+        vertices=st.just(tuple(vertices)),
+        faces=st.lists(
+            st.tuples(*[st.integers(0, len(vertices) - 1)] * 3), min_size=1, max_size=20
+        ).map(tuple),
+    )
 )

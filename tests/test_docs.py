@@ -9,13 +9,18 @@ from pathlib import Path
 import pytest
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol import contact_sample, control, patch
+from cohaptic.protocol import contact_sample, control, frame, neighbourhood, patch, rest_mesh
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
 ROOT = Path(__file__).parents[1]
 PROTOCOL = (ROOT / "docs/protocol.md").read_text()
-PACKAGES = ("shared/cohaptic", "server/cohaptic_server", "client/cohaptic_client")
-TYPES = {"u8": 1, "u16": 2, "u32": 4, "f32": 4, "f64": 8, "3 f32": 12}
+PACKAGES = (
+    "shared/cohaptic",
+    "server/cohaptic_server",
+    "client/cohaptic_client",
+    "experiments/cohaptic_experiments",
+)
+TYPES = {"u8": 1, "u16": 2, "u32": 4, "f32": 4, "f64": 8, "3 f32": 12, "3 i16": 6}
 
 
 def section(heading: str) -> str:
@@ -47,8 +52,35 @@ def test_every_field_of_a_frame_is_described_in_its_place(
     assert offset == size
     assert f"{size} bytes" in PROTOCOL
     described = [name for _, _, name in rows if name not in ("version", "kind", "flags")]
-    in_flags = {"geometry"}
-    assert described == [f.name for f in fields(message) if f.name not in in_flags]
+    # In the flags, and behind the frame.
+    elsewhere = {"geometry", "law", "neighbourhood", "compliance"}
+    assert described == [f.name for f in fields(message) if f.name not in elsewhere]
+
+
+def test_the_neighbourhood_is_described_in_its_place() -> None:
+    rows = re.findall(r"^\| (\d+) \| ([^|]+) \| `(\w+)` \|", section("neighbourhood"), re.M)
+    head, items = rows[:3], rows[3:]
+    for table in (head, items):
+        offset = 0
+        for at, kind, _ in table:
+            assert int(at) == offset
+            offset += TYPES[kind.strip()]
+        assert offset == 10
+    described = [name for _, _, name in rows if name != "count"]
+    assert described == [f.name for f in fields(neighbourhood.Neighbourhood)]
+    assert f"at most {neighbourhood.MAX_VERTICES}" in section("neighbourhood")
+
+
+def test_the_rest_mesh_is_described_in_its_place() -> None:
+    rows = re.findall(r"^\| (\d+) \| ([^|]+) \| `?(\w+)`? \|", section("rest_mesh"), re.M)
+    assert [int(at) for at, _, _ in rows] == [0, 1, 2, 4, 8]
+    assert [name for _, _, name in rows[3:]] == [f.name for f in fields(rest_mesh.RestMesh)]
+    assert f"{rest_mesh.MAX_VERTICES:,} vertices or {rest_mesh.MAX_FACES:,} faces" in PROTOCOL
+
+
+def test_the_limits_of_frames_are_the_codes() -> None:
+    assert f"at most {frame.MAX_FRAME_BYTES} bytes" in PROTOCOL
+    assert f"a mesh patch of at most {frame.MAX_MESH_FRAME_BYTES:,}" in PROTOCOL
 
 
 @pytest.mark.parametrize(

@@ -5,18 +5,22 @@ from __future__ import annotations
 import asyncio
 import math
 import sys
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 from rich.console import Console
 from rich.live import Live
 
 from cohaptic.control.law import Law
+from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript, Rhythm
 from cohaptic.interrupt import run
 from cohaptic.link import LinkSettings
+from cohaptic.protocol.control import FixedGains, GeometryName
 from cohaptic.view import status_table
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.runner import Client
@@ -25,11 +29,48 @@ from cohaptic_client.settings import ClientSettings
 _REFRESH = 0.1  # s
 
 
+class Shape(Enum):
+    """Local surface, as the command line names it."""
+
+    PLANE = "plane"
+    SPHERE = "sphere"
+    MESH = "mesh"
+
+
+_GEOMETRY: dict[Shape, GeometryName] = {
+    Shape.PLANE: "plane",
+    Shape.SPHERE: "sphere",
+    Shape.MESH: "mesh",
+}
+
+
 def touch(
     url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
     device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
+    geometry: Annotated[
+        Shape, typer.Option(help="Local surface between two patches.")
+    ] = Shape.MESH,
+    friction: Annotated[float, typer.Option(help="Coefficient mu, 0 to 2; 0 for none.")] = 0.0,
+    k_h: Annotated[
+        float | None,
+        typer.Option(help="Gain in N/m instead of the server's; it must allow that."),
+    ] = None,
+    integral_gain: Annotated[float, typer.Option(help="I in N/(m s); with --k-h only.")] = 0.0,
+    threshold_mm: Annotated[
+        float | None,
+        typer.Option(
+            help="Error that pi tolerates, eq. (17).", show_default="eq. (18), 0.2 in and 1 out"
+        ),
+    ] = None,
+    smoothing: Annotated[
+        float,
+        typer.Option(help="Share of a tick over which a new patch is taken in; 0 as the paper."),
+    ] = 1.0,
+    passivity: Annotated[
+        bool, typer.Option(help="Take out by damping what energy the delay makes.")
+    ] = True,
     delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 0.0,
     jitter_ms: Annotated[
         float, typer.Option(help="Largest extra delay, one way, both ways.")
@@ -83,6 +124,12 @@ def touch(
         url=url,
         name=name,
         law=law,
+        fixed_gains=_fixed_gains(k_h, integral_gain),
+        thresholds=_thresholds(threshold_mm),
+        smoothing=smoothing,
+        friction=friction,
+        passivity=passivity,
+        geometry=_GEOMETRY[geometry],
         device=device,
         loop_hz=loop_hz,
         max_force=max_force,
@@ -99,6 +146,27 @@ def touch(
         duration=duration,
     )
     run(_touch(settings, record, json_lines), lifeline=lifeline)
+
+
+def _fixed_gains(k_h: float | None, integral_gain: float) -> FixedGains | None:
+    if k_h is None:
+        if integral_gain != 0.0:
+            raise SettingError("integral gain", integral_gain, "given together with --k-h")
+        return None
+    try:
+        return FixedGains(k_h=k_h, integral_gain=integral_gain)
+    except ValidationError as error:
+        limit = "K_h above 0, at most 1e6 N/m, and I from 0 to 1e9 N/(m s)"
+        raise SettingError("gains", f"{k_h:g} N/m, {integral_gain:g} N/(m s)", limit) from error
+
+
+def _thresholds(millimetres: float | None) -> Thresholds:
+    """Eq. (18) with the usual values, or eq. (17) with one."""
+    if millimetres is None:
+        return Thresholds()
+    if not 0.0 <= millimetres <= 50.0:
+        raise SettingError("threshold", f"{millimetres:g} mm", "from 0 to 50 mm")
+    return Thresholds(1e-3 * millimetres, 1e-3 * millimetres, 0.0)
 
 
 async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:

@@ -25,7 +25,7 @@ class TipSample:
         t: When, on the client's clock [s].
         tick: Of the patch that it used; 0 for none.
         probe: Tip [m].
-        force: On the hand [N].
+        force: On the hand, without the damping of the passivity layer: the body's share [N].
     """
 
     t: float

@@ -17,11 +17,12 @@ from websockets.typing import Subprotocol
 from cohaptic.clock import Clock
 from cohaptic.errors import ServerLost
 from cohaptic.link import DelayLine, LinkSettings
+from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS, tune
 
 Data = str | bytes
-MAX_INBOUND_BYTES = 16384  # the largest is a welcome to a full room
+MAX_INBOUND_BYTES = MAX_BYTES  # the largest is a rest mesh, then a welcome to a full room
 
 
 class Delayed:

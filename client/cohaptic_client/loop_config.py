@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import LawSettings
+from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import Hand, Intention, Rhythm
 from cohaptic.vec import Vec3
@@ -21,26 +22,36 @@ class LoopConfig:
         clock_origin: Of the network process's clock, so that both read the same time [s].
         haptic_period: T [s].
         simulation_period: N T [s].
-        law: Local model.
+        law: Of the integral of `Law.PI`.
+        smoothing: Share of a simulation period over which the loop moves to a new patch.
+        max_damping: Of the passivity layer; 0 switches it off [N s/m].
+        friction: mu of the contact; 0 for none.
+        follow: Whether gains follow the compliance under a sliding probe.
         device: Its name in the catalogue.
         center: Of the body, where a device's workspace is put [m].
         radius: Of the sphere round it that holds the body [m].
         limits: Of the safety layer.
         hand: Of a simulated device.
         intention: Of a simulated device; None for a real one.
+        rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
     """
 
     memory: str
     clock_origin: float
     haptic_period: float
     simulation_period: float
-    law: Law
+    law: LawSettings
+    smoothing: float
+    max_damping: float
+    friction: float
+    follow: bool
     device: str
     center: Vec3
     radius: float
     limits: SafetyLimits
     hand: Hand
     intention: Intention | None
+    rest_mesh: str | None = None
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
@@ -49,7 +60,7 @@ class LoopConfig:
 
     def to_json(self) -> str:
         """The text that `from_json` reads."""
-        return json.dumps(asdict(self) | {"law": self.law.value})
+        return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> LoopConfig:
@@ -69,7 +80,7 @@ class LoopConfig:
         return cls(
             **raw
             | {
-                "law": Law(raw["law"]),
+                "law": LawSettings(Thresholds(*raw["law"][0]), *raw["law"][1:]),
                 "center": tuple(raw["center"]),
                 "limits": SafetyLimits(**raw["limits"]),
                 "hand": Hand(**raw["hand"]),
@@ -84,6 +95,13 @@ def silent_after(simulation_period: float) -> float:
     Jitter below that does not disturb the hand; the force is gone `fade_time` later.
     """
     return max(0.1, 3.0 * simulation_period)
+
+
+def law_settings(
+    thresholds: Thresholds, simulation_period: float, limits: SafetyLimits
+) -> LawSettings:
+    """What the integral of `Law.PI` is told; it lets go over two simulation periods (5.1)."""
+    return LawSettings(thresholds, 2.0 * simulation_period, limits.max_force)
 
 
 def haptic_period(loop_hz: float) -> float:

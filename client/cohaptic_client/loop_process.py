@@ -17,10 +17,12 @@ import signal
 import struct
 import sys
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.record import Row
 from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
 from cohaptic.statistics import Tally
@@ -30,9 +32,10 @@ from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop_config import LoopConfig
 from cohaptic_client.shared_slot import SharedMemory
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.surfaces import SurfaceMaker
 
 COMMAND = struct.Struct("<Q?")  # heartbeat, stop
-SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force
+SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body
 ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
 HOUSEKEEPING = 0.05  # s between looks at commands and reports of the state
 
@@ -73,7 +76,17 @@ class HapticLoop:
         self._memory = memory
         self._device = device
         self._clock = SystemClock(config.clock_origin)
-        self._settings = LoopSettings(config.law, config.simulation_period, config.limits)
+        self._settings = LoopSettings(
+            config.simulation_period,
+            config.limits,
+            config.law,
+            config.smoothing,
+            config.max_damping,
+            surface=SurfaceMaker(_rest_mesh(config.rest_mesh)),
+            friction=config.friction,
+            follow=config.follow,
+            max_stiffness=device.info.max_stiffness,
+        )
         self._state = LoopState()
         self.statistics = Statistics()
         self._scheduling = prefer_this_process(LOOP_PRIORITY) if prefer else "as it was"
@@ -142,7 +155,7 @@ class HapticLoop:
     def _publish(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
         patch, local = self._state.patch, output.local
         tick = patch.tick if patch else 0
-        self._memory.sample.write(SAMPLE.pack(now, tick, *sample.position, *output.force))
+        self._memory.sample.write(SAMPLE.pack(now, tick, *sample.position, *output.on_body))
         self._memory.rows.append(
             Row(
                 now,
@@ -153,6 +166,7 @@ class HapticLoop:
                 output.u_others,
                 local.indentation,
                 self._state.k_h,
+                output.damping_force,
                 patch.k_o if patch else 0.0,
                 sample.level,
                 self._state.safety.scale,
@@ -161,6 +175,11 @@ class HapticLoop:
                 now - self._state.arrived if patch else 0.0,
             )
         )
+
+
+def _rest_mesh(path: str | None) -> RestMesh | None:
+    """The mesh in the file that the network process wrote."""
+    return None if path is None else RestMesh.decode(Path(path).read_bytes())
 
 
 def status_json(**values: object) -> bytes:
@@ -202,6 +221,8 @@ def main() -> None:
         _let_go(device)
         # Its maker removes the file, unless it was killed.
         memory.close(remove=orphaned)
+        if orphaned and config.rest_mesh is not None:
+            Path(config.rest_mesh).unlink(missing_ok=True)
 
 
 def _let_go(device: Device) -> None:

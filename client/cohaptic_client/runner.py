@@ -10,13 +10,15 @@ import asyncio
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, CohapticError, ServerLost
+from cohaptic.errors import CloseCode, CohapticError, RemoteProtocolError, ServerLost
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.record import Row
 from cohaptic.report import TouchStatus
@@ -25,16 +27,17 @@ from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.haptics import HapticProcess, TipSample
 from cohaptic_client.link import Data, Link
-from cohaptic_client.loop_config import LoopConfig, haptic_period, silent_after
+from cohaptic_client.loop_config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.pacing import Pacer
+from cohaptic_client.passivity import device_damping_limit
 from cohaptic_client.safety import SafetyLimits
 from cohaptic_client.session import ClientSession
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.timing import LinkTiming
 
 HEARTBEAT = 0.1  # s
 RETRY = 0.5  # s between attempts to reach a server
-_SMOOTHING = 0.05  # share of a new round trip in the running mean
 
 
 class Refused(CohapticError):
@@ -78,9 +81,12 @@ class Client:
         self._link: Link | None = None
         self._pacer: Pacer | None = None
         self._seq = 0
-        self._round_trip = 0.0
+        self._timing = LinkTiming()
         self._row: Row | None = None
         self._limits: SafetyLimits | None = None
+        self._welcome: Welcome | None = None
+        self._mesh_file = Path(f"{self._memory.path}.mesh")
+        self._mesh: RestMesh | None = None
 
     async def run(self) -> None:
         """Touch until cancelled, the duration is over, or the server is lost for good.
@@ -104,6 +110,7 @@ class Client:
                 task.cancel()
             await asyncio.gather(*work, return_exceptions=True)
             self._memory.close(remove=True)
+            self._mesh_file.unlink(missing_ok=True)
 
     def status(self) -> TouchStatus:
         """What this client can say of itself now."""
@@ -118,7 +125,11 @@ class Client:
             indentation=row.indentation,
             k_o=row.k_o,
             k_h=row.k_h,
-            round_trip=self._round_trip,
+            law=self.settings.law.value,
+            round_trip=self._timing.round_trip,
+            jitter=self._timing.jitter,
+            clock_offset=self._timing.clock_offset,
+            clock_error=self._timing.clock_error,
             loop_hz=float(loop.get("loop_hz", 0.0)),
             loop_late_p99=float(loop.get("late_p99", 0.0)),
             loop_missed=int(loop.get("missed", 0)),
@@ -197,9 +208,13 @@ class Client:
                 law=settings.law,
                 max_stiffness=device.max_stiffness,
                 max_force=self._max_force(device),
+                geometry=settings.geometry,
+                friction=settings.friction > 0.0,
+                fixed_gains=settings.fixed_gains,
             )
             link.send(session.greeting(hello))
             self._seq, self._pacer, self._link = 0, None, link
+            self._timing = LinkTiming()  # another server may have another clock
             sender = asyncio.ensure_future(self._send(link))
             listener = asyncio.ensure_future(link.receive(lambda data: self._hear(session, data)))
             try:
@@ -220,11 +235,18 @@ class Client:
         event = session.receive(data)
         if isinstance(event, Patch):
             assert isinstance(data, bytes)
-            assert self._haptics is not None
+            if self._haptics is None:
+                raise RemoteProtocolError(
+                    "message", "Patch", "a rest mesh, then samples, before it"
+                )
             self._haptics.give_patch(data)
             self._time(event)
         elif isinstance(event, Welcome):
-            self._begin(event)
+            self._welcome = event
+            if self.settings.geometry != "mesh":
+                self._begin(event)
+        elif isinstance(event, RestMesh):
+            self._keep_mesh(event, data)
         elif isinstance(event, UserJoined):
             self._tell(f"{event.name} joined")
         elif isinstance(event, UserLeft):
@@ -237,9 +259,27 @@ class Client:
         if patch.seq == 0 or self._pacer is None:
             return
         self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)
-        trip = self.clock.now() - patch.t_client - patch.sample_wait
-        weight = _SMOOTHING if self._round_trip else 1.0
-        self._round_trip += weight * (trip - self._round_trip)
+        self._timing = self._timing.measured(
+            t_client=patch.t_client,
+            t_server=patch.t_server,
+            sample_wait=patch.sample_wait,
+            now=self.clock.now(),
+        )
+
+    def _keep_mesh(self, mesh: RestMesh, data: Data) -> None:
+        """Give the resting mesh to the loop, which starts with it."""
+        if self._mesh not in (None, mesh):
+            # A loop that runs has the old one.
+            raise RemoteProtocolError(
+                "rest mesh", "another body's", "the one of before: start anew"
+            )
+        if self._welcome is None or self.settings.geometry != "mesh":
+            raise RemoteProtocolError("message", "RestMesh", "none: this client did not ask for it")
+        if self._mesh is None:
+            assert isinstance(data, bytes)
+            self._mesh_file.write_bytes(data)
+            self._mesh = mesh
+        self._begin(self._welcome)
 
     def _begin(self, welcome: Welcome) -> None:
         """The server took us in: start the loop, if it does not run yet, and the schedule."""
@@ -260,10 +300,21 @@ class Client:
             clock_origin=self.clock.origin,
             haptic_period=haptic_period(settings.loop_hz),
             simulation_period=welcome.simulation_period,
-            law=settings.law,
+            law=law_settings(settings.thresholds, welcome.simulation_period, self._limits),
+            smoothing=settings.smoothing,
+            friction=settings.friction,
+            follow=settings.fixed_gains is None,
+            max_damping=(
+                device_damping_limit(
+                    device.damping, device.max_stiffness, haptic_period(settings.loop_hz)
+                )
+                if settings.passivity
+                else 0.0
+            ),
             device=settings.device,
             center=welcome.body.center,
             radius=welcome.body.radius,
+            rest_mesh=str(self._mesh_file) if self._mesh is not None else None,
             limits=self._limits,
             hand=settings.script.hand,
             intention=settings.script.intention(welcome.body.center, welcome.body.radius),

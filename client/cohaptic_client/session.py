@@ -15,7 +15,9 @@ from cohaptic.protocol.control import (
     decode_server_control,
     encode_control,
 )
+from cohaptic.protocol.frame import HEADER, FrameKind
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 
 
 class State(Enum):
@@ -26,11 +28,11 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Welcome | Patch | UserJoined | UserLeft | Error
+Event = Welcome | RestMesh | Patch | UserJoined | UserLeft | Error
 
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_WELCOME: (Welcome, Error),
-    State.JOINED: (Patch, UserJoined, UserLeft, Error),
+    State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Error),
     State.CLOSED: (),
 }
 
@@ -44,6 +46,7 @@ class ClientSession:
 
     def __init__(self) -> None:
         self.state = State.AWAIT_WELCOME
+        self._vertices: int | None = None  # of the resting mesh, once it is here
 
     @staticmethod
     def greeting(hello: Hello) -> str:
@@ -62,13 +65,17 @@ class ClientSession:
             RemoteProtocolError: The server broke the protocol; the session is over.
         """
         try:
-            message = Patch.decode(data) if isinstance(data, bytes) else decode_server_control(data)
+            message = _decode(data) if isinstance(data, bytes) else decode_server_control(data)
             if not isinstance(message, ALLOWED[self.state]):
                 allowed = (
                     " or ".join(kind.__name__ for kind in ALLOWED[self.state]) or "nothing more"
                 )
                 what = type(message).__name__
                 raise RemoteProtocolError("message", what, f"{allowed}: {self.state.value}")
+            if isinstance(message, RestMesh):
+                self._take(message)
+            elif isinstance(message, Patch):
+                self._check(message)
         except RemoteProtocolError:
             self.state = State.CLOSED
             raise
@@ -77,3 +84,26 @@ class ClientSession:
         elif isinstance(message, Error):
             self.state = State.CLOSED
         return message
+
+    def _take(self, mesh: RestMesh) -> None:
+        if self._vertices is not None:
+            raise RemoteProtocolError("rest mesh", "another one", "one in each session")
+        self._vertices = len(mesh.vertices)
+
+    def _check(self, patch: Patch) -> None:
+        """A mesh patch speaks of vertices that this client has."""
+        if patch.neighbourhood is None:
+            return
+        if self._vertices is None:
+            raise RemoteProtocolError("geometry of a patch", "mesh", "a rest mesh before it")
+        last = max(patch.neighbourhood.indices, default=0)
+        if last >= self._vertices:
+            limit = f"less than the vertices of the rest mesh, {self._vertices}"
+            raise RemoteProtocolError("index of a vertex", last, limit)
+
+
+def _decode(frame: bytes) -> RestMesh | Patch:
+    """A binary frame by its kind; one of neither is reported as no patch."""
+    if len(frame) >= HEADER.size and frame[1] == FrameKind.REST_MESH:
+        return RestMesh.decode(frame)
+    return Patch.decode(frame)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import Law
+from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript
 from cohaptic.link import LinkSettings
+from cohaptic.protocol.control import FixedGains, GeometryName
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.loop_config import haptic_period
 
@@ -20,6 +23,13 @@ class ClientSettings:
         url: Of the server.
         name: Of the user.
         law: Local model.
+        geometry: Of the local surface.
+        fixed_gains: Instead of the server's choice, where the server allows it.
+        thresholds: Of the integral of `Law.PI`, eqs. (17), (18).
+        smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
+            it as the paper does.
+        friction: mu of the contact; 0 for none.
+        passivity: Whether the passivity layer is on.
         device: Its name in the catalogue.
         loop_hz: Rate of the haptic loop, 1 / T.
         max_force: Never more than this on the hand [N].
@@ -33,6 +43,12 @@ class ClientSettings:
     url: str
     name: str
     law: Law = Law.PREDICTIVE
+    geometry: GeometryName = "plane"
+    fixed_gains: FixedGains | None = None
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    smoothing: float = 1.0
+    friction: float = 0.0
+    passivity: bool = True
     device: str = "simulated"
     loop_hz: float = 1000.0
     max_force: float = 10.0
@@ -47,6 +63,10 @@ class ClientSettings:
             raise SettingError("max force", f"{self.max_force} N", "above 0, at most 100 N")
         if not self.name or len(self.name) > 32 or not self.name.isprintable():
             raise SettingError("name", repr(self.name), "1 to 32 printable characters")
+        if not 0.0 <= self.friction <= MAX_FRICTION:
+            raise SettingError("friction", self.friction, f"from 0 to {MAX_FRICTION:g}")
+        if not 0.0 <= self.smoothing <= 1.0:
+            raise SettingError("smoothing", self.smoothing, "from 0 to 1")
         if self.duration is not None and not self.duration > 0.0:
             raise SettingError("duration", f"{self.duration} s", "above 0")
         if not self.patience >= 0.0:

@@ -15,6 +15,7 @@ import tempfile
 import zlib
 from collections.abc import Iterable
 
+from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
 from cohaptic.record import COLUMNS, Row
 
 _HEAD = struct.Struct("<QII")  # version, length, checksum of version and payload
@@ -135,7 +136,7 @@ class SharedMemory:
 
 _IN_MEMORY = "/dev/shm"  # Linux
 # A status holds a sentence of 300 characters, each of which JSON may write as 12 bytes.
-_SLOTS = {"patch": 128, "sample": 128, "command": 16, "status": 4096}
+_SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status": 4096}
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:

@@ -20,7 +20,7 @@ from websockets.typing import Origin, Subprotocol
 from cohaptic.clock import SystemClock
 from cohaptic.errors import ProtocolError, SettingError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, ServerControl, UserLeft, wrong_version
+from cohaptic.protocol.control import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.statistics import Tally
 from cohaptic.transport import WEBSOCKET_OPTIONS, tune
@@ -79,6 +79,8 @@ class CohapticServer:
         Raises:
             SettingError: The address or port cannot be had.
         """
+        if self.room.has_rest_mesh:
+            self.room.rest_mesh()  # now: later it would cost those who are here a few ticks
         host, port = self.settings.host, self.settings.port
         try:
             self._listener = await serve(
@@ -166,6 +168,8 @@ class CohapticServer:
                 self._join(connection, event, now)
             elif isinstance(event, ContactSample) and connection.user is not None:
                 self.room.sample(connection.user, event, now)
+            elif isinstance(event, SetLaw) and connection.user is not None:
+                self._set_law(connection, connection.user, event)
 
     def _join(self, connection: _Connection, hello: Hello, now: float) -> None:
         try:
@@ -181,9 +185,16 @@ class CohapticServer:
             gone = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
             self._tell_others(connection, gone)
         connection.user = welcome.user
-        connection.session.accept(welcome)
+        rest_mesh = self.room.rest_mesh() if hello.geometry == "mesh" else None
+        connection.session.accept(welcome, rest_mesh)
         log.info("%s joined with %s", hello.name, hello.law.value)
         self._tell_others(connection, news)
+
+    def _set_law(self, connection: _Connection, user: int, change: SetLaw) -> None:
+        try:
+            self.room.set_law(user, change)
+        except ProtocolError as error:
+            connection.session.fail(error)
 
     def _leave(self, connection: _Connection, reason: str) -> None:
         if connection.user is None:

@@ -23,6 +23,13 @@ def serve(
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
     body: Annotated[str, typer.Option(help=f"What is touched: {', '.join(BODIES)}.")] = "balloon",
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
+    allow_fixed_gains: Annotated[
+        bool,
+        typer.Option(
+            "--allow-fixed-gains",
+            help="Let clients choose their own gains, unstable ones too: experiments only.",
+        ),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -38,7 +45,7 @@ def serve(
         datefmt="%H:%M:%S",
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
-    settings = ServerSettings(host, port, simulation_hz, body, max_users)
+    settings = ServerSettings(host, port, simulation_hz, body, max_users, allow_fixed_gains)
     asyncio.run(until_interrupted(_serve(settings), lifeline=lifeline))
 
 

@@ -5,10 +5,16 @@ move the point that is pressed. It is the point from which the probe lies along 
 point, displacement and normal averaged over the pressure: the nearest point of a faceted surface
 jumps from face to face under a probe that sinks in, this one slides. Positions on the surface are
 those of the resting mesh; the probe is taken back by the displacement under it.
+
+Facets lie below the surface that they stand for, by half a millimetre on a balloon of 642 vertices.
+The contact point is therefore lifted off them, to the smooth surface through the vertices that has
+their normals: a hand that slides over it feels no facets, and a client with the resting mesh
+(`mesh_surface.py`) finds the same surface.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,12 +31,14 @@ class Contact:
     """One probe's place on a body.
 
     Args:
-        point: On the resting surface, shape (3,) [m].
+        foot: On a facet of the resting mesh, shape (3,) [m].
+        point: On the smooth resting surface above it, shape (3,) [m].
         vertices: Under the pressure, shape (k,).
         weights: Share of each, shape (k,); they sum to 1.
         normal: Outward unit normal of the free surface, averaged over the pressure, shape (3,).
     """
 
+    foot: Floats
     point: Floats
     vertices: Ints
     weights: Floats
@@ -75,13 +83,34 @@ def locate(
             break
         # Above a round body the way along the surface is shorter than it looks from the probe.
         slide /= 1.0 + max(0.0, height) / mesh.size
-        contact = _contact_at(mesh, nearest_point(mesh, contact.point + slide), free, radius)
+        contact = _contact_at(mesh, nearest_point(mesh, contact.foot + slide), free, radius)
     return contact
 
 
-def _contact_at(mesh: SurfaceMesh, point: Floats, free: Floats, radius: float) -> Contact:
-    vertices, weights = pressure(mesh, point, radius)
-    return Contact(point, vertices, weights, _normal(mesh, vertices, weights, free))
+def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Floats, radius: float) -> Contact:
+    vertices, weights = pressure(mesh, foot, radius)
+    point = smooth_point(mesh, foot, vertices, weights)
+    return Contact(foot, point, vertices, weights, _normal(mesh, vertices, weights, free))
+
+
+def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Floats) -> Floats:
+    """The point of the smooth resting surface over a point of a facet, shape (3,) [m].
+
+    Each vertex under the pressure says where the surface is by its position and its normal; the
+    mean of its normal and the common one makes that exact to second order, so on every quadric.
+
+    Args:
+        mesh: Resting surface.
+        foot: On a facet, shape (3,) [m].
+        vertices: Under the pressure, shape (k,).
+        weights: Share of each, shape (k,).
+    """
+    normals = mesh.normals[vertices]
+    n = weights @ normals
+    n /= math.sqrt(float(n @ n))
+    gap = mesh.vertices[vertices] - foot
+    height = float(weights @ np.einsum("ki,ki->k", gap, 0.5 * (normals + n)))
+    return np.asarray(foot + height * n)
 
 
 def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Floats) -> Floats:

@@ -16,15 +16,18 @@ class Outbox:
     """Bounded by construction: at most `MAX_EVENTS` events and one patch."""
 
     def __init__(self) -> None:
-        self._events: deque[str] = deque()
+        self._events: deque[str | bytes] = deque()
         self._patch: bytes | None = None
         self.patches_skipped = 0
 
-    def put_event(self, text: str) -> bool:
-        """Queue an event; False when the queue is full, which ends the session."""
+    def put_event(self, data: str | bytes) -> bool:
+        """Queue an event: text, or a frame that is not a state (the resting mesh).
+
+        False when the queue is full, which ends the session.
+        """
         if len(self._events) >= MAX_EVENTS:
             return False
-        self._events.append(text)
+        self._events.append(data)
         return True
 
     def put_patch(self, frame: bytes) -> None:

@@ -8,11 +8,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from cohaptic.control.law import Gains
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import BodyInfo, Hello, UserJoined, UserLeft, Welcome
-from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.control import (
+    BodyInfo,
+    FixedGains,
+    Hello,
+    SetLaw,
+    UserJoined,
+    UserLeft,
+    Welcome,
+)
+from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world import Touch, WorldState, advance
 
@@ -26,7 +37,7 @@ class Member:
 
     Args:
         user: Its number; never used twice.
-        hello: What it said when it came.
+        hello: What it said when it came, and changed since.
         touch: Newest sample; None before the first.
         heard: When it was last heard of [s].
     """
@@ -46,6 +57,7 @@ class Room:
         self.world = WorldState()
         self.members: dict[int, Member] = {}
         self._next_user = 1
+        self._rest_mesh: bytes | None = None
 
     def join(self, hello: Hello, now: float) -> tuple[Welcome, UserJoined, int | None]:
         """Take a user in.
@@ -55,9 +67,12 @@ class Room:
             whose place it takes, if any; the caller ends that one's session.
 
         Raises:
-            RemoteProtocolError: The name is in use, or the room is full.
+            RemoteProtocolError: The name is in use, the room is full, or the body cannot be had as
+                the client wants it.
         """
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
+        self._check_gains(hello.fixed_gains)
+        self._check_geometry(hello.geometry)
         if holder is not None and now - holder.heard < REPLACE_AFTER:
             names = ", ".join(sorted(m.hello.name for m in self.members.values()))
             raise RemoteProtocolError(
@@ -94,10 +109,64 @@ class Room:
             probe=sample.probe,
             force=sample.force,
             seq=sample.seq,
+            tick=sample.tick,
             t_client=sample.t_client,
             arrived=now,
+            fixed_gains=_gains(member.hello.fixed_gains),
+            geometry=Geometry[member.hello.geometry.upper()],
+            friction=member.hello.friction,
         )
         self.members[user] = replace(member, touch=touch, heard=now)
+
+    def set_law(self, user: int, change: SetLaw) -> None:
+        """A user changes its local model.
+
+        Raises:
+            RemoteProtocolError: It asks for gains that this server does not let it choose.
+        """
+        self._check_gains(change.fixed_gains)
+        member = self.members[user]
+        hello = member.hello.model_copy(
+            update={"law": change.law, "fixed_gains": change.fixed_gains}
+        )
+        touch = member.touch and replace(
+            member.touch, law=change.law, fixed_gains=_gains(change.fixed_gains)
+        )
+        self.members[user] = replace(member, hello=hello, touch=touch)
+
+    def _check_gains(self, gains: FixedGains | None) -> None:
+        if gains is not None and not self.settings.allow_fixed_gains:
+            raise RemoteProtocolError(
+                "fixed_gains",
+                f"{gains.k_h:g} N/m",
+                "none: start the server with --allow-fixed-gains to choose gains yourself",
+            )
+
+    def _check_geometry(self, geometry: str) -> None:
+        vertices, faces = len(self.body.mesh.vertices), len(self.body.mesh.faces)
+        if geometry == "mesh" and not self.has_rest_mesh:
+            raise RemoteProtocolError(
+                "geometry",
+                geometry,
+                f"plane or sphere: the body has {vertices} vertices and {faces} faces,"
+                f" a mesh patch can number {MAX_VERTICES} and {MAX_FACES}",
+            )
+
+    @property
+    def has_rest_mesh(self) -> bool:
+        """Whether the body is small enough for mesh patches."""
+        mesh = self.body.mesh
+        return len(mesh.vertices) <= MAX_VERTICES and len(mesh.faces) <= MAX_FACES
+
+    def rest_mesh(self) -> bytes:
+        """The frame of the resting mesh, for a user of mesh patches; made once.
+
+        With it everything is made that mesh patches need, since a tick has no time for that.
+        """
+        if self._rest_mesh is None:
+            vertex_compliance(self.body)
+            self._rest_mesh = rest_mesh(self.body).encode()
+        return self._rest_mesh
 
     def leave(self, user: int, reason: str = "left") -> UserLeft | None:
         """A user is gone; its force fades in the world. None if it was not in."""
@@ -122,6 +191,10 @@ class Room:
         return patches
 
 
+def _gains(fixed: FixedGains | None) -> Gains | None:
+    return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)
+
+
 def describe(body: Body) -> BodyInfo:
     """What the welcome says of a body: its bounding sphere about the middle of its box."""
     x = body.mesh.vertices
@@ -129,3 +202,9 @@ def describe(body: Body) -> BodyInfo:
     radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
     where = (float(center[0]), float(center[1]), float(center[2]))
     return BodyInfo(name=body.name, center=where, radius=radius, contact_radius=body.contact_radius)
+
+
+def rest_mesh(body: Body) -> RestMesh:
+    """The resting surface of a body as the wire carries it."""
+    vertices, faces = body.mesh.vertices.tolist(), body.mesh.faces.tolist()
+    return RestMesh(tuple((x, y, z) for x, y, z in vertices), tuple((a, b, c) for a, b, c in faces))

@@ -20,6 +20,7 @@ from cohaptic.protocol.control import (
     Error,
     Hello,
     ServerControl,
+    SetLaw,
     Welcome,
     decode_client_control,
     encode_control,
@@ -39,13 +40,13 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Hello | ContactSample | Bye
+Event = Hello | SetLaw | ContactSample | Bye
 
 # Which message may come in which state; everything else breaks the protocol.
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_HELLO: (Hello,),
     State.GREETED: (),
-    State.JOINED: (ContactSample, Bye),
+    State.JOINED: (ContactSample, SetLaw, Bye),
     State.CLOSED: (),
 }
 
@@ -97,11 +98,18 @@ class ServerSession:
         events, self._events = self._events, []
         return events
 
-    def accept(self, welcome: Welcome) -> None:
-        """The room has taken this client in."""
+    def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
+        """The room has taken this client in.
+
+        Args:
+            welcome: To the client.
+            rest_mesh: Frame of the resting mesh, for a client of mesh patches.
+        """
         assert self.state is State.GREETED
         self.state = State.JOINED
         self.send(welcome)
+        if rest_mesh is not None:
+            self._put_event(rest_mesh)
 
     def fail(self, error: ProtocolError) -> None:
         """End the session because of `error` and tell the client."""
@@ -117,7 +125,10 @@ class ServerSession:
 
     def send(self, message: ServerControl) -> None:
         """Queue an event for the client."""
-        if not self.outbox.put_event(encode_control(message)):
+        self._put_event(encode_control(message))
+
+    def _put_event(self, data: str | bytes) -> None:
+        if not self.outbox.put_event(data):
             reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
             self._end(CloseCode.TOO_SLOW.value, reason)
 

@@ -17,6 +17,7 @@ class ServerSettings:
         simulation_hz: Ticks per second, 1 / (N T).
         body: Name in the catalogue.
         max_users: Who may touch at once.
+        allow_fixed_gains: Whether clients may choose gains themselves, unstable ones too.
     """
 
     host: str = "127.0.0.1"
@@ -24,6 +25,7 @@ class ServerSettings:
     simulation_hz: float = 60.0
     body: str = "balloon"
     max_users: int = 16
+    allow_fixed_gains: bool = False
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:

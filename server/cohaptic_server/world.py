@@ -13,18 +13,30 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cohaptic.control.gains import choose_gain, coupled_stiffness
-from cohaptic.control.law import Law
+from cohaptic.control.delay import LoopDelay
+from cohaptic.control.friction import Compliance3, tangential
+from cohaptic.control.gains import choose_gains, coupled_stiffness
+from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic.vec import Vec3
+from cohaptic.vec import Vec3, scale
 from cohaptic_server.bodies.body import Body, Response
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.contact import Contact, locate
+from cohaptic_server.loads import (
+    Press,
+    compliance_between,
+    contact_compliance,
+    free_of,
+    spans,
+)
+from cohaptic_server.patch_shape import with_shape
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 REACH = 0.03  # m above the surface: further off a probe carries no force
 RIGID = 1e-6  # m/N; a contact on what is held has no compliance, and a stiffness has a limit
 NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
+_AT_ONCE = 0.001  # s between two samples that say nothing of a velocity
+_SMOOTHING = 0.3  # share of a new velocity in the running mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +51,13 @@ class Touch:
         probe: Tip [m].
         force: On the hand [N].
         seq: Of the sample; 0 before the first.
+        tick: Of the patch that the sample was made with; 0 for none.
         t_client: Stamp of the sample, on the client's clock [s].
         arrived: When the sample came, on the server's clock [s].
         fresh: Whether samples still come; the force of a stale one is let go.
+        fixed_gains: That the user chose itself, where the server allows it.
+        geometry: Of the patches that it wants.
+        friction: Whether its force may have a part along the surface.
     """
 
     user: int
@@ -51,9 +67,13 @@ class Touch:
     probe: Vec3
     force: Vec3
     seq: int
+    tick: int
     t_client: float
     arrived: float
     fresh: bool = True
+    fixed_gains: Gains | None = None
+    geometry: Geometry = Geometry.PLANE
+    friction: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +85,23 @@ class UserState:
         contact: Where it was.
         presence: Share of its force that the body carries, from 0 to 1.
         force: Normal force that the body carries [N].
+        along: Force along the surface that it carries, shape (3,) [N]; None without friction.
+        delay: Of its loop, as measured.
+        velocity: Of its probe, smoothed, shape (3,) [m/s].
     """
 
     touch: Touch
     contact: Contact
     presence: float
     force: float
+    along: Floats | None = None
+    delay: LoopDelay = field(default_factory=LoopDelay)
+    velocity: Floats = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def press(self) -> Press:
+        """What the user does to the body."""
+        return Press(self.contact, self.force, self.along)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,12 +137,35 @@ def advance(
     here = {touch.user: touch for touch in touches}
     users = _carry_over(state.users, here, dt)
     placed = [_place(body, state, user) for user in users]
-    response = body.respond([u.contact.load(u.force) for u in placed], state.response)
-    free = [user.contact.moved(response.free(i, user.force)) for i, user in enumerate(placed)]
+    placed = [replace(user, delay=_measure(state, user, now=now, dt=dt)) for user in placed]
+    presses = [user.press for user in placed]
+    where = spans(presses)
+    loads = [load for press in presses for load in press.loads()]
+    response = body.respond(loads, state.response)
+    fields = [free_of(response, p, span) for p, span in zip(presses, where, strict=True)]
+    free = [user.contact.moved(field) for user, field in zip(placed, fields, strict=True)]
     nearness = np.array([_nearness(u, point) for u, point in zip(placed, free, strict=True)])
+    C = compliance_between(response, where) * nearness
     tick = state.tick + 1
     patches = {
-        user.touch.user: _cut(user, i, free[i], response, nearness, tick=tick, now=now)
+        user.touch.user: with_shape(
+            _cut(
+                user,
+                free[i],
+                _row(C, response, where, i),
+                i,
+                contact_compliance(response, presses[i], where[i]),
+                tick=tick,
+                now=now,
+                dt=dt,
+            ),
+            user.touch.geometry,
+            body,
+            fields[i],
+            user.velocity,
+            # In use until the patch after the next sample is here, and while the loop moves on.
+            user.delay.value + 2.0 * dt,
+        )
         for i, user in enumerate(placed)
         if user.touch.user in here
     }
@@ -156,7 +210,35 @@ def _place(body: Body, state: WorldState, present: _Present) -> UserState:
     height = contact.normal @ (probe - contact.moved(free))
     pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
     force = present.presence * pressed if height < REACH else 0.0
-    return UserState(touch, contact, present.presence, force)
+    along: Floats | None = None
+    if touch.friction:
+        along = np.array(
+            tangential(scale(touch.force, present.presence), _vec(contact.normal), force)
+        )
+    velocity = _velocity(before, touch)
+    return UserState(touch, contact, present.presence, force, along, velocity=velocity)
+
+
+def _velocity(before: UserState | None, touch: Touch) -> Floats:
+    """Of the probe after the newest sample, shape (3,) [m/s]: where its patch has to reach."""
+    if before is None:
+        return np.zeros(3)
+    passed = touch.t_client - before.touch.t_client
+    if passed < _AT_ONCE:
+        return before.velocity if touch.fresh else np.zeros(3)
+    new = (np.array(touch.probe) - np.array(before.touch.probe)) / passed
+    return np.asarray(before.velocity + _SMOOTHING * (new - before.velocity))
+
+
+def _measure(state: WorldState, user: UserState, *, now: float, dt: float) -> LoopDelay:
+    """The user's loop delay after the sample of this tick, if it is a new one."""
+    before = state.users.get(user.touch.user)
+    delay = LoopDelay() if before is None else before.delay
+    touch = user.touch
+    seen = before is not None and before.touch.seq == touch.seq
+    if seen or not 0 < touch.tick <= state.tick:
+        return delay
+    return delay.measured((state.tick + 1 - touch.tick) * dt, now)
 
 
 def _free_before(body: Body, state: WorldState, user: int) -> Floats:
@@ -164,7 +246,9 @@ def _free_before(body: Body, state: WorldState, user: int) -> Floats:
         return np.zeros_like(body.mesh.vertices)
     if user not in state.users:
         return state.response.displacement
-    return state.response.free(list(state.users).index(user), state.users[user].force)
+    presses = [other.press for other in state.users.values()]
+    i = list(state.users).index(user)
+    return free_of(state.response, presses[i], spans(presses)[i])
 
 
 def _nearness(user: UserState, point: Floats) -> float:
@@ -174,39 +258,55 @@ def _nearness(user: UserState, point: Floats) -> float:
     return 1.0 if user.force > 0.0 else min(1.0, max(0.0, fade))
 
 
+def _row(C: Floats, response: Response, where: list[slice], i: int) -> list[float]:
+    """Row i of C as the gains of user i see it: itself in full, the others by their nearness."""
+    row: list[float] = C[i].tolist()
+    row[i] = max(float(response.compliance[where[i].start, where[i].start]), RIGID)
+    return row
+
+
 def _cut(
     user: UserState,
-    i: int,
     x_free: Floats,
-    response: Response,
-    nearness: Floats,
+    row: list[float],
+    i: int,
+    compliance: Compliance3 | None,
     *,
     tick: int,
     now: float,
+    dt: float,
 ) -> Patch:
     """The patch of one user."""
     touch, contact = user.touch, user.contact
-    weights = nearness.copy()
-    weights[i] = 1.0
-    row = (response.compliance[i] * weights).tolist()
-    c_ii = row[i] = max(row[i], RIGID)
+    c_ii = row[i]
+    gains = choose_gains(
+        touch.law,
+        row,
+        i,
+        max_stiffness=touch.max_stiffness,
+        loop_delay=user.delay.value,
+        simulation_period=dt,
+        fixed=touch.fixed_gains,
+    )
     return Patch(
         tick=tick,
         seq=touch.seq,
         t_server=now,
         t_client=touch.t_client,
         sample_wait=max(0.0, now - touch.arrived),
-        geometry=Geometry.PLANE,
+        geometry=Geometry.PLANE,  # until `with_shape`
+        law=touch.law,
         x_free=_vec(x_free),
         normal=_vec(contact.normal),
         curvature=0.0,
         k_o=1.0 / c_ii,
         k_o_coupled=coupled_stiffness(row),
         c_ii=c_ii,
-        k_h=choose_gain(touch.law, row, i, max_stiffness=touch.max_stiffness),
-        integral_gain=0.0,
+        k_h=gains.k_h,
+        integral_gain=gains.integral_gain,
         own_force=user.force,
         u_others=float(contact.normal @ (x_free - contact.point)),
+        compliance=compliance,
     )
 
 

@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 from cohaptic.errors import SettingError
 from cohaptic.vec import Vec3, add, scale
 
+# Stiffness over mass, a quarter of what `move` takes without damping in steps of 1 ms [1/s^2].
+MOST_PER_MASS = 1e6
+
 
 @dataclass(frozen=True, slots=True)
 class Hand:
@@ -30,8 +33,9 @@ class Hand:
     def __post_init__(self) -> None:
         for name, value, low, high in (
             ("hand mass", self.mass, 0.01, 5.0),
-            ("hand damping", self.damping, 0.0, 100.0),
-            ("hand stiffness", self.stiffness, 1.0, 5000.0),
+            ("hand damping", self.damping, 0.0, 1000.0),
+            # The stiffest are clamps, not hands: a rig that holds a device at a depth.
+            ("hand stiffness", self.stiffness, 1.0, min(1e5, MOST_PER_MASS * self.mass)),
         ):
             if not low <= value <= high:
                 raise SettingError(name, value, f"from {low} to {high}")

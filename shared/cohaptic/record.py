@@ -17,6 +17,7 @@ class Row(NamedTuple):
         u_others: Displacement of the contact point by the others, along the normal [m].
         indentation: Of the surface under the probe [m].
         k_h: Gain in use [N/m].
+        damping: Force of the passivity layer, along the normal [N].
         k_o: Stiffness of the body at the contact [N/m].
         level: What a simulated hand intends, from 0 (off the surface) to 1 (pressed).
         scale: Of the safety layer: 1 when the force is given in full.
@@ -37,6 +38,7 @@ class Row(NamedTuple):
     u_others: float
     indentation: float
     k_h: float
+    damping: float
     k_o: float
     level: float
     scale: float

@@ -17,6 +17,10 @@ class TouchStatus(BaseModel):
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain in use [N/m].
         round_trip: Age of the own force in the newest patch, without its wait at the server [s].
+        jitter: Mean deviation of the round trip [s].
+        clock_offset: Server's clock less this client's [s].
+        clock_error: Bound on the error of that: half of the shortest round trip of late [s].
+        law: Local model.
         loop_hz: Periods per second since the start.
         loop_late_p99: Lateness of a period, 99th percentile [s].
         loop_missed: Periods left out because the one before was too late.
@@ -34,6 +38,10 @@ class TouchStatus(BaseModel):
     k_o: float = 0.0
     k_h: float = 0.0
     round_trip: float = 0.0
+    jitter: float = 0.0
+    clock_offset: float = 0.0
+    clock_error: float = 0.0
+    law: str = ""
     loop_hz: float = 0.0
     loop_late_p99: float = 0.0
     loop_missed: int = 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -26,21 +25,13 @@ from cohaptic.control.stability import (
 from cohaptic.errors import SettingError
 
 
-class Model(Enum):
-    """Local models whose stability can be asked for."""
-
-    PROPORTIONAL = "proportional"
-    PI = "pi"
-    PREDICTIVE = "predictive"
-
-
 def stability(
-    law: Annotated[Model, typer.Option(help="Local model.")] = Model.PREDICTIVE,
+    law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact, N/m.")] = 200,
     k_h: Annotated[
         str, typer.Option(help="Gain, N/m; with --compliance one for each contact, as JSON.")
     ] = "100",
-    integral_gain: Annotated[float, typer.Option(help="I of the pi law, N/(m s).")] = 0.0,
+    integral_gain: Annotated[float, typer.Option(help="I of the law's integral, N/(m s).")] = 0.0,
     b_o: Annotated[
         float, typer.Option(help="Damping over the simulation period, eq. (9), N/m.")
     ] = 0.0,
@@ -63,7 +54,8 @@ def stability(
     delay, and the gains that are safe.
     """
     if compliance is not None:
-        answer = _several(law, _numbers("compliance", compliance), _numbers("k_h", k_h))
+        C, gains = _numbers("compliance", compliance), _numbers("k_h", k_h)
+        answer = _several(law, C, gains, integral_gain, sim_period, delay)
     else:
         gain = _numbers("k_h", k_h)
         if gain.size != 1:
@@ -80,7 +72,7 @@ def stability(
 
 
 def _alone(
-    law: Model,
+    law: Law,
     k_o: float,
     k_h: float,
     integral_gain: float,
@@ -107,10 +99,10 @@ def _alone(
         raise SettingError("delay and periods", f"{samples} samples", "at most 10,000 samples")
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
-    if law is Model.PREDICTIVE:
+    if law is Law.PREDICTIVE:
         # With the object's true compliance nothing of its own force is in what it presses on.
         radius = 0.0
-    elif law is Model.PI:
+    elif law is Law.PI:
         local = integral_model(k_h, integral_gain, haptic_period)
         radius = lifted_radius(local, body, rate_ratio, samples)
         if samples == 0 and k_h > 0.0 and integral_gain > 0.0:
@@ -121,9 +113,9 @@ def _alone(
         if samples == 0 or b_o == 0.0:
             closed = proportional_is_stable(k_h, k_o, b_o)
     felt = {
-        Model.PROPORTIONAL: k_h * k_o / (k_h + k_o),  # eq. (11)
-        Model.PI: k_o,
-        Model.PREDICTIVE: min(k_h, k_o),
+        Law.PROPORTIONAL: k_h * k_o / (k_h + k_o),  # eq. (11)
+        Law.PI: k_o,
+        Law.PREDICTIVE: min(k_h, k_o),
     }[law]
     return {
         "law": law.value,
@@ -136,20 +128,34 @@ def _alone(
     }
 
 
-def _several(law: Model, C: np.ndarray, k_h: np.ndarray) -> dict[str, Any]:
+def _several(
+    law: Law,
+    C: np.ndarray,
+    k_h: np.ndarray,
+    integral_gain: float,
+    sim_period: float,
+    delay: float,
+) -> dict[str, Any]:
     """Several contacts."""
-    if law is Model.PI:
-        raise SettingError("law", "pi", "proportional or predictive with --compliance")
     gains = np.full(len(C), float(k_h)) if k_h.ndim == 0 else k_h
-    judged = couple(C, gains, Law(law.value))
+    for name, value in (("integral_gain", integral_gain), ("delay", delay)):
+        if not (math.isfinite(value) and value >= 0.0):
+            raise SettingError(name, value, "a finite number of at least 0")
+    if not 1e-4 <= sim_period <= 10.0:
+        raise SettingError("simulation period", f"{sim_period} s", "from 0.0001 to 10 s")
+    judged = couple(
+        C, gains, law, integral_gain=integral_gain, simulation_period=sim_period, delay=delay
+    )
+    any_delay = judged.rho_any_delay
     return {
         "law": law.value,
         "stable_no_delay": judged.rho_no_delay < 1.0,
-        "stable_any_delay": judged.rho_any_delay < 1.0,
+        "stable_any_delay": any_delay is not None and any_delay < 1.0,
         "rho_no_delay": judged.rho_no_delay,
-        "rho_any_delay": judged.rho_any_delay,
+        "rho_any_delay": any_delay,
         "safe_k_h": list(judged.safe_k_h),
-        "largest_uniform_k_h": largest_uniform_gains(C, Law(law.value)).tolist(),
+        "safe_integral_gain": list(judged.safe_integral_gain),
+        "largest_uniform_k_h": largest_uniform_gains(C, law).tolist(),
         "felt_stiffness": list(judged.felt_stiffness),
         "stiffness_loss": list(judged.stiffness_loss),
     }

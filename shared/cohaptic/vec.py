@@ -33,6 +33,15 @@ def dot(a: Vec3, b: Vec3) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Outer product."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
 def norm(a: Vec3) -> float:
     """Length."""
     return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])

@@ -12,7 +12,7 @@ from cohaptic.report import TouchStatus
 
 _BAR = 10  # characters of a full force bar
 _FULL = 6.0  # N that fill it
-_WIDE = 116  # characters that all columns take
+_WIDE = 130  # characters that all columns take
 
 
 def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
@@ -26,8 +26,8 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     table.add_column("user", no_wrap=True, max_width=12)
     table.add_column("", no_wrap=True)
-    names = ["force", "of others", "indentation", "K_o", "round trip", "loop", "late p99"]
-    for name in names[:2] + names[4:6] if narrow else names:
+    names = ["force", "of others", "indentation", "K_o", "round trip", "clock", "loop", "late p99"]
+    for name in names[:2] + names[4:5] + names[6:7] if narrow else names:
         table.add_column(name, justify="right", no_wrap=True)
     for user in users:
         cells: list[Text | str] = [
@@ -35,12 +35,15 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
             f"{user.felt_from_others:+5.2f} N",
             f"{1e3 * user.indentation:.1f} mm",
             f"{user.k_o:.0f} N/m",
-            f"{1e3 * user.round_trip:.0f} ms",
+            f"{1e3 * user.round_trip:.0f} ±{1e3 * user.jitter:.0f} ms",
+            f"{1e3 * user.clock_offset:+.0f} ±{1e3 * user.clock_error:.0f} ms",
             f"{user.loop_hz:.0f} Hz",
             f"{1e6 * user.loop_late_p99:.0f} us",
         ]
         state = Text(user.state, style=_STYLE.get(user.state, ""))
-        table.add_row(Text(user.name), state, *(cells[:2] + cells[4:6] if narrow else cells))
+        table.add_row(
+            Text(user.name), state, *(cells[:2] + cells[4:5] + cells[6:7] if narrow else cells)
+        )
     return table
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import Law, LawSettings
 from cohaptic.hands import Hand, Intention
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import ZERO
@@ -13,6 +13,7 @@ STIFFNESS = 250.0  # N/m
 DEPTH = 0.01  # m below the plane is what the hand wants
 PLANE = Patch(
     tick=1, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
+    law=Law.PREDICTIVE,
     x_free=ZERO, normal=(0.0, 0.0, 1.0), curvature=0.0, k_o=STIFFNESS, k_o_coupled=150.0,
     c_ii=1.0 / STIFFNESS, k_h=STIFFNESS, integral_gain=0.0, own_force=0.0, u_others=0.0,
 )  # fmt: skip
@@ -24,7 +25,12 @@ CONFIG = LoopConfig(
     clock_origin=12345.5,
     haptic_period=0.001,
     simulation_period=1.0 / 60.0,
-    law=Law.PREDICTIVE,
+    law=LawSettings(),
+    smoothing=1.0,
+    max_damping=8.0,
+    friction=0.0,
+    follow=True,
+    rest_mesh=None,
     device="simulated",
     center=ZERO,
     radius=0.1,

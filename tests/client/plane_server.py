@@ -20,6 +20,9 @@ from cohaptic.protocol.control import (
     decode_client_control,
     encode_control,
 )
+from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import ZERO
 from tests.client.plane import PLANE
@@ -30,6 +33,13 @@ BODY = BodyInfo(name="plane", center=ZERO, radius=0.1, contact_radius=0.02)
 SURFACE = replace(PLANE, x_free=(-0.1, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
 
 
+def mesh_surface(mesh: RestMesh) -> Patch:
+    """The plane as a mesh patch that holds all vertices."""
+    n = len(mesh.vertices)
+    near = Neighbourhood.of(range(n), [ZERO] * n, [SURFACE.c_ii] * n)
+    return replace(SURFACE, geometry=Geometry.MESH, neighbourhood=near)
+
+
 @dataclass
 class Visit:
     """One connection of a client.
@@ -38,12 +48,14 @@ class Visit:
         first_tick: Of the patches, which come until `ticks` of them were sent.
         ticks: After so many the server hangs up.
         refuse: What is said instead of a welcome.
+        rest_mesh: Sent after the welcome; patches are then of a mesh.
         heard: All that the client said, in order.
     """
 
     first_tick: int = 1
     ticks: int = 1_000_000
     refuse: Error | str | None = None
+    rest_mesh: RestMesh | None = None
     heard: list[ClientControl | ContactSample] = field(
         default_factory=list[ClientControl | ContactSample]
     )
@@ -62,10 +74,17 @@ class Visit:
             return
         welcome = Welcome(user=1, name="left", simulation_period=PERIOD, body=BODY, users=())
         await ws.send(encode_control(welcome))
+        if self.rest_mesh is not None:
+            await ws.send(self.rest_mesh.encode())
+            # No patch without a sample, and no sample before the loop has its mesh.
+            while not self.samples:
+                data = await ws.recv(decode=False)
+                self.heard.append(ContactSample.decode(data))
         listener = asyncio.ensure_future(self._listen(ws))
         try:
             for tick in range(self.first_tick, self.first_tick + self.ticks):
-                patch = replace(SURFACE, tick=tick)
+                patch = SURFACE if self.rest_mesh is None else mesh_surface(self.rest_mesh)
+                patch = replace(patch, tick=tick)
                 if self.samples:
                     newest = self.samples[-1]
                     patch = replace(patch, seq=newest.seq, t_client=newest.t_client)

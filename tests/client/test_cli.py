@@ -90,6 +90,7 @@ def test_no_server_is_one_sentence_and_a_recording_without_rows_all_the_same(
     ("arguments", "words"),
     [
         (["--law", "magic"], "magic"),
+        (["--geometry", "cube"], "cube"),
         (["--delay-ms", "many"], "--delay-ms"),
         (["--nonsense"], "--nonsense"),
         (["a", "b"], "extra argument"),
@@ -111,7 +112,16 @@ def test_help_names_every_option(capsys: pytest.CaptureFixture[str]) -> None:
         main(["touch", "--help"])
     assert ended.value.code == 0
     shown = capsys.readouterr().out
-    for option in ("--name", "--device", "--law", "--delay-ms", "--loop-hz", "--record", "--wait"):
+    for option in (
+        "--name",
+        "--device",
+        "--law",
+        "--geometry",
+        "--delay-ms",
+        "--loop-hz",
+        "--record",
+        "--wait",
+    ):
         assert option in shown
     assert "--lifeline" not in shown  # for programs
 

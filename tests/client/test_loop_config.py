@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import LawSettings
+from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import Hand, Intention, Rhythm
 from cohaptic_client.loop_config import LoopConfig, haptic_period, silent_after
@@ -33,7 +34,16 @@ configs = st.builds(
     clock_origin=numbers,
     haptic_period=st.floats(1.0 / 4000, 1.0 / 500),
     simulation_period=positive,
-    law=st.sampled_from(Law),
+    law=st.builds(
+        LawSettings,
+        st.builds(Thresholds, numbers, numbers, numbers),
+        release_time=positive,
+        max_force=positive,
+    ),
+    smoothing=numbers,
+    max_damping=numbers,
+    friction=numbers,
+    follow=st.booleans(),
     device=st.text(max_size=10),
     center=vectors(10.0),
     radius=positive,
@@ -42,6 +52,7 @@ configs = st.builds(
     ),
     hand=st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),
     intention=st.none() | intentions,
+    rest_mesh=st.none() | st.text(max_size=40),
 )
 
 

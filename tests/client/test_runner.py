@@ -14,7 +14,8 @@ import pytest
 
 from cohaptic.errors import CloseCode, RemoteProtocolError, ServerLost
 from cohaptic.hands import HandScript
-from cohaptic.protocol.control import Bye, Error, Hello
+from cohaptic.protocol.control import Bye, Error, GeometryName, Hello
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.record import Row
 from cohaptic.report import TouchStatus
 from cohaptic.vec import ZERO, norm
@@ -44,10 +45,22 @@ class Told:
     last: TouchStatus | None = None
 
 
-async def visit(told: Told, url: str, *, duration: float | None, patience: float = 0.0) -> None:
+async def visit(
+    told: Told,
+    url: str,
+    *,
+    duration: float | None,
+    patience: float = 0.0,
+    geometry: GeometryName = "plane",
+) -> None:
     script = HandScript(angle=math.pi, depth=0.01, approach_at=0.1)
     settings = ClientSettings(
-        url=url, name="left", script=script, duration=duration, patience=patience
+        url=url,
+        name="left",
+        script=script,
+        duration=duration,
+        patience=patience,
+        geometry=geometry,
     )
     client = Client(settings, tell=told.news.append, keep=told.rows.extend)
     told.first = client.status()
@@ -57,13 +70,18 @@ async def visit(told: Told, url: str, *, duration: float | None, patience: float
         told.last = client.status()
 
 
-def play(*visits: Visit, duration: float | None = None, patience: float = 0.0) -> Told:
+def play(
+    *visits: Visit,
+    duration: float | None = None,
+    patience: float = 0.0,
+    geometry: GeometryName = "plane",
+) -> Told:
     """A client at a server that hosts these visits in turn."""
     told = Told()
 
     async def work() -> None:
         async with plane_server(*visits) as url:
-            await visit(told, url, duration=duration, patience=patience)
+            await visit(told, url, duration=duration, patience=patience, geometry=geometry)
 
     asyncio.run(asyncio.wait_for(work(), 30.0))
     return told
@@ -74,7 +92,7 @@ def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell
     told = play(hosted, duration=0.8)
     hello, *_, bye = hosted.heard
     assert isinstance(hello, Hello)
-    assert (hello.name, hello.max_force, hello.max_stiffness) == ("left", 10.0, 1000.0)
+    assert (hello.name, hello.max_force, hello.max_stiffness) == ("left", 10.0, 2000.0)
     assert bye == Bye()
     samples = hosted.samples
     assert len(samples) == len(hosted.heard) - 2  # nothing before the one, nothing after the other
@@ -151,3 +169,48 @@ def test_on_its_way_back_a_client_waits_until_its_old_name_is_free(
 def test_a_server_that_breaks_the_protocol_ends_the_client_with_its_error(rubbish: str) -> None:
     with pytest.raises(RemoteProtocolError):
         play(Visit(refuse=rubbish), patience=5.0)
+
+
+def wall(size: float) -> RestMesh:
+    """Two triangles in the plane of `plane_server`."""
+    y = size
+    return RestMesh(
+        ((-0.1, -y, -y), (-0.1, y, -y), (-0.1, y, y), (-0.1, -y, y)), ((0, 2, 1), (0, 3, 2))
+    )
+
+
+def test_a_client_of_mesh_patches_waits_for_the_rest_mesh_and_presses_on_it() -> None:
+    hosted = Visit(rest_mesh=wall(0.1))
+    told = play(hosted, duration=1.0, geometry="mesh")
+    hello = hosted.heard[0]
+    assert isinstance(hello, Hello)
+    assert hello.geometry == "mesh"
+    assert max(norm(sample.force) for sample in hosted.samples) > 0.1
+    assert max(row.indentation for row in told.rows) > 0.001
+
+
+def test_a_client_of_mesh_patches_comes_back_to_the_same_body_and_to_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "RETRY", 0.2)  # s; still longer than a server may be silent
+    same = Visit(rest_mesh=wall(0.1))
+    play(Visit(rest_mesh=wall(0.1), ticks=10), same, duration=1.5, patience=5.0, geometry="mesh")
+    assert same.samples
+    with pytest.raises(RemoteProtocolError, match='rest mesh is "another body\'s"'):
+        play(
+            Visit(rest_mesh=wall(0.1), ticks=10),
+            Visit(rest_mesh=wall(0.2)),
+            duration=3.0,
+            patience=5.0,
+            geometry="mesh",
+        )
+
+
+def test_patches_before_the_rest_mesh_break_the_protocol() -> None:
+    with pytest.raises(RemoteProtocolError, match="expected a rest mesh, then samples, before it"):
+        play(Visit(), duration=3.0, geometry="mesh")
+
+
+def test_a_rest_mesh_that_nobody_asked_for_breaks_the_protocol() -> None:
+    with pytest.raises(RemoteProtocolError, match="did not ask for it"):
+        play(Visit(rest_mesh=wall(0.1)), duration=3.0)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -20,7 +21,9 @@ from cohaptic.protocol.control import (
     decode_client_control,
     encode_control,
 )
-from cohaptic.protocol.patch import SIZE, Patch
+from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.patch import SIZE, Geometry, Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_client.session import ALLOWED, ClientSession, Event, State
 from tests.client.plane import PLANE
@@ -35,13 +38,16 @@ SPOKEN: dict[str, Event] = {
     "user_left": UserLeft(user=2, name="right", reason="left"),
     "error": ERROR,
 }
+REST_MESH = RestMesh(((0.0, 0.0, 0.0), (0.125, 0.0, 0.0), (0.0, 0.125, 0.0)), ((0, 1, 2),))
 HELLO = Hello(protocol=PROTOCOL_VERSION, name="left")
 messages = st.one_of(st.sampled_from(list(SPOKEN.values())), patches)
 spoken: st.SearchStrategy[Event] = st.sampled_from([*SPOKEN.values(), PLANE])
 
 
 def wire(message: Event) -> str | bytes:
-    return message.encode() if isinstance(message, Patch) else encode_control(message)
+    if isinstance(message, Patch | RestMesh):
+        return message.encode()
+    return encode_control(message)
 
 
 def session_in(state: State) -> ClientSession:
@@ -82,13 +88,13 @@ def test_each_message_is_allowed_by_the_table_or_ends_the_session(
     ("state", "allowed"),
     [
         (State.AWAIT_WELCOME, {"welcome", "error"}),
-        (State.JOINED, {"patch", "user_joined", "user_left", "error"}),
+        (State.JOINED, {"patch", "rest_mesh", "user_joined", "user_left", "error"}),
         (State.CLOSED, set[str]()),
     ],
 )
 def test_the_table_is_that_of_the_protocol(state: State, allowed: set[str]) -> None:
     understood = set[str]()
-    for name, message in {**SPOKEN, "patch": PLANE}.items():
+    for name, message in {**SPOKEN, "patch": PLANE, "rest_mesh": REST_MESH}.items():
         with contextlib.suppress(RemoteProtocolError):
             session_in(state).receive(wire(message))
             understood.add(name)
@@ -144,3 +150,34 @@ def test_a_server_that_speaks_like_a_client_broke_the_protocol(sample: ContactSa
 def test_what_is_said_first_and_last_is_what_a_server_understands() -> None:
     assert decode_client_control(ClientSession.greeting(HELLO)) == HELLO
     assert decode_client_control(ClientSession.farewell()) == Bye()
+
+
+def mesh_patch(*indices: int) -> Patch:
+    near = Neighbourhood(0.0, 0.0, indices, ((0, 0, 0),) * len(indices), (0,) * len(indices))
+    return replace(PLANE, geometry=Geometry.MESH, neighbourhood=near)
+
+
+def test_a_mesh_patch_may_speak_of_every_vertex_that_the_rest_mesh_had_and_no_other() -> None:
+    session = session_in(State.JOINED)
+    session.receive(wire(REST_MESH))
+    heard = session.receive(wire(mesh_patch(0, 1, 2)))
+    assert isinstance(heard, Patch)
+    assert heard.neighbourhood == mesh_patch(0, 1, 2).neighbourhood
+    session.receive(wire(mesh_patch()))
+    with pytest.raises(
+        RemoteProtocolError, match=r"index of a vertex is 3; expected less than .* 3"
+    ):
+        session.receive(wire(mesh_patch(0, 3)))
+    assert session.state is State.CLOSED
+
+
+def test_a_mesh_patch_before_the_rest_mesh_breaks_the_protocol() -> None:
+    with pytest.raises(RemoteProtocolError, match="expected a rest mesh before it"):
+        session_in(State.JOINED).receive(wire(mesh_patch(0)))
+
+
+def test_a_second_rest_mesh_breaks_the_protocol() -> None:
+    session = session_in(State.JOINED)
+    assert session.receive(wire(REST_MESH)) == REST_MESH
+    with pytest.raises(RemoteProtocolError, match="expected one in each session"):
+        session.receive(wire(REST_MESH))

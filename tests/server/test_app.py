@@ -30,7 +30,8 @@ from cohaptic.protocol.control import (
     decode_server_control,
     encode_control,
 )
-from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3
 from cohaptic_server.app import CLOSE_TIMEOUT, MAX_INBOUND_BYTES, CohapticServer
@@ -39,7 +40,7 @@ from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.room import REPLACE_AFTER
 from cohaptic_server.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
-from tests.server.peers import hello_text, sample, text
+from tests.server.peers import hello, hello_text, sample, text
 
 SIMULATION_HZ = 200.0  # the fastest: more happens in a test of a tenth of a second
 PATIENCE = 10.0  # s; far more than anything here takes on an idle machine
@@ -236,7 +237,7 @@ BAD, VERSION = CloseCode.BAD_MESSAGE.value, CloseCode.WRONG_VERSION.value
         pytest.param(
             hello_text("twice"),
             BAD,
-            "message is 'Hello'; expected ContactSample or Bye",
+            "message is 'Hello'; expected ContactSample or SetLaw or Bye",
             id="second hello",
         ),
         pytest.param(b"", BAD, "frame length is 0; expected at least 4 bytes", id="empty frame"),
@@ -253,12 +254,12 @@ BAD, VERSION = CloseCode.BAD_MESSAGE.value, CloseCode.WRONG_VERSION.value
             id="long frame",
         ),
         pytest.param(
-            b"\x01\x02" + sample().encode()[2:], BAD, "frame kind is 2; expected 1", id="wrong kind"
+            b"\x02\x02" + sample().encode()[2:], BAD, "frame kind is 2; expected 1", id="wrong kind"
         ),
         pytest.param(
             b"\x09" + sample().encode()[1:],
             VERSION,
-            "protocol version is 9; expected 1",
+            "protocol version is 9; expected 2",
             id="other version",
         ),
         pytest.param(
@@ -335,7 +336,7 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
             None,
             ["chat"],
             VERSION,
-            "protocol version is 'chat'; expected 1: install the same",
+            "protocol version is 'chat'; expected 2: install the same",
             id="wrong subprotocol",
         ),
         pytest.param(
@@ -349,7 +350,7 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
             text("hello", protocol=99, name="x"),
             None,
             VERSION,
-            "protocol version is 99; expected 1",
+            "protocol version is 99; expected 2",
             id="wrong version",
         ),
         pytest.param(
@@ -644,3 +645,20 @@ def test_an_address_that_cannot_be_had_is_refused_with_a_way_out(small_balloon: 
         port = taken.getsockname()[1]
         with pytest.raises(SettingError, match=f"port is {port}, which is in use on 127.0.0.1"):
             asyncio.run(start("127.0.0.1", port))
+
+
+def test_who_asks_for_mesh_patches_gets_the_rest_mesh_before_them(stage: Stage) -> None:
+    async def happening() -> tuple[RestMesh, list[Patch]]:
+        async with visit(stage.url) as client:
+            asked = hello("mesh").model_copy(update={"geometry": "mesh"})
+            await client.ws.send(encode_control(asked))
+            assert isinstance(await client.hear(), Welcome)
+            frame = await client.ws.recv(decode=False)
+            return RestMesh.decode(frame), await client.play(3)
+
+    mesh, patches = stage.during(happening())
+    assert len(mesh.vertices) == len(stage.server.room.body.mesh.vertices)
+    for patch in patches:
+        assert patch.geometry is Geometry.MESH
+        assert patch.neighbourhood is not None
+        assert max(patch.neighbourhood.indices, default=0) < len(mesh.vertices)

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.control import UserJoined, UserLeft
+from cohaptic.protocol.patch import Geometry
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
 from cohaptic_server.settings import ServerSettings
@@ -180,3 +182,32 @@ def test_ticks_count_one_by_one_whatever_happens_between_them(
         assert set(patches) <= set(users)
         assert {patch.tick for patch in patches.values()} <= {number}
     assert here.world.tick == len(happenings)
+
+
+def test_the_rest_mesh_is_the_bodys_surface_and_made_once(small_balloon: Balloon) -> None:
+    where = room(small_balloon)
+    mesh = RestMesh.decode(where.rest_mesh())
+    assert np.array(mesh.vertices) == pytest.approx(small_balloon.mesh.vertices, abs=1e-8)
+    assert (np.array(mesh.faces) == small_balloon.mesh.faces).all()
+    assert where.rest_mesh() is where.rest_mesh()
+
+
+def test_each_user_gets_the_geometry_that_it_asked_for(small_balloon: Balloon) -> None:
+    where = room(small_balloon)
+    for number, geometry in enumerate(Geometry, start=1):
+        asked = hello(str(number)).model_copy(update={"geometry": geometry.name.lower()})
+        user = where.join(asked, 0.0)[0].user
+        where.sample(user, sample(), 0.0)
+    assert [patch.geometry for patch in where.tick(0.01).values()] == list(Geometry)
+
+
+def test_a_body_with_too_many_vertices_has_no_mesh_patches(
+    small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cohaptic_server.room.MAX_VERTICES", 100)
+    where = room(small_balloon)
+    asked = hello().model_copy(update={"geometry": "mesh"})
+    with pytest.raises(RemoteProtocolError, match="plane or sphere: the body has 162 vertices"):
+        where.join(asked, 0.0)
+    assert where.members == {}
+    where.join(hello(), 0.0)

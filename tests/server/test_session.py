@@ -22,6 +22,7 @@ from cohaptic.protocol.control import (
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
+from tests.client.plane import PLANE
 from tests.server.peers import hello, hello_text, sample, text
 from tests.strategies import patches
 
@@ -271,7 +272,7 @@ def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
         ("x" * 5000, CloseCode.BAD_MESSAGE, "5000; expected <= 4096"),
         (b"", CloseCode.BAD_MESSAGE, "frame length is 0; expected at least 4"),
         (sample().encode()[:-1], CloseCode.BAD_MESSAGE, "length is 43; expected 44 bytes"),
-        (b"\x09" + sample().encode()[1:], CloseCode.WRONG_VERSION, "version is 9; expected 1"),
+        (b"\x09" + sample().encode()[1:], CloseCode.WRONG_VERSION, "version is 9; expected 2"),
     ],
 )
 def test_the_last_words_name_what_came_and_what_was_expected(
@@ -283,3 +284,15 @@ def test_the_last_words_name_what_came_and_what_was_expected(
     assert error.code == code.value
     assert words in error.message
     assert ended(session) == (code.value, error.message.encode()[:120].decode(errors="ignore"))
+
+
+def test_the_rest_mesh_goes_out_once_between_the_welcome_and_the_first_patch() -> None:
+    session = session_in(State.AWAIT_HELLO)
+    session.receive(hello_text(), 0.0)
+    session.accept(WELCOME, b"mesh")
+    session.send_patch(PLANE)
+    session.send_patch(PLANE)
+    first, second, *rest = session.outbox.take(clear=True)
+    assert isinstance(first, str)
+    assert decode_server_control(first) == WELCOME
+    assert (second, rest) == (b"mesh", [PLANE.encode()])

@@ -40,6 +40,15 @@ def test_a_free_hand_never_gains_energy_for_good(hand: Hand, dt: float) -> None:
         assert energy(state) < 1.2 * start
 
 
+@given(st.floats(0.01, 5.0), st.floats(0.0, 1000.0))
+def test_the_stiffest_hand_that_is_allowed_is_stable(mass: float, damping: float) -> None:
+    hand = Hand(mass, damping, min(1e5, 1e6 * mass))
+    state = HandState((0.02, 0.0, 0.0), (0.0, 0.0, 0.0))
+    for _ in range(2000):
+        state = move(state, hand, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.001)
+        assert abs(state.position[0]) < 0.03
+
+
 @given(st.floats(0.2, 20.0), st.floats(0.0, 100.0))
 def test_a_rhythm_is_continuous_and_repeats(period: float, t: float) -> None:
     rhythm = Rhythm(period)
@@ -75,6 +84,7 @@ def test_a_script_waits_before_it_comes() -> None:
     [
         lambda: Hand(mass=0.0),
         lambda: Hand(stiffness=float("nan")),
+        lambda: Hand(mass=0.02, stiffness=5e4),
         lambda: Rhythm(0.0),
         lambda: HandScript(depth=-1.0),
         lambda: HandScript(angle=float("inf")),

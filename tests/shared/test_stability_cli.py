@@ -56,7 +56,18 @@ def test_several_contacts() -> None:
     assert answer["rho_no_delay"] == pytest.approx(1.17)
     assert answer["rho_any_delay"] == pytest.approx(1.17)
     assert answer["stable_any_delay"] is False
-    assert answer["safe_k_h"] == pytest.approx([0.95 / 1.3] * 2)
+    assert answer["safe_k_h"] == pytest.approx([0.9 / 1.3] * 2)
+
+
+def test_several_contacts_with_an_integral_have_no_bound_for_any_delay() -> None:
+    """An integral is stable for the delays it was chosen for; --delay says which."""
+    room = ["--law", "pi", "--compliance", "[[0.004, 0.001], [0.001, 0.004]]", "--k-h", "60"]
+    slow = ask(*room, "--integral-gain", 500)
+    assert slow["rho_no_delay"] < 1.0
+    assert (slow["rho_any_delay"], slow["stable_any_delay"]) == (None, False)
+    assert ask(*room, "--integral-gain", 50_000)["rho_no_delay"] > 1.0
+    near, far = (ask(*room, "--delay", d)["safe_integral_gain"] for d in (0.0, 0.5))
+    assert 0.0 < far[0] < near[0]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +81,7 @@ def test_several_contacts() -> None:
         (["--compliance", "[[1]"], "compliance is '[[1]'"),
         (["--compliance", '["a"]'], "compliance is"),
         (["--compliance", "[[1, 2], [2, 1]]", "--k-h", "[1, 1]"], "positive definite"),
-        (["--compliance", "[[1]]", "--law", "pi"], "law is pi"),
+        (["--compliance", "[[1]]", "--sim-period", "0"], "simulation period is 0"),
     ],
 )
 def test_rubbish_is_named(arguments: list[str], words: str) -> None:

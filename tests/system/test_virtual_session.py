@@ -9,10 +9,10 @@ import pytest
 
 from cohaptic.control.law import Law
 from cohaptic.hands import Hand, HandScript, Rhythm
+from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
 from cohaptic_server.room import describe
-from tests.system.virtual_session import VirtualSession
 
 
 @pytest.fixture(scope="module")
@@ -168,3 +168,21 @@ def test_wild_hands_do_not_make_a_stable_pair_swing(body: Balloon) -> None:
     session.run(7.0)
     for user in session.users.values():
         assert np.ptp(user.force[-500:]) < 0.05
+
+
+def test_friction_holds_the_tip_and_disturbs_nobody(body: Balloon) -> None:
+    """Three users at 80 ms, one with friction: all at rest, its force within the cone."""
+    session = VirtualSession(body)
+    users = [
+        session.join(f"user{i}", script, delay=0.08, jitter=0.01, seed=i, friction=mu)
+        for (i, script), mu in zip(enumerate(scripts(3)), (0.0, 0.0, 0.4), strict=True)
+    ]
+    session.run(6.0)
+    rough = users[2].state
+    assert rough.sight is not None
+    normal = np.array(rough.sight.normal)
+    along = np.array(rough.friction.force)
+    pressed = np.array(rough.safety.force) @ normal
+    assert abs(along @ normal) < 1e-9
+    assert 0.1 < np.linalg.norm(along) <= 0.4 * pressed * 1.001
+    assert all(np.ptp(user.force[-500:]) < 0.02 for user in users)

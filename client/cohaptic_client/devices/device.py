@@ -16,6 +16,7 @@ class DeviceInfo:
         name: For people.
         max_force: It can give; 0 for one that only senses [N].
         max_stiffness: It renders stably, from its maker or from measurements [N/m].
+        damping: Physical damping of its tip, for Colgate's bound b > K T / 2 + |B| [N s/m].
         stall: A loop that stood still for longer lets the hand go; the tip of a real device may
             be deep inside an object by then [s].
     """
@@ -23,6 +24,7 @@ class DeviceInfo:
     name: str
     max_force: float
     max_stiffness: float
+    damping: float = 0.0
     stall: float = 0.02
 
 

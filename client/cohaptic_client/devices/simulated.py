@@ -19,7 +19,8 @@ class SimulatedDevice:
     """
 
     # A simulated hand stands still with the process that stalls, and nobody is hurt by it.
-    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=1000.0, stall=1.0)
+    # It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
+    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
 
     def __init__(self, hand: Hand, intention: Intention) -> None:
         self._hand = hand

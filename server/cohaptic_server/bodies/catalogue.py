@@ -7,8 +7,9 @@ from collections.abc import Callable
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.spring import Spring
 
-BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon}
+BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
 
 
 def build_body(name: str) -> Body:

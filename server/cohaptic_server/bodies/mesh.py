@@ -50,6 +50,7 @@ class SurfaceMesh:
         rings: Faces round each vertex, padded with its first one, shape (n, valence).
         around: Faces that share a vertex with each face, itself too, padded, shape (m, 3 valence).
         quadrature: Points on the faces.
+        normals: Outward unit normal of each vertex, shape (n, 3).
         size: Radius of the sphere of the same area [m].
     """
 
@@ -58,6 +59,7 @@ class SurfaceMesh:
     rings: Ints = field(init=False)
     around: Ints = field(init=False)
     quadrature: Quadrature = field(init=False)
+    normals: Floats = field(init=False)
     size: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -67,9 +69,10 @@ class SurfaceMesh:
         object.__setattr__(self, "rings", _rings(faces, len(x)))
         object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
         object.__setattr__(self, "quadrature", _quadrature(x, faces))
+        object.__setattr__(self, "normals", vertex_normals(x, faces))
         area = float(self.quadrature.areas.sum())
         object.__setattr__(self, "size", (area / (4.0 * np.pi)) ** 0.5)
-        for array in (x, faces, self.rings, self.around):
+        for array in (x, faces, self.rings, self.around, self.normals):
             array.setflags(write=False)
 
 
@@ -77,6 +80,23 @@ def face_area_vectors(x: Floats, faces: Ints) -> Floats:
     """Normal of each face times its area, shape (m, 3) [m^2]."""
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     return 0.5 * cross(b - a, c - a)
+
+
+def vertex_normals(x: Floats, faces: Ints) -> Floats:
+    """Unit normal of each vertex, shape (n, 3).
+
+    A face counts by its area vector over the squares of the two edges that meet at the vertex: on
+    a sphere the sum is exact, whatever the triangles (Max 1999).
+    """
+    corners = x[faces]  # (m, 3, 3)
+    edges = corners[:, [1, 2, 0]] - corners  # that leave each corner
+    squares = np.einsum("mci,mci->mc", edges, edges)
+    both = squares * squares[:, [2, 0, 1]]
+    vectors = cross(edges[:, 0], -edges[:, 2])
+    normals = np.zeros_like(x)
+    for corner in range(3):
+        np.add.at(normals, faces[:, corner], vectors / both[:, [corner]])
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

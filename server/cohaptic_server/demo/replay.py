@@ -56,6 +56,7 @@ def _touches(timeline: Timeline, index: int) -> list[Touch]:
             probe=_vec(c["x"][user, index], c["y"][user, index], c["z"][user, index]),
             force=_vec(c["fx"][user, index], c["fy"][user, index], c["fz"][user, index]),
             seq=1,
+            tick=0,
             t_client=0.0,
             arrived=0.0,
         )

@@ -3,19 +3,24 @@
 Each law is a fixed-point iteration of the forces on each other through the body, f <- K (x_h - M f)
 with M = C for the proportional law and M = C off its diagonal for the predictive one (science 3.2,
 3.3). Without delay it converges iff rho(K M) < 1; under any bounded delays, different for each user
-and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969).
+and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969). An integral makes the loop
+depend on its delays: `room_radius` takes them one by one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from cohaptic.control.gains import ALPHA, choose_gain
-from cohaptic.control.law import Law
+from cohaptic.control.gains import ALPHA, choose_gains
+from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability import Floats, spectral_radius
 from cohaptic.errors import SettingError
+
+Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,16 +28,21 @@ class Coupling:
     """Stability of several users with given gains, and the gains that are safe.
 
     Args:
-        rho_no_delay: Spectral radius without delay; stable iff < 1.
-        rho_any_delay: Of the absolute values; stable under any bounded delays iff < 1.
-        safe_k_h: Gains that are safe under any delay, from the row rule [N/m].
-        felt_stiffness: What each hand feels alone with its safe gain, in steady state [N/m].
+        rho_no_delay: Spectral radius over one simulation period without further delay; stable iff
+            < 1.
+        rho_any_delay: Of the absolute values; stable under any bounded delays iff < 1. None with an
+            integral: no such bound holds for one.
+        safe_k_h: Gains that `gains.choose_gains` takes, from the row rule [N/m].
+        safe_integral_gain: Same, for the integral [N/(m s)].
+        felt_stiffness: What each hand feels alone, at once, with its safe gain; with the pi law
+            once its integral has settled [N/m].
         stiffness_loss: Its loss against K_o,i = 1 / C_ii, 0 to 1.
     """
 
     rho_no_delay: float
-    rho_any_delay: float
+    rho_any_delay: float | None
     safe_k_h: tuple[float, ...]
+    safe_integral_gain: tuple[float, ...]
     felt_stiffness: tuple[float, ...]
     stiffness_loss: tuple[float, ...]
 
@@ -53,36 +63,114 @@ def check_compliance(C: Floats) -> None:
 
 def loop_matrix(C: Floats, law: Law) -> Floats:
     """M of the iteration f <- K (x_h - M f), shape (n, n) [m/N]."""
-    return C if law is Law.PROPORTIONAL else C - np.diag(np.diag(C))
+    return C - np.diag(np.diag(C)) if law is Law.PREDICTIVE else C
 
 
-def couple(C: Floats, k_h: Floats, law: Law, *, max_stiffness: float = 1e6) -> Coupling:
+def couple(
+    C: Floats,
+    k_h: Floats,
+    law: Law,
+    *,
+    integral_gain: float = 0.0,
+    simulation_period: float = 1.0 / 60.0,
+    delay: float = 0.0,
+    max_stiffness: float = 1e6,
+) -> Coupling:
     """Judge gains, and find safe ones.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
         k_h: Gains to be judged, shape (n,) [N/m].
         law: Local model of everybody.
+        integral_gain: I of everybody, to be judged with k_h [N/(m s)].
+        simulation_period: N T [s].
+        delay: Network round trip, for the safe gains [s].
         max_stiffness: Of the devices [N/m].
 
     Raises:
         SettingError: C or k_h is not what it must be.
     """
     check_compliance(C)
-    if k_h.shape != (len(C),) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
-        raise SettingError("k_h", k_h.tolist(), f"{len(C)} gains of at least 0 N/m")
-    M = loop_matrix(C, law)
+    n = len(C)
+    if k_h.shape != (n,) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
+        raise SettingError("k_h", k_h.tolist(), f"{n} gains of at least 0 N/m")
     safe = [
-        choose_gain(law, row, i, max_stiffness=max_stiffness) for i, row in enumerate(C.tolist())
+        choose_gains(
+            law,
+            row,
+            i,
+            max_stiffness=max_stiffness,
+            loop_delay=simulation_period + delay,
+            simulation_period=simulation_period,
+        )
+        for i, row in enumerate(C.tolist())
     ]
-    felt = [k if law is Law.PREDICTIVE else k / (1.0 + k * C[i, i]) for i, k in enumerate(safe)]
+    no_delay = np.ones(n, dtype=np.int64)
+    gains = [Gains(k, integral_gain) for k in k_h.tolist()]
     return Coupling(
-        rho_no_delay=spectral_radius(k_h[:, None] * M),
-        rho_any_delay=spectral_radius(k_h[:, None] * np.abs(M)),
-        safe_k_h=tuple(safe),
-        felt_stiffness=tuple(float(f) for f in felt),
+        rho_no_delay=room_radius(C, gains, law, no_delay, simulation_period),
+        rho_any_delay=(
+            None
+            if integral_gain > 0.0
+            else spectral_radius(k_h[:, None] * np.abs(loop_matrix(C, law)))
+        ),
+        safe_k_h=tuple(g.k_h for g in safe),
+        safe_integral_gain=tuple(g.integral_gain for g in safe),
+        felt_stiffness=(felt := tuple(_felt(g, C[i, i], law) for i, g in enumerate(safe))),
         stiffness_loss=tuple(float(1.0 - f * C[i, i]) for i, f in enumerate(felt)),
     )
+
+
+def _felt(gains: Gains, c_ii: float, law: Law) -> float:
+    """Stiffness that one hand feels alone [N/m]."""
+    if law is Law.PREDICTIVE:
+        return float(gains.k_h)
+    if law is Law.PI:
+        return float(1.0 / c_ii)
+    return float(gains.k_h / (1.0 + gains.k_h * c_ii))  # eq. (11)
+
+
+def room_radius(
+    C: Floats, gains: Sequence[Gains], law: Law, delays: Ints, simulation_period: float
+) -> float:
+    """Spectral radius of a whole room over one simulation period; stable iff < 1.
+
+    What user i sees at tick k is what the body made of everybody's forces of tick k - delays[i].
+    Only its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's
+    side is a change of variables.
+
+    Args:
+        C: Contact compliance, shape (n, n) [m/N].
+        gains: Of each user.
+        law: Of everybody.
+        delays: Simulation periods round each user's loop, at least 1, shape (n,).
+        simulation_period: N T [s].
+    """
+    n, longest = len(C), int(delays.max())
+    M = loop_matrix(C, law)
+    k_h = np.array([g.k_h for g in gains])
+    rate = np.array([g.integral_gain for g in gains]) * simulation_period
+    # State: the integrals, then everybody's forces of the last `longest` ticks, the newest first.
+    A = np.zeros((n * (longest + 1),) * 2)
+    seen = np.zeros((n, len(A)))  # depth of each probe, held still, below what it presses on
+    for i in range(n):
+        seen[i, n * delays[i] : n * (delays[i] + 1)] = -M[i]
+    own = np.zeros((n, len(A)))
+    own[:, :n] = np.eye(n)
+    if law is Law.PREDICTIVE:
+        # ds/dt = I (d - C_ii (K d + s)), exactly over a period in which d is held.
+        c = np.diag(C)
+        kept = np.exp(-rate * c)
+        A[:n] = kept[:, None] * own + ((1.0 - kept) * (1.0 / c - k_h))[:, None] * seen
+    else:
+        A[:n] = own + rate[:, None] * seen
+    A[np.flatnonzero(rate == 0.0)] = 0.0  # no integral: it stays at zero
+    A[n : 2 * n] = k_h[:, None] * seen + own
+    for age in range(2, longest + 1):
+        A[n * age : n * (age + 1), n * (age - 1) : n * age] = np.eye(n)
+    if not rate.any():
+        return spectral_radius(A[n:, n:])
+    return spectral_radius(A)
 
 
 def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Floats:

@@ -1,22 +1,36 @@
 """The one place that decides a gain.
 
-Every rule here is a row bound, so a client's gain needs nothing but its own row of |C|:
+Every rule is a row bound: a client's gains need nothing but its own row of |C| and its own delay:
 
     proportional   K_h,i < 1 / sum_j |C_ij|                  any bounded delay (3.2; Chazan and
                                                              Miranker 1969), and (8) when alone
-    predictive     K_i <= min(1 / C_ii, alpha / sum_{j!=i} |C_ij|)                          (3.3)
+    pi             K_h,i a share of the same, I from the edge of the stability area at the measured
+                   delay (3.1)
+    predictive     K_i <= min(1 / C_ii, alpha / sum_{j!=i} |C_ij|) at any delay (3.3); where that is
+                   less than 1 / C_ii, I restores the rest as fast as the measured delay allows
 
 and below what the device renders stably (Colgate's limit, as the device states it).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import Gains, Law
+from cohaptic.control.stability import elastic_object, integral_model, lifted_radius
 
-# Distance kept from the edge of stability. At 0.95 a proportional loop forgets 5 % a round trip.
-ALPHA = 0.95
+# Distance kept from the edge of stability. At 0.9 a proportional loop forgets 10 % a round trip.
+ALPHA = 0.9
+# Of `pi`: share of the coupled stiffness for K_h, and of the largest stable I for I. The integral
+# carries the force in the end; a larger K_h buys little and swings more.
+PI_SHARE_K = 0.3
+PI_SHARE_I = 0.3
+# Of `predictive`: share of the integral's largest rate for equal delays. The rest is for unequal
+# ones and for hands; tested on thousands of rooms (`cohaptic experiment hands`).
+RESTORING_SHARE = 0.5
+LONGEST_DELAY = 64  # simulation periods that the search for I looks at
 
 
 def coupled_stiffness(row: Sequence[float]) -> float:
@@ -28,26 +42,97 @@ def coupled_stiffness(row: Sequence[float]) -> float:
     return 1.0 / sum(abs(c) for c in row)
 
 
-def choose_gain(
-    law: Law, row: Sequence[float], i: int, *, max_stiffness: float, alpha: float = ALPHA
-) -> float:
-    """Gain of client i for its law.
+def choose_gains(
+    law: Law,
+    row: Sequence[float],
+    i: int,
+    *,
+    max_stiffness: float,
+    loop_delay: float,
+    simulation_period: float,
+    fixed: Gains | None = None,
+    alpha: float = ALPHA,
+) -> Gains:
+    """Gains of client i for its law.
 
     Args:
         law: Local model of the client.
         row: Row i of the contact compliance C of all present contacts [m/N].
         i: Index of the client's own contact in `row`.
         max_stiffness: Largest gain that its device renders stably [N/m].
+        loop_delay: From the tick that made a patch to the tick that got the force made with it, as
+            measured (`delay.LoopDelay`) [s].
+        simulation_period: N T [s].
+        fixed: Gains that the client asked for and the server grants instead: experiments only.
         alpha: Margin, < 1.
-
-    Returns:
-        Gain K_h [N/m].
     """
+    if fixed is not None:
+        return Gains(min(fixed.k_h, max_stiffness), fixed.integral_gain)
+    coupled = coupled_stiffness(row)
     if law is Law.PROPORTIONAL:
-        bound = alpha * coupled_stiffness(row)
-    else:
-        others = sum(abs(c) for j, c in enumerate(row) if j != i)
-        bound = 1.0 / row[i]
-        if others > 0.0:
-            bound = min(bound, alpha / others)
-    return min(bound, max_stiffness)
+        return Gains(min(alpha * coupled, max_stiffness))
+    if law is Law.PI:
+        k_h = min(PI_SHARE_K * coupled, max_stiffness)
+        # The client moves to a new patch over one period, which counts as one more.
+        periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
+        edge = largest_integral(k_h / coupled, periods)
+        return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
+    others = sum(abs(c) for j, c in enumerate(row) if j != i)
+    k_h = 1.0 / row[i]
+    if others > 0.0:
+        k_h = min(k_h, alpha / others)
+    k_h = min(k_h, max_stiffness)
+    kappa = k_h * row[i]
+    if kappa > 1.0 - 1e-9:
+        return Gains(k_h)
+    rate = restoring_rate(kappa, others / row[i], loop_delay + simulation_period)
+    return Gains(k_h, rate / row[i])
+
+
+def restoring_rate(kappa: float, coupling: float, round_trip: float) -> float:
+    """How fast the predictive law's integral may bring K to 1 / C_ii [1/s].
+
+    The force follows d / C_ii through h(s) = (kappa s + a) / (s + a). For a room of equal clients
+    the loop is 1 + lambda h(s) e^(-s R), lambda the eigenvalues of the scaled W: above -1, since C
+    is positive definite, and at most `coupling`. For lambda < 0 it is stable for every a. For
+    lambda = coupling > 1 its gain falls to 1 at
+
+        nu_b a,   nu_b^2 = (coupling^2 - 1) / (1 - (kappa coupling)^2),
+
+    where the phase left is pi - atan(nu_b) + atan(kappa nu_b): it is used up at
+    a R = that / nu_b. Half of it is taken.
+
+    Args:
+        kappa: K_i C_ii, the share of 1 / C_ii that the fast gain has.
+        coupling: sum_{j!=i} |C_ij| / C_ii.
+        round_trip: R, of this client [s].
+    """
+    fast = kappa * coupling
+    if coupling <= 1.0:
+        return 1.0 / round_trip
+    nu_b = math.sqrt((coupling * coupling - 1.0) / max(1e-9, 1.0 - fast * fast))
+    phase = math.pi - math.atan(nu_b) + math.atan(kappa * nu_b)
+    return min(1.0, RESTORING_SHARE * phase / nu_b) / round_trip
+
+
+@lru_cache(maxsize=4096)
+def _edge(kappa_percent: int, periods: int) -> float:
+    """Largest stable I N T / K_o at K_h / K_o in percent, one position every `periods` periods."""
+    body = elastic_object(1.0)
+    low, high = 0.0, 2.0
+    while high - low > 1e-3 * high:
+        middle = 0.5 * (low + high)
+        local = integral_model(0.01 * kappa_percent, middle, 1.0)
+        stable = lifted_radius(local, body, 1, periods - 1) < 1.0
+        low, high = (middle, high) if stable else (low, middle)
+    return low
+
+
+def largest_integral(kappa: float, periods: int) -> float:
+    """Edge of the stability area (Fig. 8, delayed): largest stable I N T as a share of K_o.
+
+    Args:
+        kappa: K_h / K_o, rounded up to whole percent.
+        periods: Simulation periods round the loop; 1 is the paper's, without further delay.
+    """
+    return _edge(math.ceil(100.0 * kappa - 1e-9), max(1, periods))

@@ -1,20 +1,48 @@
-"""The local surface that a client holds between patches, and how deep a probe is in it.
+"""The local surface that a client holds between patches, and what a probe sees of it.
 
-Plane and sphere (Adachi 1995, as section 6 step 1 proposes). The surface is free of the client's
-own force (science 3.3), so a change of patch never moves the force by itself.
+Plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has the third. A
+surface is free of the client's own force (science 3.3), so a change of patch never moves the force
+by itself. Whatever the geometry, a law sees it through a `Sight`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 from cohaptic.vec import Vec3, dot, lerp, sub, unit
 
 
+class Sight(NamedTuple):
+    """What one probe sees of a local surface, and all that a law needs of it.
+
+    Fields:
+        depth: Of the probe below the surface, negative outside [m].
+        normal: Outward unit normal at the foot of the probe.
+        c_ii: Compliance of the contact there [m/N].
+        own_force: Own normal force that the body carries at the patch's tick [N].
+        u_others: Displacement of the contact by the others, along the normal [m].
+    """
+
+    depth: float
+    normal: Vec3
+    c_ii: float
+    own_force: float
+    u_others: float
+
+
+class Surface(Protocol):
+    """A local surface of any geometry."""
+
+    def look(self, probe: Vec3) -> Sight:
+        """What a probe at `probe` [m] sees."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class LocalSurface:
-    """The part of a patch that a law needs.
+    """Plane or sphere.
 
     Args:
         x_free: Contact point without this client's own force [m].
@@ -31,6 +59,12 @@ class LocalSurface:
     c_ii: float
     own_force: float
     u_others: float
+
+    def look(self, probe: Vec3) -> Sight:
+        """What a probe at `probe` [m] sees."""
+        return Sight(
+            depth(self, probe), normal_at(self, probe), self.c_ii, self.own_force, self.u_others
+        )
 
 
 def depth(surface: LocalSurface, probe: Vec3) -> float:
@@ -65,17 +99,41 @@ def normal_at(surface: LocalSurface, probe: Vec3) -> Vec3:
     return unit(v, surface.normal)
 
 
-def blend(a: LocalSurface, b: LocalSurface, s: float) -> LocalSurface:
-    """Surface between a (s = 0) and b (s = 1): patches follow each other without a step."""
+def blend(a: Sight, b: Sight, s: float) -> Sight:
+    """Sight between a (s = 0) and b (s = 1): surfaces follow each other without a step."""
     if s >= 1.0:
         return b
     if s <= 0.0:
         return a
-    return LocalSurface(
-        lerp(a.x_free, b.x_free, s),
+    return Sight(
+        a.depth + s * (b.depth - a.depth),
         unit(lerp(a.normal, b.normal, s), b.normal),
-        a.curvature + s * (b.curvature - a.curvature),
         a.c_ii + s * (b.c_ii - a.c_ii),
         a.own_force + s * (b.own_force - a.own_force),
         a.u_others + s * (b.u_others - a.u_others),
+    )
+
+
+def shift(sight: Sight, by: Sight | None) -> Sight:
+    """A sight moved by a difference of sights (`difference`); None leaves it as it is."""
+    if by is None:
+        return sight
+    n, d = sight.normal, by.normal
+    return Sight(
+        sight.depth + by.depth,
+        unit((n[0] + d[0], n[1] + d[1], n[2] + d[2]), n),
+        sight.c_ii + by.c_ii,
+        sight.own_force + by.own_force,
+        sight.u_others + by.u_others,
+    )
+
+
+def difference(a: Sight, b: Sight) -> Sight:
+    """What turns sight b into sight a; its normal is a difference of normals."""
+    return Sight(
+        a.depth - b.depth,
+        sub(a.normal, b.normal),
+        a.c_ii - b.c_ii,
+        a.own_force - b.own_force,
+        a.u_others - b.u_others,
     )

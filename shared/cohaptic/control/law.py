@@ -1,32 +1,63 @@
 """The local models that a client may run, and the one function that runs them.
 
-A law turns a surface and a probe into the normal force on the hand. It has no clock, no log and no
-clamp: limits are applied once, last, by the client's `safety.py`.
+A law turns what a probe sees of the surface into the normal force on the hand; its memory goes in
+and comes out. It has no clock, no log and no clamp: limits are applied once, last, by the client's
+`safety.py`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
-from cohaptic.control.geometry import LocalSurface, depth
-from cohaptic.control.predictive import predictive_force
+from cohaptic.control.geometry import Sight
+from cohaptic.control.predictive import predictive_step
 from cohaptic.control.proportional import proportional_force, proportional_stiffness
-from cohaptic.vec import Vec3
+from cohaptic.control.proportional_integral import (
+    IntegralState,
+    Thresholds,
+    proportional_integral_step,
+)
 
 
 class Law(Enum):
     """Name of a local model."""
 
     PROPORTIONAL = "proportional"
+    PI = "pi"
     PREDICTIVE = "predictive"
 
 
-@dataclass(frozen=True, slots=True)
-class LocalForce:
+class Gains(NamedTuple):
+    """What the server chose for a client's law (`gains.choose_gains`).
+
+    Fields:
+        k_h: K_h [N/m].
+        integral_gain: I of the law's integral; 0 for none [N/(m s)].
+    """
+
+    k_h: float
+    integral_gain: float = 0.0
+
+
+class LawSettings(NamedTuple):
+    """What the integral of `Law.PI` is told.
+
+    Fields:
+        thresholds: Eqs. (17), (18).
+        release_time: From full force to none when contact ends: a few N T (section 5.1) [s].
+        max_force: The integral stays below it [N].
+    """
+
+    thresholds: Thresholds = Thresholds()
+    release_time: float = 0.1
+    max_force: float = 10.0
+
+
+class LocalForce(NamedTuple):
     """What a law answers.
 
-    Args:
+    Fields:
         normal_force: On the hand along the surface's normal, never negative [N].
         felt_from_others: Its part that is there because others touch too [N].
         indentation: Of the surface under the probe, own force included [m].
@@ -38,25 +69,68 @@ class LocalForce:
 
 
 NO_FORCE = LocalForce(0.0, 0.0, 0.0)
+AT_REST = IntegralState()
+_DEFAULT = LawSettings()
 
 
-def local_force(law: Law, surface: LocalSurface, probe: Vec3, *, k_h: float) -> LocalForce:
+def pressed_depth(law: Law, sight: Sight) -> float:
+    """Depth of the probe below the surface that a law presses on [m].
+
+    The paper's laws press on the surface as the simulation returned it, own dent included.
+    """
+    if law is Law.PREDICTIVE:
+        return sight.depth
+    return sight.depth - sight.c_ii * sight.own_force
+
+
+def local_force(
+    law: Law,
+    memory: IntegralState,
+    sight: Sight,
+    gains: Gains,
+    dt: float,
+    settings: LawSettings = _DEFAULT,
+) -> tuple[IntegralState, LocalForce]:
     """Force of `law` for a probe at a local surface.
 
     Args:
         law: Local model.
-        surface: Free of this client's own force.
-        probe: Tip of the device in the world frame [m].
-        k_h: Gain [N/m].
+        memory: Of its integral, after the last period; `AT_REST` before the first.
+        sight: Of the surface free of this client's own force.
+        gains: Of the law.
+        dt: Time since the last period [s].
+        settings: Of the integral.
     """
-    d_free = depth(surface, probe)
+    d_free = sight.depth
     # Where the probe would stand to the body if nobody else touched it.
-    d_alone = d_free - surface.u_others
+    d_alone = max(0.0, d_free - sight.u_others)
     if law is Law.PREDICTIVE:
-        f = predictive_force(d_free, k_h=k_h)
-        alone = predictive_force(d_alone, k_h=k_h)
+        integral, f = predictive_step(
+            memory.force,
+            d_free,
+            k_h=gains.k_h,
+            integral_gain=gains.integral_gain,
+            c_ii=sight.c_ii,
+            dt=dt,
+        )
+        memory = IntegralState(integral, 0.0, d_free)
+        stiffness = f / d_free if d_free > 0.0 else gains.k_h
     else:
-        d = d_free - surface.c_ii * surface.own_force
-        f = proportional_force(d, k_h=k_h)
-        alone = max(0.0, proportional_stiffness(k_h=k_h, c_ii=surface.c_ii) * d_alone)
-    return LocalForce(f, f - alone, surface.c_ii * f)
+        d = pressed_depth(law, sight)
+        stiffness = proportional_stiffness(k_h=gains.k_h, c_ii=sight.c_ii)
+        if law is Law.PROPORTIONAL:
+            f = proportional_force(d, k_h=gains.k_h)
+        else:
+            memory, f = proportional_integral_step(
+                memory,
+                d,
+                k_h=gains.k_h,
+                integral_gain=gains.integral_gain,
+                thresholds=settings.thresholds,
+                release_time=settings.release_time,
+                max_force=settings.max_force,
+                dt=dt,
+            )
+            # Once the integral has settled the surface follows the probe: K_o is felt.
+            stiffness = f / d_free if d_free > 0.0 else stiffness
+    return memory, LocalForce(f, f - stiffness * d_alone, sight.c_ii * f)

@@ -8,7 +8,7 @@ with other contacts iff rho(|C| diag(k_h)) < 1 under any delay (3.2).
 from __future__ import annotations
 
 
-def proportional_force(depth: float, *, k_h: float) -> float:
+def proportional_force(depth: float, k_h: float) -> float:
     """Normal force of L(z) = K_h.
 
     Args:
@@ -21,7 +21,7 @@ def proportional_force(depth: float, *, k_h: float) -> float:
     return k_h * depth if depth > 0.0 else 0.0
 
 
-def proportional_stiffness(*, k_h: float, c_ii: float) -> float:
+def proportional_stiffness(k_h: float, c_ii: float) -> float:
     """Stiffness felt at the probe in steady state, by eq. (11).
 
     With x_o = K_h x_h / (K_h + K_o) the force is K_h (x_h - x_o) = K_h K_o x_h / (K_h + K_o).

@@ -1,6 +1,6 @@
 """Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
 
-client -> server    hello, bye
+client -> server    hello, set_law, bye
 server -> client    welcome, user_joined, user_left, error
 """
 
@@ -17,6 +17,7 @@ from cohaptic.vec import Vec3
 
 MAX_TEXT = 4096  # characters of one control message
 M = TypeVar("M")
+GeometryName = Literal["plane", "sphere", "mesh"]
 
 # Printable, one line: names are shown in terminals and pages.
 Name = Annotated[
@@ -28,6 +29,18 @@ class _Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+class FixedGains(_Message):
+    """Gains that a client asks for instead of the server's choice, for experiments.
+
+    Args:
+        k_h: K_h [N/m].
+        integral_gain: I [N/(m s)].
+    """
+
+    k_h: float = Field(gt=0.0, le=1e6)
+    integral_gain: float = Field(default=0.0, ge=0.0, le=1e9)
+
+
 class Hello(_Message):
     """First message of a client.
 
@@ -37,6 +50,10 @@ class Hello(_Message):
         law: Local model that the client runs.
         max_stiffness: Largest gain that the device renders stably [N/m].
         max_force: Largest force that the client lets the device give; the body takes no more [N].
+        geometry: Local surface that the client wants; `mesh` gets the resting mesh first.
+        friction: Whether the force may have a part along the surface; patches then carry the
+            compliance of the contact in all directions.
+        fixed_gains: Instead of the server's choice; refused unless the server allows it.
     """
 
     type: Literal["hello"] = "hello"
@@ -45,6 +62,22 @@ class Hello(_Message):
     law: Law = Law.PREDICTIVE
     max_stiffness: float = Field(default=1000.0, gt=0.0, le=1e6)
     max_force: float = Field(default=10.0, gt=0.0, le=100.0)
+    geometry: GeometryName = "plane"
+    friction: bool = False
+    fixed_gains: FixedGains | None = None
+
+
+class SetLaw(_Message):
+    """Change the local model while in contact; the patches that follow carry its gains.
+
+    Args:
+        law: From now on.
+        fixed_gains: As in the hello.
+    """
+
+    type: Literal["set_law"] = "set_law"
+    law: Law
+    fixed_gains: FixedGains | None = None
 
 
 class Bye(_Message):
@@ -115,7 +148,7 @@ class Error(_Message):
     message: str
 
 
-ClientControl = Hello | Bye
+ClientControl = Hello | SetLaw | Bye
 ServerControl = Welcome | UserJoined | UserLeft | Error
 
 _CLIENT: TypeAdapter[ClientControl] = TypeAdapter(

@@ -9,11 +9,17 @@ import math
 import struct
 from enum import IntEnum
 
-from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
+from cohaptic.errors import (
+    CloseCode,
+    LocalProtocolError,
+    ProtocolError,
+    RemoteProtocolError,
+)
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
 MAX_FRAME_BYTES = 128
+MAX_MESH_FRAME_BYTES = 1100  # of a mesh patch: with its headers below the 1,280 of every path
 MAX_POSITION = 10.0  # m; nobody's workspace reaches further from the body
 MAX_FORCE = 100.0  # N; several times what any haptic device gives
 HEADER = struct.Struct("<BBH")
@@ -24,10 +30,11 @@ class FrameKind(IntEnum):
 
     CONTACT_SAMPLE = 1
     PATCH = 2
+    REST_MESH = 3
 
 
-def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
-    """Check length, version and kind of a frame; returns its flags.
+def open_header(data: bytes, kind: FrameKind) -> int:
+    """Check version and kind of a frame; returns its flags.
 
     Raises:
         RemoteProtocolError: The first thing that is wrong, with the value and what was expected.
@@ -41,9 +48,19 @@ def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
         )
     if got != kind:
         raise RemoteProtocolError("frame kind", got, f"{kind.value} ({kind.name.lower()})")
+    return int(flags)
+
+
+def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
+    """Check version, kind and length of a frame; returns its flags.
+
+    Raises:
+        RemoteProtocolError: As `open_header`, or the length is not `size` bytes.
+    """
+    flags = open_header(data, kind)
     if len(data) != size:
         raise RemoteProtocolError(f"{kind.name.lower()} length", len(data), f"{size} bytes")
-    return int(flags)
+    return flags
 
 
 def check_finite(what: str, *values: float, remote: bool) -> None:
@@ -58,6 +75,11 @@ def check_vector(what: str, value: Vec3, limit: float, unit: str, *, remote: boo
     check_finite(what, *value, remote=remote)
     if norm(value) > limit:
         raise _error(remote)(f"length of {what}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
+
+
+def wrong(what: str, value: object, limit: str, *, remote: bool) -> ProtocolError:
+    """The error for a value that breaks the protocol, the peer's or ours."""
+    return _error(remote)(what, value, limit)
 
 
 def check_range(what: str, value: float, low: float, high: float, *, remote: bool) -> None:

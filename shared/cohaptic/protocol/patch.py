@@ -2,7 +2,8 @@
 
 State, not an event: the newest replaces every older one. The patch is the surface *free of this
 client's own force* (science 3.3); with `c_ii` and `own_force` the surface as it stands follows,
-x_o = x_free - c_ii own_force normal, so that one message serves every law.
+x_o = x_free - c_ii own_force normal, so that one message serves every law. A mesh patch has a tail,
+the neighbourhood (`neighbourhood.py`); its curvature serves where that one ends.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from cohaptic.control.friction import Compliance3
+from cohaptic.control.law import Law
+from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -19,8 +23,10 @@ from cohaptic.protocol.frame import (
     check_finite,
     check_range,
     check_vector,
-    open_frame,
+    open_header,
+    wrong,
 )
+from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -29,6 +35,11 @@ SIZE = HEADER.size + _BODY.size
 _U32 = 2**32 - 1
 MAX_STIFFNESS = 1e6  # N/m
 _GEOMETRY_MASK = 0x000F
+_LAW_SHIFT = 4
+_LAW_MASK = 0x000F
+_COMPLIANCE_FLAG = 0x0100
+_COMPLIANCE = struct.Struct("<6f")
+_LAWS = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
 
 
 class Geometry(IntEnum):
@@ -36,6 +47,7 @@ class Geometry(IntEnum):
 
     PLANE = 1
     SPHERE = 2
+    MESH = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +61,19 @@ class Patch:
         t_client: `t_client` of sample `seq`, sent back; 0 without one [s].
         sample_wait: How long sample `seq` waited at the server for the tick [s].
         geometry: Shape of the local surface.
+        law: Local model that the gains are meant for.
         x_free: Contact point of the surface without this client's own force [m].
         normal: Outward unit normal there.
-        curvature: Of a sphere patch, positive for a body bulging towards the hand [1/m].
+        curvature: Of a sphere or mesh patch, positive for a body bulging towards the hand [1/m].
         k_o: Stiffness of the body at the contact, alone: 1 / c_ii [N/m].
         k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| (3.2) [N/m].
         c_ii: Compliance of the contact [m/N].
         k_h: Gain that the server chose for the client's law [N/m].
-        integral_gain: I of the integral model; 0 when unused [N/(m s)].
+        integral_gain: I of the law's integral; 0 when unused [N/(m s)].
         own_force: Normal force of this client that the body carries at this tick [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
+        neighbourhood: Of a mesh patch: the surface around the contact; None for the others.
+        compliance: Of the contact in all directions, for a client with friction; None without.
     """
 
     tick: int
@@ -67,6 +82,7 @@ class Patch:
     t_client: float
     sample_wait: float
     geometry: Geometry
+    law: Law
     x_free: Vec3
     normal: Vec3
     curvature: float
@@ -77,11 +93,20 @@ class Patch:
     integral_gain: float
     own_force: float
     u_others: float
+    neighbourhood: Neighbourhood | None = None
+    compliance: Compliance3 | None = None
 
     def encode(self) -> bytes:
         """The frame of this patch; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
-        return HEADER.pack(PROTOCOL_VERSION, FrameKind.PATCH, int(self.geometry)) + _BODY.pack(
+        flags = int(self.geometry) | (_LAWS.index(self.law) + 1) << _LAW_SHIFT
+        tail = b""
+        if self.compliance is not None:
+            flags |= _COMPLIANCE_FLAG
+            tail = _COMPLIANCE.pack(*self.compliance)
+        if self.neighbourhood is not None:
+            tail += self.neighbourhood.encode()
+        body = _BODY.pack(
             self.tick,
             self.seq,
             self.t_server,
@@ -98,22 +123,40 @@ class Patch:
             self.own_force,
             self.u_others,
         )
+        return HEADER.pack(PROTOCOL_VERSION, FrameKind.PATCH, flags) + body + tail
 
     @classmethod
     def decode(cls, data: bytes) -> Patch:
         """The patch in a frame; raises RemoteProtocolError, whatever the bytes."""
-        flags = open_frame(data, FrameKind.PATCH, SIZE)
+        flags = open_header(data, FrameKind.PATCH)
         kind = flags & _GEOMETRY_MASK
-        check_range("geometry of a patch", kind, Geometry.PLANE, Geometry.SPHERE, remote=True)
+        check_range("geometry of a patch", kind, Geometry.PLANE, Geometry.MESH, remote=True)
+        law = flags >> _LAW_SHIFT & _LAW_MASK
+        check_range("law of a patch", law, 1, len(_LAWS), remote=True)
+        check_range("flags of a patch", flags, 0, 2 * _COMPLIANCE_FLAG - 1, remote=True)
+        mesh, size = kind == Geometry.MESH, SIZE
+        if flags & _COMPLIANCE_FLAG:
+            size += _COMPLIANCE.size
+        if len(data) < size or (len(data) > size and not mesh):
+            limit = f"{size} bytes" + (" and a neighbourhood" if mesh else "")
+            raise RemoteProtocolError("patch length", len(data), limit)
+        neighbourhood = Neighbourhood.decode(data[size:]) if mesh else None
+        compliance = None
+        if flags & _COMPLIANCE_FLAG:
+            compliance = Compliance3(*_COMPLIANCE.unpack_from(data, SIZE))
         tick, seq, t_server, t_client, wait, *v = _BODY.unpack_from(data, HEADER.size)
         patch = cls(
-            tick, seq, t_server, t_client, wait, Geometry(kind),
-            (v[0], v[1], v[2]), (v[3], v[4], v[5]), *v[6:14],
+            tick, seq, t_server, t_client, wait, Geometry(kind), _LAWS[law - 1],
+            (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9], v[10], v[11],
+            v[12], v[13], neighbourhood, compliance,
         )  # fmt: skip
         patch._check(remote=True)
         return patch
 
     def _check(self, *, remote: bool) -> None:
+        if (self.geometry is Geometry.MESH) != (self.neighbourhood is not None):
+            what, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"
+            raise wrong(what, self.neighbourhood, limit, remote=remote)
         check_range("tick of a patch", self.tick, 1, _U32, remote=remote)
         check_range("seq of a patch", self.seq, 0, _U32, remote=remote)
         check_finite("time stamp", self.t_server, self.t_client, self.curvature, remote=remote)
@@ -126,4 +169,6 @@ class Patch:
         check_range("c_ii", self.c_ii, 0.0, MAX_POSITION, remote=remote)
         check_range("integral_gain", self.integral_gain, 0.0, 1e9, remote=remote)
         check_range("own_force", self.own_force, 0.0, MAX_FORCE, remote=remote)
+        for value in self.compliance or ():
+            check_range("compliance", value, -MAX_POSITION, MAX_POSITION, remote=remote)
         check_range("u_others", self.u_others, -MAX_POSITION, MAX_POSITION, remote=remote)

@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.geometry import LocalSurface, blend, depth, normal_at
+from cohaptic.control.geometry import (
+    LocalSurface,
+    Sight,
+    blend,
+    depth,
+    difference,
+    normal_at,
+    shift,
+)
 from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
 from tests.strategies import floats, vectors
 
@@ -49,13 +57,29 @@ def test_the_normal_is_the_direction_in_which_depth_falls(
     assert norm(out) == pytest.approx(1.0)
 
 
-@given(directions, directions, floats(-20.0, 20.0), st.floats(0.0, 1.0))
-def test_a_blend_begins_and_ends_at_its_surfaces(
-    a: Vec3, b: Vec3, curvature: float, s: float
-) -> None:
-    one, two = surface((0.0, 0.0, 0.0), a), surface((0.01, 0.0, 0.0), b, curvature)
-    assert blend(one, two, 0.0) is one
-    assert blend(one, two, 1.0) is two
-    between = blend(one, two, s)
+sights = st.builds(
+    Sight,
+    st.floats(-0.02, 0.02),
+    directions,
+    st.floats(1e-4, 0.02),
+    st.floats(0.0, 10.0),
+    st.floats(-0.02, 0.02),
+)
+
+
+@given(sights, sights, st.floats(0.0, 1.0))
+def test_a_blend_begins_and_ends_at_its_sights(a: Sight, b: Sight, s: float) -> None:
+    assert blend(a, b, 0.0) is a
+    assert blend(a, b, 1.0) is b
+    between = blend(a, b, s)
     assert math.isclose(norm(between.normal), 1.0, abs_tol=1e-9)
-    assert between.x_free[0] == pytest.approx(0.01 * s)
+    assert between.depth == pytest.approx(a.depth + s * (b.depth - a.depth), abs=1e-15)
+
+
+@given(sights, sights)
+def test_a_difference_of_sights_turns_the_one_into_the_other(a: Sight, b: Sight) -> None:
+    moved = shift(b, difference(a, b))
+    assert moved.normal == pytest.approx(a.normal, abs=1e-9)
+    for name in ("depth", "c_ii", "own_force", "u_others"):
+        assert getattr(moved, name) == pytest.approx(getattr(a, name), abs=1e-12)
+    assert shift(b, None) is b

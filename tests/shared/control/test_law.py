@@ -4,22 +4,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.geometry import LocalSurface
-from cohaptic.control.law import Law, local_force
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
+from cohaptic.control.proportional_integral import IntegralState, Thresholds
 
+T = 0.001  # s
 stiffness = st.floats(20.0, 2000.0)
 laws = st.sampled_from(Law)
+UP = (0.0, 0.0, 1.0)
 
 
-def surface(c_ii: float, own_force: float = 0.0, u_others: float = 0.0) -> LocalSurface:
-    return LocalSurface((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, c_ii, own_force, u_others)
+def sight(depth: float, c_ii: float, own_force: float = 0.0, u_others: float = 0.0) -> Sight:
+    return Sight(depth, UP, c_ii, own_force, u_others)
 
 
-@given(laws, stiffness, st.floats(-0.02, 0.02), st.floats(0.0, 1.0))
-def test_a_surface_only_pushes(law: Law, k_o: float, z: float, share: float) -> None:
-    f = local_force(law, surface(1.0 / k_o), (0.0, 0.0, z), k_h=share * k_o)
+@given(laws, stiffness, st.floats(-0.02, 0.02), st.floats(0.01, 1.0), st.floats(0.0, 1e4))
+def test_a_surface_only_pushes(
+    law: Law, k_o: float, depth: float, share: float, integral_gain: float
+) -> None:
+    gains = Gains(share * k_o, integral_gain)
+    _, f = local_force(law, AT_REST, sight(depth, 1.0 / k_o), gains, T)
     assert f.normal_force >= 0.0
-    assert (f.normal_force > 0.0) == (z < 0.0 and share * k_o * -z > 0.0)
+    assert (f.normal_force > 0.0) == (share * k_o * depth > 0.0)
 
 
 @given(stiffness, st.floats(0.001, 0.02))
@@ -28,9 +34,8 @@ def test_predictive_alone_feels_exactly_k_o_whatever_is_on_its_way(
 ) -> None:
     """Science 3.3: no delay enters, because its own force is not in the surface."""
     for own_force in (0.0, 3.0):
-        f = local_force(
-            Law.PREDICTIVE, surface(1.0 / k_o, own_force), (0.0, 0.0, -indentation), k_h=k_o
-        )
+        seen = sight(indentation, 1.0 / k_o, own_force)
+        _, f = local_force(Law.PREDICTIVE, AT_REST, seen, Gains(k_o), T)
         assert f.normal_force == pytest.approx(k_o * indentation)
         assert f.indentation == pytest.approx(indentation)
         assert f.felt_from_others == 0.0
@@ -45,11 +50,26 @@ def test_proportional_settles_where_eq_11_says_at_any_delay(
     on_the_way = [0.0] * (delay + 1)
     f = 0.0
     for _ in range(4000):
-        f = local_force(
-            Law.PROPORTIONAL, surface(1.0 / k_o, on_the_way.pop(0)), (0.0, 0.0, -x_h), k_h=k_h
-        ).normal_force
+        seen = sight(x_h, 1.0 / k_o, on_the_way.pop(0))
+        f = local_force(Law.PROPORTIONAL, AT_REST, seen, Gains(k_h), T)[1].normal_force
         on_the_way.append(f)
     assert f / k_o == pytest.approx(k_h / (k_h + k_o) * x_h, rel=1e-3)
+
+
+@given(stiffness, st.floats(0.05, 0.6), st.floats(0.005, 0.02), st.floats(0.0, 0.004))
+def test_pi_settles_where_its_threshold_says(
+    k_o: float, share: float, x_h: float, theta: float
+) -> None:
+    """Steady state of eq. (17): x_h - x_o = theta; less where K_h alone comes nearer (11)."""
+    settings = LawSettings(Thresholds(theta, theta, 0.0), 0.1, 1e6)
+    gains = Gains(share * k_o, 0.2 * k_o / T)
+    memory, f = AT_REST, 0.0
+    for _ in range(4000):
+        seen = sight(x_h, 1.0 / k_o, f)
+        memory, force = local_force(Law.PI, memory, seen, gains, T, settings)
+        f = force.normal_force
+    expected = min(theta, x_h / (1.0 + share))
+    assert x_h - f / k_o == pytest.approx(expected, abs=1e-6)
 
 
 @given(laws, stiffness, st.floats(-0.005, 0.02), st.floats(0.0, 0.01))
@@ -58,13 +78,30 @@ def test_what_is_felt_of_others_is_the_rest_of_the_force(
 ) -> None:
     """Force with others = force at the same place without them + felt of others."""
     c, k_h = 1.0 / k_o, 0.9 * k_o
-    probe = (0.0, 0.0, -(alone + lift))  # the others have lifted the surface by `lift`
-    f = local_force(law, surface(c, 0.0, lift), probe, k_h=k_h)
+    seen = sight(alone + lift, c, 0.0, lift)  # the others have lifted the surface by `lift`
+    _, f = local_force(law, AT_REST, seen, Gains(k_h), T)
+    share = {Law.PREDICTIVE: k_h, Law.PROPORTIONAL: 1.0 / (c + 1.0 / k_h)}.get(law, k_h)
+    if alone + lift > 0.0:
+        without = share * max(0.0, alone)
+        assert f.normal_force - f.felt_from_others == pytest.approx(without, abs=1e-9)
     if law is Law.PREDICTIVE:
-        without = local_force(law, surface(c), (0.0, 0.0, -alone), k_h=k_h).normal_force
-        assert f.normal_force - f.felt_from_others == pytest.approx(without, abs=1e-12)
-        assert f.felt_from_others >= 0.0
-    else:
-        assert f.normal_force - f.felt_from_others == pytest.approx(
-            max(0.0, alone) / (c + 1.0 / k_h), abs=1e-12
-        )
+        assert f.felt_from_others >= -1e-12
+
+
+@given(stiffness, st.floats(0.001, 0.02), st.floats(0.0, 10.0))
+def test_the_papers_laws_press_on_the_dented_surface(k_o: float, depth: float, own: float) -> None:
+    seen = sight(depth, 1.0 / k_o, own)
+    assert pressed_depth(Law.PREDICTIVE, seen) == depth
+    for law in (Law.PROPORTIONAL, Law.PI):
+        assert pressed_depth(law, seen) == pytest.approx(depth - own / k_o)
+
+
+def test_only_pi_remembers_more_than_its_integral() -> None:
+    memory, _ = local_force(Law.PI, AT_REST, sight(0.01, 0.004), Gains(100.0, 500.0), T)
+    assert memory.force > 0.0
+    kept, _ = local_force(Law.PROPORTIONAL, memory, sight(0.01, 0.004), Gains(100.0), T)
+    assert kept == memory
+    after, _ = local_force(
+        Law.PREDICTIVE, IntegralState(), sight(0.01, 0.004), Gains(100.0, 50.0), T
+    )
+    assert after.force > 0.0

@@ -67,7 +67,7 @@ def test_names_that_would_spoil_a_terminal_do_not(name: str) -> None:
         decode_client_control(hello(name=name))
 
 
-@pytest.mark.parametrize("theirs", [0, 2, 99, "one", None])
+@pytest.mark.parametrize("theirs", [0, 1, 99, "one", None])
 def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
     with pytest.raises(RemoteProtocolError, match=f"protocol version is {theirs!r}") as caught:
         decode_client_control(hello(protocol=theirs))

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.law import Law
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
@@ -14,15 +15,17 @@ from tests.strategies import contact_samples, patches
 
 GOOD = Patch(
     tick=1, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
-    x_free=(0.1, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0, k_o=250.0, k_o_coupled=150.0,
-    c_ii=0.004, k_h=250.0, integral_gain=0.0, own_force=0.0, u_others=0.0,
+    law=Law.PREDICTIVE, x_free=(0.1, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0,
+    k_o=250.0, k_o_coupled=150.0, c_ii=0.004, k_h=250.0,
+    integral_gain=0.0, own_force=0.0, u_others=0.0,
 )  # fmt: skip
 
 
 @given(patches)
 def test_comes_back_as_it_was(patch: Patch) -> None:
     data = patch.encode()
-    assert len(data) == SIZE <= MAX_FRAME_BYTES
+    extra = 0 if patch.compliance is None else 24
+    assert len(data) == SIZE + extra <= MAX_FRAME_BYTES
     assert Patch.decode(data) == patch
 
 
@@ -48,7 +51,7 @@ def test_a_damaged_frame_gives_a_valid_patch_or_the_peers_error(
 
 def test_the_other_versions_frames_are_named() -> None:
     data = bytes([9]) + GOOD.encode()[1:]
-    with pytest.raises(RemoteProtocolError, match="protocol version is 9; expected 1"):
+    with pytest.raises(RemoteProtocolError, match="protocol version is 9; expected 2"):
         Patch.decode(data)
 
 

@@ -5,26 +5,32 @@ What is left out is what only real time can show: sockets, processes, schedulers
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cohaptic.control.law import Law
-from cohaptic.hands import HandScript
+from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.hands import HandScript, Intention
 from cohaptic.link import DelayLine, LinkSettings
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello
+from cohaptic.protocol.control import FixedGains, GeometryName, Hello, SetLaw
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import norm
+from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.loop_config import silent_after
+from cohaptic_client.loop_config import law_settings, silent_after
 from cohaptic_client.pacing import Pacer
+from cohaptic_client.passivity import MAX_DAMPING
 from cohaptic_client.safety import SafetyLimits
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room import Room, describe
 from cohaptic_server.settings import ServerSettings
 
 PERIOD = 0.001  # s
+_USUAL = Thresholds()
 
 
 @dataclass
@@ -32,7 +38,7 @@ class VirtualUser:
     """One client without its processes."""
 
     number: int
-    device: SimulatedDevice
+    device: Device
     settings: LoopSettings
     up: DelayLine[bytes]
     down: DelayLine[bytes]
@@ -63,7 +69,7 @@ class VirtualUser:
             self.pacer = self.pacer.sent(now)
             self.seq += 1
             tick = self.state.patch.tick if self.state.patch else 0
-            frame = ContactSample(self.seq, tick, now, sample.position, output.force).encode()
+            frame = ContactSample(self.seq, tick, now, sample.position, output.on_body).encode()
             self.up.push(frame, now)
 
     def _note(self, output: Output) -> None:
@@ -81,7 +87,7 @@ class VirtualSession:
     """
 
     def __init__(self, body: Body, simulation_hz: float = 60.0) -> None:
-        self.room = Room(body, ServerSettings(simulation_hz=simulation_hz))
+        self.room = Room(body, ServerSettings(simulation_hz=simulation_hz, allow_fixed_gains=True))
         self.users: dict[str, VirtualUser] = {}
         self.now = 100.0
         self._next_tick = self.now
@@ -95,23 +101,63 @@ class VirtualSession:
         delay: float = 0.0,
         jitter: float = 0.0,
         seed: int = 0,
+        fixed_gains: FixedGains | None = None,
+        thresholds: Thresholds = _USUAL,
+        smoothing: float = 1.0,
+        passivity: bool = True,
+        limits: SafetyLimits | None = None,
+        intention: Intention | None = None,
+        geometry: GeometryName = "plane",
+        friction: float = 0.0,
+        device: Device | None = None,
     ) -> VirtualUser:
-        """Let a user in now."""
-        hello = Hello(protocol=PROTOCOL_VERSION, name=name, law=law)
+        """Let a user in now.
+
+        `limits` replace the hand's usual ones, `intention` the one that `script` has for round
+        bodies, and `device` the whole hand: for the rigs of experiments.
+        """
+        hello = Hello(
+            protocol=PROTOCOL_VERSION,
+            name=name,
+            law=law,
+            fixed_gains=fixed_gains,
+            geometry=geometry,
+            friction=friction > 0.0,
+            max_stiffness=SimulatedDevice.info.max_stiffness,
+            max_force=limits.max_force if limits else SimulatedDevice.info.max_force,
+        )
         welcome, _, _ = self.room.join(hello, self.now)
         info = describe(self.room.body)
         period = self.room.settings.simulation_period
-        limits = SafetyLimits(silent_after=silent_after(period))
+        # As the wire carries it: rounded to 32 bits.
+        mesh = RestMesh.decode(self.room.rest_mesh()) if geometry == "mesh" else None
+        limits = replace(limits or SafetyLimits(), silent_after=silent_after(period))
         user = VirtualUser(
             number=welcome.user,
-            device=SimulatedDevice(script.hand, script.intention(info.center, info.radius)),
-            settings=LoopSettings(law, period, limits),
+            device=device
+            or SimulatedDevice(
+                script.hand, intention or script.intention(info.center, info.radius)
+            ),
+            settings=LoopSettings(
+                period,
+                limits,
+                law_settings(thresholds, period, limits),
+                smoothing,
+                MAX_DAMPING if passivity else 0.0,
+                SurfaceMaker(mesh),
+                friction,
+                follow=fixed_gains is None,
+            ),
             up=DelayLine(LinkSettings(delay, jitter, 2 * seed)),
             down=DelayLine(LinkSettings(delay, jitter, 2 * seed + 1)),
             pacer=Pacer(period, self.now),
         )
         self.users[name] = user
         return user
+
+    def set_law(self, name: str, law: Law, fixed_gains: FixedGains | None = None) -> None:
+        """A user changes its law, at once."""
+        self.room.set_law(self.users[name].number, SetLaw(law=law, fixed_gains=fixed_gains))
 
     def drop(self, name: str) -> None:
         """A client dies: its socket closes, its loop is no more."""

@@ -1,0 +1,89 @@
+"""The law in use, and the way from one law to the next without a step in the force.
+
+When patches come for another law, both run, and the force moves from the one to the other: within
+`FADE_TIME`, and by no more than `FADE_RATE` of itself per second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, LocalForce, local_force
+from cohaptic.control.proportional_integral import IntegralState
+
+FADE_TIME = 0.3  # s
+FADE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
+_LEAST = 0.05  # N; below it a share of the force would never end
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """One law with its memory.
+
+    Args:
+        law: Local model.
+        gains: In use.
+        memory: Of its integral.
+    """
+
+    law: Law
+    gains: Gains
+    memory: IntegralState = AT_REST
+
+
+@dataclass(frozen=True, slots=True)
+class LawFade:
+    """The law in use and the one that it replaces.
+
+    Args:
+        now: Law in use.
+        before: Law that it replaces; None when the change is over.
+        share: Of `now` in the force, 0 to 1.
+    """
+
+    now: Running
+    before: Running | None = None
+    share: float = 1.0
+
+
+def switch(fade: LawFade, law: Law, gains: Gains) -> LawFade:
+    """Begin to change to `law`; the present one goes on beside it until the change is over.
+
+    In the middle of a change the way back begins at once, and a third law waits for its end:
+    patches that ask for it keep coming.
+    """
+    if law is fade.now.law:
+        return fade
+    if fade.before is None:
+        return LawFade(Running(law, gains), fade.now, 0.0)
+    if law is fade.before.law:
+        return LawFade(fade.before, fade.now, 1.0 - fade.share)
+    return fade
+
+
+def with_gains(fade: LawFade, gains: Gains) -> LawFade:
+    """Other gains for the law in use."""
+    return replace(fade, now=replace(fade.now, gains=gains))
+
+
+def run(
+    fade: LawFade, sight: Sight, dt: float, settings: LawSettings
+) -> tuple[LawFade, LocalForce]:
+    """One period of the law in use, and of the one that it replaces."""
+    memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
+    now = replace(fade.now, memory=memory)
+    if fade.before is None:
+        return LawFade(now), force
+    old = fade.before
+    memory, was = local_force(old.law, old.memory, sight, old.gains, dt, settings)
+    gap = abs(force.normal_force - was.normal_force)
+    present = was.normal_force + fade.share * (force.normal_force - was.normal_force)
+    step = dt / FADE_TIME
+    if gap > 0.0:
+        step = min(step, FADE_RATE * dt * max(present, _LEAST) / gap)
+    share = min(1.0, fade.share + step)
+    mixed = LocalForce(*(a + share * (b - a) for a, b in zip(was, force, strict=True)))
+    if share >= 1.0:
+        return LawFade(now), force
+    return LawFade(now, replace(old, memory=memory), share), mixed

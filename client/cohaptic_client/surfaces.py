@@ -1,0 +1,33 @@
+"""From what the wire carries to the surface that the loop presses on."""
+
+from __future__ import annotations
+
+from cohaptic.control.geometry import Surface
+from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.vec import scale
+from cohaptic_client.step import flat_surface
+
+
+class SurfaceMaker:
+    """Makes the local surface of each patch, of any geometry.
+
+    Args:
+        mesh: The resting mesh; None for a client that did not ask for mesh patches.
+    """
+
+    def __init__(self, mesh: RestMesh | None = None) -> None:
+        self._rest = None if mesh is None else RestSurface(mesh.vertices, mesh.faces)
+
+    def __call__(self, patch: Patch) -> Surface:
+        """The surface of a patch."""
+        near, base = patch.neighbourhood, flat_surface(patch)
+        if near is None or self._rest is None:
+            return base
+        moved = {
+            i: scale((float(u[0]), float(u[1]), float(u[2])), near.scale)
+            for i, u in zip(near.indices, near.displacements, strict=True)
+        }
+        c_ii = {i: near.c_scale * c for i, c in zip(near.indices, near.compliances, strict=True)}
+        return MeshSurface(self._rest, base, moved, c_ii)

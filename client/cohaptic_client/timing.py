@@ -1,0 +1,85 @@
+"""Round trip, jitter and clock offset of a link, estimated from every patch.
+
+A patch sends back when its sample left (`t_client`), how long that waited for the tick
+(`sample_wait`) and when the tick was (`t_server`), as in NTP. The clock offset is taken from the
+shortest round trip of late: what it spent in queues is least, and half of it bounds the error,
+however unequal the two ways are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+WINDOW = 5.0  # s; the shortest round trip counts for at least this long and at most twice that
+SMOOTHING = 0.05  # share of a new round trip in the running means
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """One way there and back.
+
+    Args:
+        round_trip: Without the wait at the server [s].
+        offset: Server's clock less the client's, if both ways took equally long [s].
+    """
+
+    round_trip: float
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkTiming:
+    """What is known of a link.
+
+    Args:
+        round_trip: Running mean [s]; 0 before the first patch.
+        jitter: Running mean of the deviation from it [s].
+        shortest: Of the present window; None before the first patch.
+        shortest_before: Of the window before.
+        until: End of the present window, on the client's clock [s].
+    """
+
+    round_trip: float = 0.0
+    jitter: float = 0.0
+    shortest: Passage | None = None
+    shortest_before: Passage | None = None
+    until: float = 0.0
+
+    @property
+    def best(self) -> Passage | None:
+        """Passage that the clock offset is taken from."""
+        known = [p for p in (self.shortest, self.shortest_before) if p is not None]
+        return min(known, key=lambda p: p.round_trip, default=None)
+
+    @property
+    def clock_offset(self) -> float:
+        """Server's clock less the client's [s]."""
+        return self.best.offset if self.best else 0.0
+
+    @property
+    def clock_error(self) -> float:
+        """Bound on the error of `clock_offset` [s]."""
+        return 0.5 * self.best.round_trip if self.best else 0.0
+
+    def measured(
+        self, *, t_client: float, t_server: float, sample_wait: float, now: float
+    ) -> LinkTiming:
+        """A patch came.
+
+        Args:
+            t_client: When the sample left, client's clock [s].
+            t_server: When the tick was, server's clock [s].
+            sample_wait: How long the sample had waited for it [s].
+            now: When the patch came, client's clock [s].
+        """
+        trip = max(0.0, now - t_client - sample_wait)
+        arrived = t_server - sample_wait
+        here = Passage(trip, 0.5 * ((arrived - t_client) + (t_server - now)))
+        if self.shortest is None:
+            return LinkTiming(trip, 0.0, here, None, now + WINDOW)
+        mean = self.round_trip + SMOOTHING * (trip - self.round_trip)
+        jitter = self.jitter + SMOOTHING * (abs(trip - mean) - self.jitter)
+        if now >= self.until:
+            return LinkTiming(mean, jitter, here, self.shortest, now + WINDOW)
+        shortest = here if trip < self.shortest.round_trip else self.shortest
+        return LinkTiming(mean, jitter, shortest, self.shortest_before, self.until)

@@ -1,0 +1,81 @@
+"""The stable set of (K_h, I N T) of the integral model, closed and lifted, with and without delay.
+
+Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I holds what K_h alone would not:
+a K_h has then a least I N T too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from cohaptic.control.stability import elastic_object, integral_model, lifted_radius
+from cohaptic_server.bodies.mesh import Floats
+
+_SCAN = 48  # values of I N T among which a stable one is looked for
+_BISECTIONS = 24
+
+
+def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Floats]:
+    """Least and largest stable I N T by eqs. (15) and (16), without delay; nan where none is.
+
+    Args:
+        k_h: Shape (n,) [N/m].
+        k_o: Local stiffness [N/m].
+        b_o: Local damping over the simulation period [N/m].
+
+    Returns:
+        Two arrays of shape (n,) [N/m].
+    """
+    low = np.maximum(0.0, np.maximum(k_h - k_o - 2.0 * b_o, 2.0 * k_h - 2.0 * k_o - 4.0 * b_o))
+    high = k_h + k_o
+    some = low < high
+    return np.where(some, low, np.nan), np.where(some, high, np.nan)
+
+
+def lifted_edges(
+    k_h: Floats, k_o: float, b_o: float = 0.0, *, rate_ratio: int = 1, delay_samples: int = 0
+) -> tuple[Floats, Floats]:
+    """The same by bisection on the lifted system, for any delay.
+
+    With whole simulation periods of delay the rate ratio plays no part (I N T does); 1 is quick.
+    """
+    body = elastic_object(k_o, b_o)
+
+    edges: list[tuple[float, float]] = []
+    for k in k_h.tolist():
+
+        def radius(int_: float, k: float = k) -> float:
+            local = integral_model(k, int_, 1.0 / rate_ratio)
+            return lifted_radius(local, body, rate_ratio, delay_samples)
+
+        edges.append(_interval(radius, 1e-6 * k_o, k + k_o))
+    table = np.array(edges)
+    return table[:, 0], table[:, 1]
+
+
+def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:
+    """The interval in which a radius is below 1, nan where there is none; 0 below `first`."""
+    tried = np.linspace(first, last, _SCAN).tolist()
+    radii = [radius(x) for x in tried]
+    step = tried[1] - tried[0]
+    found = [x for x, r in zip(tried, radii, strict=True) if r < 1.0]
+    if not found:
+        # Near its corner the set is thinner than a step: go to where the radius is least.
+        best = tried[int(np.argmin(radii))]
+        least = minimize_scalar(radius, bounds=(best - step, best + step), method="bounded")
+        if least.fun >= 1.0:
+            return np.nan, np.nan
+        found = [float(least.x)]
+    low = 0.0 if found[0] == first else _bisect(radius, found[0], found[0] - step)
+    return low, _bisect(radius, found[-1], found[-1] + step)
+
+
+def _bisect(radius: Callable[[float], float], good: float, bad: float) -> float:
+    """Where stability ends between a stable and an unstable I N T."""
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if radius(middle) < 1.0 else (good, middle)
+    return good

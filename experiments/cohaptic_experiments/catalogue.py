@@ -1,0 +1,84 @@
+"""Experiments by name. Another one is a module with `NAME`, `TITLE` and `run`, and a line here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+
+from cohaptic.errors import CohapticError, SettingError
+from cohaptic_experiments.outcome import Options, Outcome, Progress
+
+# In the order of the paper, then what goes beyond it; with the module that has each.
+_MODULES = {
+    "fig07a": "fig07a",
+    "fig07b": "fig07b",
+    "fig07c": "fig07c",
+    "fig08": "fig08",
+    "fig09": "fig09",
+    "fig10": "fig10",
+    "fig11": "fig11",
+    "ext2": "ext2",
+    "delay": "delay",
+    "crowd": "crowd",
+    "slide": "slide_figure",
+    "hands": "hands",
+}
+EXPERIMENTS = tuple(_MODULES)
+_EXTRA = ("matplotlib", "numba")
+
+
+class LibraryMissing(CohapticError):
+    """An experiment needs a library that a plain installation does not bring."""
+
+    def __init__(self, library: str) -> None:
+        super().__init__(library)
+        self.library = library
+
+    def __str__(self) -> str:
+        return f'experiments need {self.library}: pip install "cohaptic[experiments]"'
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """One experiment.
+
+    Args:
+        name: On the command line.
+        title: In one line.
+        run: Does it; raises nothing but CohapticError on purpose.
+    """
+
+    name: str
+    title: str
+    run: Callable[[Options, Progress], Outcome]
+
+
+def choose(name: str) -> tuple[str, ...]:
+    """The experiments that `name` stands for; raises SettingError with the names that exist."""
+    if name == "all":
+        return EXPERIMENTS
+    if name not in EXPERIMENTS:
+        limit = f"one of: {', '.join(EXPERIMENTS)}, all"
+        raise SettingError("experiment", repr(name), limit)
+    return (name,)
+
+
+def load(name: str) -> Experiment:
+    """Import an experiment; only now are its libraries needed."""
+    with extra_libraries():
+        module = import_module(f"cohaptic_experiments.{_MODULES[name]}")
+    return Experiment(module.NAME, module.TITLE, module.run)
+
+
+@contextmanager
+def extra_libraries() -> Generator[None, None, None]:
+    """Turns the import error of a library of the extra into advice."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        library = (error.name or "").partition(".")[0]
+        if library not in _EXTRA:
+            raise
+        raise LibraryMissing(library) from error

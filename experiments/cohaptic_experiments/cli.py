@@ -1,0 +1,76 @@
+"""`cohaptic experiment`: the paper's figures, and what goes beyond them, from the code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from cohaptic.errors import SettingError
+from cohaptic_experiments.catalogue import EXPERIMENTS, Experiment, choose, extra_libraries, load
+from cohaptic_experiments.outcome import Options, Outcome
+from cohaptic_experiments.report import show, write
+
+
+def experiment(
+    name: Annotated[str, typer.Argument(help=f"{', '.join(EXPERIMENTS)}, or all.")],
+    out: Annotated[Path, typer.Option(help="Folder for figures, data and summaries.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of everything that is random.")] = 0,
+    quick: Annotated[bool, typer.Option(help="Shorter and coarser, to see that it works.")] = False,
+    trials: Annotated[
+        int, typer.Option(min=10, max=100_000, help="Of the campaign `hands`.")
+    ] = 2000,
+    trial: Annotated[
+        int | None, typer.Option(min=0, help="Of `hands`: draw this trial only.")
+    ] = None,
+) -> None:
+    """Run an experiment: a figure, its data, and a verdict on what should hold.
+
+    Writes OUT/NAME/figure.png, data.csv and summary.json. Ends with status 1 when a verdict is
+    that something does not hold.
+    """
+    names = choose(name)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"{out} ({error.strerror or error})"
+        raise SettingError("--out", problem, "a folder that can be written") from error
+    options = Options(seed, quick, trials, trial)
+    console = Console()
+    failed: list[str] = []
+    for each in names:
+        chosen = load(each)
+        outcome = _run(chosen, options, out / each)
+        console.print(show(chosen, outcome))
+        if not outcome.holds:
+            failed.append(each)
+    console.print(f"written to {out}", highlight=False)
+    if failed:
+        console.print(f"[bold red]does not hold:[/] {', '.join(failed)}", highlight=False)
+        raise typer.Exit(1)
+
+
+def _run(chosen: Experiment, options: Options, folder: Path) -> Outcome:
+    """Run one experiment under a progress bar, and write what it found."""
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with extra_libraries(), bar:
+        from cohaptic_experiments.plot_style import styled
+
+        task = bar.add_task(chosen.name, total=1.0)
+
+        def progress(share: float) -> None:
+            bar.update(task, completed=share)
+
+        with styled():
+            outcome = chosen.run(options, progress)
+            write(chosen, options, outcome, folder)
+    return outcome

@@ -1,0 +1,103 @@
+"""An outcome as files and as a table on the terminal."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+from rich.table import Table as Shown
+from rich.text import Text
+
+from cohaptic import __version__
+from cohaptic_experiments.catalogue import Experiment
+from cohaptic_experiments.outcome import Check, Number, Options, Outcome
+
+
+def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Path) -> None:
+    """Write figure.png, data.csv and summary.json.
+
+    Args:
+        experiment: That was run.
+        options: It was run with.
+        outcome: What it found.
+        folder: Of this experiment; made when it is not there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    outcome.figure.savefig(folder / "figure.png")  # pyright: ignore[reportUnknownMemberType]
+    with (folder / "data.csv").open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(outcome.table.columns)
+        rows.writerows([_cell(value) for value in row] for row in outcome.table.rows)
+    text = json.dumps(summary(experiment, options, outcome), indent=2, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n")
+
+
+def summary(experiment: Experiment, options: Options, outcome: Outcome) -> dict[str, object]:
+    """What summary.json says; a number that is none becomes null."""
+    command = f"cohaptic experiment {experiment.name} --out DIR --seed {options.seed}"
+    return {
+        "name": experiment.name,
+        "title": experiment.title,
+        "seed": options.seed,
+        "verdict": verdict(outcome),
+        "checks": [
+            {
+                "sentence": check.sentence,
+                "measured": _finite(check.measured),
+                "at_least": _finite(check.low),
+                "at_most": _finite(check.high),
+                "passed": check.passed,
+            }
+            for check in outcome.checks
+        ],
+        "numbers": {name: _json(value) for name, value in outcome.numbers.items()},
+        "command": command + (" --quick" if options.quick else ""),
+        "version": __version__,
+    }
+
+
+def verdict(outcome: Outcome) -> str:
+    """In words."""
+    return "holds" if outcome.holds else "does not hold"
+
+
+def show(experiment: Experiment, outcome: Outcome) -> Shown:
+    """Checks and verdict for a person."""
+    title = Text(f"{experiment.name}: {experiment.title}")
+    shown = Shown(title=title, title_justify="left", show_lines=False)
+    shown.add_column("check")
+    shown.add_column("measured", justify="right", no_wrap=True)
+    shown.add_column("limit", justify="right", no_wrap=True)
+    shown.add_column("", no_wrap=True)
+    for check in outcome.checks:
+        passed = Text("yes", "green") if check.passed else Text("NO", "bold red")
+        shown.add_row(Text(check.sentence), f"{check.measured:.4g}", limit(check), passed)
+    shown.caption = verdict(outcome)
+    return shown
+
+
+def limit(check: Check) -> str:
+    """The limits of a check in words."""
+    if check.low == -math.inf:
+        return f"at most {check.high:.4g}"
+    if check.high == math.inf:
+        return f"at least {check.low:.4g}"
+    return f"{check.low:.4g} to {check.high:.4g}"
+
+
+def _cell(value: float | int | str | None) -> str:
+    """One value of the table: seven digits are more than any of it is worth."""
+    return f"{value:.7g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _json(value: Number) -> Number:
+    """A value that JSON has."""
+    if isinstance(value, list):
+        return [None if v is None else _finite(float(v)) for v in value]
+    return _finite(value) if isinstance(value, float) else value

@@ -1,0 +1,106 @@
+"""The paper's one-dimensional object (section 7): a rigid plate on a spring with a damper.
+
+A flat plate in the y-z plane that faces +x and moves along its normal as a whole. The force of tick
+k gives its position at tick k+1, eqs. (6) and (9):
+
+    (K_o + B_o) x+ = f + B_o x.
+
+All contacts share the one motion, so C_ij = 1 / (K_o + B_o) for every pair: symmetric, and only
+semidefinite from the second contact on, as two points of a rigid plate cannot move apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+
+_INTO = np.array([-1.0, 0.0, 0.0])  # the way a press moves the plate
+
+
+@dataclass(frozen=True, slots=True)
+class SpringSettings:
+    """A plate on a spring.
+
+    Args:
+        k_o: Stiffness K_o [N/m].
+        b_o: Damping over the simulation period, B_o of eq. (9) [N/m].
+        side: Of the square plate [m].
+        cells: Squares along a side, two triangles each.
+        contact_radius: Of the pressure under a contact; it changes nothing on a rigid plate [m].
+    """
+
+    k_o: float = 200.0
+    b_o: float = 0.0
+    side: float = 0.2
+    cells: int = 10
+    contact_radius: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("k_o", 1.0, 1e5),
+            ("b_o", 0.0, 1e5),
+            ("side", 0.01, 2.0),
+            ("cells", 1, 40),
+            ("contact_radius", 0.001, 0.5),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise SettingError(f"spring {name}", getattr(self, name), f"from {low} to {high}")
+
+
+class Spring:
+    """The plate behind the `Body` Protocol."""
+
+    name = "spring"
+
+    def __init__(self, settings: SpringSettings | None = None) -> None:
+        self.settings = settings or SpringSettings()
+        self._mesh = SurfaceMesh(*plate(self.settings.side, self.settings.cells))
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting plate."""
+        return self._mesh
+
+    @property
+    def contact_radius(self) -> float:
+        """Radius of the pressure under a contact [m]."""
+        return self.settings.contact_radius
+
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
+        """Position one simulation period later under `loads`, from where `before` left it."""
+        k_o, b_o = self.settings.k_o, self.settings.b_o
+        n = len(self._mesh.vertices)
+        # Share of each force along the plate's way: less than 1 for one that comes askew.
+        along = np.array([load.direction @ _INTO for load in loads])  # (c,)
+        forces = np.array([load.force for load in loads])
+        was = 0.0 if before is None else float(before.displacement[0] @ _INTO)
+        depth = (float(along @ forces) + b_o * was) / (k_o + b_o)
+        unit = np.broadcast_to(_INTO, (n, 3))
+        return Response(
+            depth * unit,
+            (along / (k_o + b_o))[:, None, None] * unit,
+            np.outer(along, along) / (k_o + b_o),
+            0.5 * k_o * depth * depth,
+        )
+
+
+def plate(side: float, cells: int) -> tuple[Floats, Ints]:
+    """A square in the y-z plane about the origin that faces +x.
+
+    Returns:
+        Vertices ((cells + 1)^2, 3) [m] and faces (2 cells^2, 3).
+    """
+    line = np.linspace(-0.5 * side, 0.5 * side, cells + 1)
+    y, z = (a.ravel() for a in np.meshgrid(line, line, indexing="ij"))
+    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    right, up = corner + cells + 1, corner + 1
+    faces = np.concatenate(
+        [np.stack([corner, right, up], axis=1), np.stack([right, right + 1, up], axis=1)]
+    )
+    return np.stack([np.zeros_like(y), y, z], axis=1), np.asarray(faces, dtype=np.int64)

@@ -1,0 +1,95 @@
+"""The loads that users put on a body, and C between users.
+
+A user without friction is one load, along the normal. One with friction is three, along the normal
+and two tangents: the body then answers with the 3x3 compliance of the contact (`control.friction`).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic.control.friction import Compliance3, tangents
+from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.contact import Contact
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """What one user does to a body.
+
+    Args:
+        contact: Where.
+        force: Normal [N].
+        along: Force on the hand along the surface, shape (3,) [N]; None without friction.
+    """
+
+    contact: Contact
+    force: float
+    along: Floats | None = None
+
+    @property
+    def axes(self) -> Floats:
+        """Normal, and with friction two tangents; unit vectors, shape (1 or 3, 3)."""
+        n = self.contact.normal
+        if self.along is None:
+            return n[None]
+        one, two = tangents((float(n[0]), float(n[1]), float(n[2])))
+        return np.array([n, one, two])
+
+    def loads(self) -> list[Load]:
+        """One load for each of `axes`; the body gets the opposite of what the hand gets."""
+        where = self.contact
+        if self.along is None:
+            return [where.load(self.force)]
+        forces = [self.force, *(self.axes[1:] @ self.along).tolist()]
+        return [
+            Load(where.vertices, where.weights, -axis, force)
+            for axis, force in zip(self.axes, forces, strict=True)
+        ]
+
+
+def spans(presses: Sequence[Press]) -> list[slice]:
+    """Which of all loads are whose."""
+    ends = np.cumsum([0] + [1 if press.along is None else 3 for press in presses]).tolist()
+    return [slice(a, b) for a, b in itertools.pairwise(ends)]
+
+
+def free_of(response: Response, press: Press, span: slice) -> Floats:
+    """Displacement without one user's own force (science 3.3), shape (n, 3) [m]."""
+    forces = np.array([load.force for load in press.loads()])
+    return np.asarray(response.displacement - np.tensordot(forces, response.fields[span], axes=1))
+
+
+def compliance_between(response: Response, where: Sequence[slice]) -> Floats:
+    """C between users as gains see it, shape (users, users) [m/N].
+
+    On the diagonal the normal compliance. Off it the largest sum of |C| from any direction of the
+    one to all directions of the other, in the share that the direction's own compliance has: a gain
+    that is safe by this row is safe for every direction of a contact.
+    """
+    C = np.abs(response.compliance)
+    own = np.maximum(np.diag(response.compliance), 1e-300)
+    rows = np.empty((len(where), len(where)))
+    for i, mine in enumerate(where):
+        share = own[mine.start] / own[mine]
+        for j, theirs in enumerate(where):
+            rows[i, j] = (C[mine, theirs].sum(axis=1) * share).max()
+        rows[i, i] = own[mine.start]
+    return rows
+
+
+def contact_compliance(response: Response, press: Press, span: slice) -> Compliance3 | None:
+    """The 3x3 compliance of a contact in the world frame; None without friction."""
+    if press.along is None:
+        return None
+    axes = press.axes
+    C = axes.T @ response.compliance[span, span] @ axes
+    return Compliance3(*(float(C[i, j]) for i, j in _ENTRIES))
+
+
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

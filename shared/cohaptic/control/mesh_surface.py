@@ -1,0 +1,236 @@
+"""The third local surface: the neighbourhood of a contact on a mesh, smooth under a sliding probe.
+
+Each vertex near the probe says by its position and normal how deep the probe is; moving least
+squares with compact weights makes one surface of them, once continuously differentiable, so that
+neither depth nor normal steps where a probe slides over edges and vertices:
+
+    n = unit(sum_k w_k n_k),  depth = sum_k w_k (n_k + n) . (p_k - probe) / sum_k w_k (1 + n_k . n),
+    w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,  r_k from the probe to p_k,  d its depth, roughly.
+
+The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere; n itself is
+then taken from the middle of the vertices to the foot of the probe by the bending between them. At
+the point where the patch was made it is set right: the depth there is 0 and the compliance the
+patch's own. Where the neighbourhood ends, plane or sphere of the same patch takes over.
+
+Plain tuples and loops: this runs in the haptic loop's process, without numpy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from cohaptic.control.geometry import LocalSurface, Sight
+from cohaptic.vec import Vec3, norm, sub, unit
+
+SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
+_MARGIN = 0.004  # m that a probe moves before the vertices near it are looked for again
+# Share of inner vertices between which plane or sphere and the neighbourhood are mixed.
+_OUTER, _INNER = 0.05, 0.5
+_DEEPEST = 5.0  # squared depth that counts at most, in h^2: 60 mm on the balloon
+_FEW = 0.05  # sum of weights below which there is hardly a vertex near
+
+
+class RestSurface:
+    """The resting mesh as `MeshSurface` needs it; built once.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        faces: Counter-clockwise seen from outside, shape (m, 3).
+
+    Attributes:
+        vertices: As given.
+        rings: The two other corners of each face round each vertex, in the order of the face.
+        support: h_k^2 of each vertex [m^2].
+    """
+
+    def __init__(self, vertices: Sequence[Vec3], faces: Iterable[tuple[int, int, int]]) -> None:
+        self.vertices = tuple(vertices)
+        self.rings: tuple[list[tuple[int, int]], ...] = tuple([] for _ in self.vertices)
+        for a, b, c in faces:
+            self.rings[a].append((b, c))
+            self.rings[b].append((c, a))
+            self.rings[c].append((a, b))
+        self.support = tuple(self._support(k) for k in range(len(self.vertices)))
+
+    def _support(self, k: int) -> float:
+        ends = {end for pair in self.rings[k] for end in pair}
+        if not ends:
+            return 1e-12  # a vertex of no face: it never counts
+        edges = [norm(sub(self.vertices[end], self.vertices[k])) for end in ends]
+        return max(1e-12, (SUPPORT * sum(edges) / len(edges)) ** 2)
+
+
+class _Vertex(NamedTuple):
+    """A displaced vertex: position, normal, 1 / h^2, whether all around it is known, c_ii."""
+
+    x: float
+    y: float
+    z: float
+    nx: float
+    ny: float
+    nz: float
+    per_support: float
+    inner: float
+    c_ii: float
+
+
+class _Fit(NamedTuple):
+    """What the vertices say of a probe: depth, normal, c_ii, and how far they are to be trusted."""
+
+    depth: float
+    normal: Vec3
+    c_ii: float
+    trust: float
+
+
+class MeshSurface:
+    """The surface of a mesh patch. A value: what it remembers only saves time.
+
+    Args:
+        rest: The resting mesh.
+        base: Plane or sphere of the same patch.
+        displacement: Of each vertex of the neighbourhood, without this client's own force [m].
+        c_ii: Compliance of a contact centred there [m/N].
+    """
+
+    def __init__(
+        self,
+        rest: RestSurface,
+        base: LocalSurface,
+        displacement: Mapping[int, Vec3],
+        c_ii: Mapping[int, float],
+    ) -> None:
+        self._rest = rest
+        self._base = base
+        self._displacement = displacement
+        self._c_ii = c_ii
+        self._made: dict[int, _Vertex] = {}
+        self._places = [(k, *self._place(k, u), rest.support[k]) for k, u in displacement.items()]
+        mean = sum(place[4] for place in self._places) / max(1, len(self._places))
+        self._deepest = max(1e-12, _DEEPEST * mean)
+        self._near: list[_Vertex] = []
+        self._center: Vec3 = (math.inf, math.inf, math.inf)
+        self._offset, self._factor = 0.0, 1.0
+        here = self._fit(base.x_free, 0.0)
+        if here is not None:
+            self._offset = -here.depth
+            if here.c_ii > 0.0:
+                # Far from 1 only on what is held, where the compliance falls to nothing.
+                self._factor = min(4.0, max(0.25, base.c_ii / here.c_ii))
+
+    def look(self, probe: Vec3) -> Sight:
+        """What a probe at `probe` [m] sees."""
+        sight = self._base.look(probe)
+        fit = self._fit(probe, sight.depth)
+        if fit is None or fit.trust <= 0.0:
+            return sight
+        s, n, m = fit.trust, sight.normal, fit.normal
+        mixed = (n[0] + s * (m[0] - n[0]), n[1] + s * (m[1] - n[1]), n[2] + s * (m[2] - n[2]))
+        return Sight(
+            sight.depth + s * (fit.depth + self._offset - sight.depth),
+            unit(mixed, n),
+            sight.c_ii + s * (fit.c_ii * self._factor - sight.c_ii),
+            sight.own_force,
+            sight.u_others,
+        )
+
+    def _fit(self, probe: Vec3, depth: float) -> _Fit | None:
+        """Moving least squares; None where no vertex is near."""
+        px, py, pz = probe
+        cx, cy, cz = self._center
+        if not (px - cx) ** 2 + (py - cy) ** 2 + (pz - cz) ** 2 < _MARGIN * _MARGIN:
+            self._gather(probe, depth)
+        below = self._below(depth)
+        total = inner = c = along = spread = sx = sy = sz = nx = ny = nz = 0.0
+        for x, y, z, ax, ay, az, per_support, inside, c_k in self._near:
+            dx, dy, dz = x - px, y - py, z - pz
+            square = dx * dx + dy * dy + dz * dz
+            w = 1.0 - (square - below) * per_support
+            if w > 0.0:
+                w *= w
+                total += w
+                spread += w * square
+                inner += w * inside
+                c += w * c_k
+                sx += w * dx
+                sy += w * dy
+                sz += w * dz
+                nx += w * ax
+                ny += w * ay
+                nz += w * az
+                along += w * (dx * ax + dy * ay + dz * az)
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if total <= 0.0 or length <= 1e-9 * total:
+            return None
+        ux, uy, uz = nx / length, ny / length, nz / length
+        depth = (along + sx * ux + sy * uy + sz * uz) / (total + length)
+        # The mean normal belongs to the middle of the vertices; by the bending it is taken from
+        # there to the foot of the probe.
+        spread -= (sx * sx + sy * sy + sz * sz) / total
+        bending = along - (sx * nx + sy * ny + sz * nz) / total
+        bending = bending / spread if spread > 1e-12 * total else 0.0
+        foot = depth * total
+        normal = unit(
+            (
+                nx + bending * (foot * ux - sx),
+                ny + bending * (foot * uy - sy),
+                nz + bending * (foot * uz - sz),
+            ),
+            (ux, uy, uz),
+        )
+        s = min(1.0, max(0.0, (inner / (total + _FEW) - _OUTER) / (_INNER - _OUTER)))
+        return _Fit(depth, normal, c / total, s * s * (3.0 - 2.0 * s))
+
+    def _below(self, depth: float) -> float:
+        """Square of the depth that r^2 is taken less by [m^2].
+
+        It levels off: far from the contact plane and sphere know little of the depth.
+        """
+        square = depth * depth
+        share = square / self._deepest
+        return square / math.sqrt(1.0 + share * share)
+
+    def _gather(self, probe: Vec3, depth: float) -> None:
+        """Every vertex that can count before the probe has moved by the margin."""
+        px, py, pz = probe
+        # A probe that moves by the margin is deeper by no more than that.
+        below = self._below(abs(depth) + _MARGIN)
+        self._near = []
+        for k, x, y, z, support in self._places:
+            r = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2) - _MARGIN
+            if r <= 0.0 or r * r < support + below:
+                self._near.append(self._vertex(k, (x, y, z), support))
+        self._center = probe
+
+    def _place(self, k: int, displacement: Vec3) -> Vec3:
+        x, u = self._rest.vertices[k], displacement
+        return (x[0] + u[0], x[1] + u[1], x[2] + u[2])
+
+    def _vertex(self, k: int, place: Vec3, support: float) -> _Vertex:
+        """The vertex with its normal, which is found when it is first needed."""
+        if k not in self._made:
+            normal, inner = self._normal(k, place)
+            self._made[k] = _Vertex(*place, *normal, 1.0 / support, inner, self._c_ii[k])
+        return self._made[k]
+
+    def _normal(self, k: int, place: Vec3) -> tuple[Vec3, float]:
+        """Unit normal of a displaced vertex, exact on spheres (Max 1999); 1 if all is known."""
+        x, y, z = place
+        own, known = self._displacement[k], 1.0
+        nx = ny = nz = 0.0
+        for i, j in self._rest.rings[k]:
+            u, v = self._displacement.get(i), self._displacement.get(j)
+            if u is None or v is None:
+                known = 0.0
+            # What is not known is taken along.
+            a, b = self._place(i, u or own), self._place(j, v or own)
+            ax, ay, az = a[0] - x, a[1] - y, a[2] - z
+            bx, by, bz = b[0] - x, b[1] - y, b[2] - z
+            area = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+            if area > 0.0:
+                nx += (ay * bz - az * by) / area
+                ny += (az * bx - ax * bz) / area
+                nz += (ax * by - ay * bx) / area
+        return unit((nx, ny, nz), self._base.normal), known

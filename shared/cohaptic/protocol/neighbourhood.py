@@ -1,0 +1,123 @@
+"""The tail of a mesh patch: the free surface around the contact, vertex by vertex.
+
+The client has the resting mesh (`rest_mesh.py`); a vertex here is its number, its displacement
+without this client's own force, and the compliance of a contact centred on it. The values stay as
+whole numbers with a common scale, as on the wire: what is sent is what is held.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
+from cohaptic.vec import Vec3
+
+_HEAD = struct.Struct("<Hff")
+_ITEM = struct.Struct("<H3hH")
+MAX_VERTICES = 97  # 1,092 bytes with a patch that has its compliance too
+_SMALLEST = 2.0**-126
+_I16 = 2**15 - 1
+_U16 = 2**16 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbourhood:
+    """Vertices of the resting mesh and where they are now, in rising order.
+
+    Args:
+        scale: One unit of `displacements` [m].
+        c_scale: One unit of `compliances` [m/N].
+        indices: Of the vertices in the resting mesh, rising, shape (k,).
+        displacements: Without this client's own force, shape (k, 3) [scale].
+        compliances: Of a contact centred at each vertex, along its normal, shape (k,) [c_scale].
+    """
+
+    scale: float
+    c_scale: float
+    indices: tuple[int, ...]
+    displacements: tuple[tuple[int, int, int], ...]
+    compliances: tuple[int, ...]
+
+    @classmethod
+    def of(
+        cls, indices: Sequence[int], displacements: Sequence[Vec3], c_ii: Sequence[float]
+    ) -> Neighbourhood:
+        """The neighbourhood nearest to these values.
+
+        Args:
+            indices: Rising, shape (k,).
+            displacements: Shape (k, 3) [m].
+            c_ii: Shape (k,) [m/N].
+        """
+        scale = _single(max((abs(u) for v in displacements for u in v), default=0.0) / _I16)
+        c_scale = _single(max(c_ii, default=0.0) / _U16)
+        per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
+        return cls(
+            scale,
+            c_scale,
+            tuple(indices),
+            tuple((round(per * x), round(per * y), round(per * z)) for x, y, z in displacements),
+            tuple(round(c_per * c) for c in c_ii),
+        )
+
+    def encode(self) -> bytes:
+        """The tail of the frame; raises LocalProtocolError when a value is out of its limits."""
+        self._check(remote=False)
+        units = [u for v in self.displacements for u in v]
+        for worst in (min(units, default=0), max(units, default=0)):
+            check_range("displacement of a vertex", worst, -_I16 - 1, _I16, remote=False)
+        for worst in (min(self.compliances, default=0), max(self.compliances, default=0)):
+            check_range("compliance of a vertex", worst, 0, _U16, remote=False)
+        return _HEAD.pack(len(self.indices), self.scale, self.c_scale) + b"".join(
+            _ITEM.pack(i, *u, c)
+            for i, u, c in zip(self.indices, self.displacements, self.compliances, strict=True)
+        )
+
+    @classmethod
+    def decode(cls, data: bytes) -> Neighbourhood:
+        """The neighbourhood in a tail; raises RemoteProtocolError, whatever the bytes."""
+        if len(data) < _HEAD.size:
+            limit = f"at least {_HEAD.size} bytes"
+            raise RemoteProtocolError("length of a neighbourhood", len(data), limit)
+        count, scale, c_scale = _HEAD.unpack_from(data)
+        check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=True)
+        size = _HEAD.size + count * _ITEM.size
+        if len(data) != size:
+            raise RemoteProtocolError("length of a neighbourhood", len(data), f"{size} bytes")
+        items = list(_ITEM.iter_unpack(data[_HEAD.size :]))
+        found = cls(
+            scale,
+            c_scale,
+            tuple(item[0] for item in items),
+            tuple(item[1:4] for item in items),
+            tuple(item[4] for item in items),
+        )
+        found._check(remote=True)
+        return found
+
+    def _check(self, *, remote: bool) -> None:
+        count = len(self.indices)
+        check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=remote)
+        check_range("scale of a neighbourhood", self.scale, 0.0, MAX_POSITION / _I16, remote=remote)
+        limit = MAX_POSITION / _U16
+        check_range("c_scale of a neighbourhood", self.c_scale, 0.0, limit, remote=remote)
+        # A strict order leaves no vertex twice.
+        for before, i in pairwise((-1, *self.indices)):
+            if i <= before:
+                limits = f"more than the one before, {before}"
+                raise wrong("index of a vertex", i, limits, remote=remote)
+        check_range("index of a vertex", max(self.indices, default=0), 0, _U16, remote=remote)
+
+
+def _single(x: float) -> float:
+    """The next 32-bit number that is not below x: the largest value must fit its integer.
+
+    Below the smallest that has all its digits it is 0: nothing moved.
+    """
+    if x < _SMALLEST:
+        return 0.0
+    return float(struct.unpack("<f", struct.pack("<f", x * (1.0 + 1e-7)))[0])

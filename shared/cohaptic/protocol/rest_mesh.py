@@ -1,0 +1,100 @@
+"""Server to client, once, to those who asked for mesh patches: the resting surface.
+
+An event: it comes between the welcome and the first patch. Vertices and faces are deflated
+together; what comes out is bounded before anything is inflated.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.frame import (
+    HEADER,
+    MAX_POSITION,
+    FrameKind,
+    check_range,
+    check_vector,
+    open_header,
+)
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import Vec3
+
+_COUNTS = struct.Struct("<II")
+_VERTEX = struct.Struct("<3f")
+_FACE = struct.Struct("<3H")
+MAX_VERTICES = 65_535  # a patch numbers them with 16 bits
+MAX_FACES = 131_070  # a closed surface has 2 n - 4
+# Deflate adds five bytes to every 16 kB that it cannot shorten.
+MAX_BYTES = 1024 + (MAX_VERTICES * _VERTEX.size + MAX_FACES * _FACE.size) * 1001 // 1000
+Face = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class RestMesh:
+    """The resting surface of the body.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        faces: Indices of vertices, counter-clockwise seen from outside, shape (m, 3).
+    """
+
+    vertices: tuple[Vec3, ...]
+    faces: tuple[Face, ...]
+
+    def encode(self) -> bytes:
+        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        self._check(remote=False)
+        raw = b"".join(_VERTEX.pack(*v) for v in self.vertices)
+        raw += b"".join(_FACE.pack(*f) for f in self.faces)
+        return (
+            HEADER.pack(PROTOCOL_VERSION, FrameKind.REST_MESH, 0)
+            + _COUNTS.pack(len(self.vertices), len(self.faces))
+            + zlib.compress(raw)
+        )
+
+    @classmethod
+    def decode(cls, data: bytes) -> RestMesh:
+        """The mesh in a frame; raises RemoteProtocolError, whatever the bytes."""
+        open_header(data, FrameKind.REST_MESH)
+        start = HEADER.size + _COUNTS.size
+        if not start < len(data) <= MAX_BYTES:
+            limit = f"from {start + 1} to {MAX_BYTES} bytes"
+            raise RemoteProtocolError("length of a rest mesh", len(data), limit)
+        n, m = _COUNTS.unpack_from(data, HEADER.size)
+        _check_counts(n, m, remote=True)
+        split = n * _VERTEX.size
+        raw = _inflate(data[start:], split + m * _FACE.size)
+        mesh = cls(tuple(_VERTEX.iter_unpack(raw[:split])), tuple(_FACE.iter_unpack(raw[split:])))
+        mesh._check(remote=True)
+        return mesh
+
+    def _check(self, *, remote: bool) -> None:
+        n = len(self.vertices)
+        _check_counts(n, len(self.faces), remote=remote)
+        for vertex in self.vertices:
+            check_vector("vertex of a rest mesh", vertex, MAX_POSITION, "m", remote=remote)
+        for face in self.faces:
+            check_range("corner of a face", min(face), 0, n - 1, remote=remote)
+            check_range("corner of a face", max(face), 0, n - 1, remote=remote)
+
+
+def _check_counts(n: int, m: int, *, remote: bool) -> None:
+    check_range("vertices of a rest mesh", n, 3, MAX_VERTICES, remote=remote)
+    check_range("faces of a rest mesh", m, 1, MAX_FACES, remote=remote)
+
+
+def _inflate(deflated: bytes, size: int) -> bytes:
+    """Exactly `size` bytes, and never more of them in memory."""
+    stream = zlib.decompressobj()
+    try:
+        # One byte more than is right: room to see that there is none.
+        raw = stream.decompress(deflated, size + 1)
+    except zlib.error as error:
+        raise RemoteProtocolError("content of a rest mesh", str(error), "a zlib stream") from error
+    if len(raw) != size or not stream.eof or stream.unused_data:
+        what = "more" if len(raw) > size or stream.unused_data else len(raw)
+        raise RemoteProtocolError("inflated size of a rest mesh", what, f"{size} bytes")
+    return raw

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import itertools
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import Gains, Law, LawSettings
+from cohaptic_client.law_fade import FADE_RATE, FADE_TIME, LawFade, Running, run, switch
+
+T = 0.001  # s
+SETTINGS = LawSettings()
+laws = st.sampled_from(Law)
+gains = st.floats(10.0, 1000.0).map(Gains)
+sights = st.builds(
+    Sight,
+    st.floats(-0.01, 0.03),
+    st.just((0.0, 0.0, 1.0)),
+    st.floats(1e-3, 0.02),
+    st.floats(0.0, 5.0),
+    st.floats(-0.01, 0.01),
+)
+
+
+def forces(fade: LawFade, sight: Sight, periods: int) -> tuple[LawFade, list[float]]:
+    seen = list[float]()
+    for _ in range(periods):
+        fade, force = run(fade, sight, T, SETTINGS)
+        seen.append(force.normal_force)
+    return fade, seen
+
+
+@given(laws, gains, sights)
+def test_without_a_change_it_is_the_law_itself(law: Law, own: Gains, sight: Sight) -> None:
+    fade = LawFade(Running(law, own))
+    assert switch(fade, law, Gains(1.0)) is fade
+    after, _ = forces(fade, sight, 3)
+    assert (after.before, after.share) == (None, 1.0)
+
+
+@given(st.lists(st.tuples(laws, gains, st.integers(1, 500)), min_size=2, max_size=5), sights)
+@settings(max_examples=60, deadline=None)
+def test_whatever_follows_whatever_the_force_moves_by_one_percent(
+    changes: list[tuple[Law, Gains, int]], sight: Sight
+) -> None:
+    """Also in the middle of another change."""
+    law, own, periods = changes[0]
+    fade, seen = forces(LawFade(Running(law, own)), sight, periods)
+    for law, own, periods in changes[1:]:
+        fade = switch(fade, law, own)
+        fade, more = forces(fade, sight, periods)
+        seen += more
+    for a, b in itertools.pairwise(seen):
+        assert abs(b - a) <= FADE_RATE * T * max(a, b, 0.05) * 1.01
+
+
+@given(laws, laws, gains, gains, sights)
+@settings(deadline=None)
+def test_a_change_ends_at_the_new_law(
+    first: Law, second: Law, own: Gains, other: Gains, sight: Sight
+) -> None:
+    fade, seen = forces(switch(LawFade(Running(first, own)), second, other), sight, 4000)
+    assert fade.before is None
+    assert fade.now.law is second
+    _, alone = forces(LawFade(Running(second, other if second is not first else own)), sight, 1)
+    assert abs(seen[-1] - alone[0]) < 1e-9
+
+
+@given(gains, gains, sights, st.integers(1, 250))
+def test_the_way_back_begins_where_the_change_stood(
+    own: Gains, other: Gains, sight: Sight, periods: int
+) -> None:
+    fade = switch(LawFade(Running(Law.PREDICTIVE, own)), Law.PROPORTIONAL, other)
+    fade, _ = forces(fade, sight, periods)
+    if fade.before is not None:
+        assert switch(fade, Law.PI, other) is fade
+        back = switch(fade, Law.PREDICTIVE, other)
+        assert (back.now, back.share) == (fade.before, 1.0 - fade.share)
+
+
+def test_a_small_change_takes_the_fade_time() -> None:
+    sight = Sight(0.01, (0.0, 0.0, 1.0), 0.004, 0.0, 0.0)
+    fade = switch(LawFade(Running(Law.PREDICTIVE, Gains(200.0))), Law.PROPORTIONAL, Gains(201.0))
+    periods = 0
+    while fade.before is not None:
+        fade, _ = run(fade, sight, T, SETTINGS)
+        periods += 1
+    assert abs(periods * T - FADE_TIME) < 2 * T

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.hands import HandScript, Intention
+from cohaptic.protocol.control import FixedGains
+from cohaptic_experiments.area import closed_edges, lifted_edges
+from cohaptic_experiments.measure import growth_per_tick, settling_time, swing
+from cohaptic_experiments.recording import record
+from cohaptic_experiments.rig import CLAMP, LIMITS, START, Press, press_at_plane
+from cohaptic_experiments.stiff_balloon import K_O, stiff_balloon, stiffness_at_x
+from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.bodies.spring import Spring, SpringSettings
+
+
+@given(st.floats(0.5, 1.5).filter(lambda r: abs(r - 1.0) > 0.02))
+def test_growth_of_an_alternating_oscillation(root: float) -> None:
+    x = np.array([0.02 + 1e-3 * (-root) ** k for k in range(40)])
+    assert growth_per_tick(x, 1e-6, 0.05) == pytest.approx(root, rel=1e-6)
+
+
+def test_growth_needs_enough_steps() -> None:
+    assert math.isnan(growth_per_tick(np.zeros(100), 1e-6, 1.0))
+    assert math.isnan(growth_per_tick(0.5 ** np.arange(6.0), 1e-6, 1.0))
+
+
+def test_settling_time_of_a_decay() -> None:
+    t = np.arange(0.0, 10.0, 0.001)
+    x = 1.0 - np.exp(-np.maximum(0.0, t - 1.0) / 0.5)
+    assert settling_time(t, x, 1.0, 0.02) == pytest.approx(0.5 * math.log(50.0), abs=0.002)
+
+
+def test_what_still_swings_has_not_settled() -> None:
+    t = np.arange(0.0, 10.0, 0.001)
+    assert settling_time(t, 1.0 + 0.1 * np.sin(20.0 * t), 1.0, 0.02) == math.inf
+    assert swing(np.sin(20.0 * t)) == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("b_o", [0.0, 0.4])
+def test_edges_closed_and_lifted_are_one(b_o: float) -> None:
+    k_h = np.array([0.1, 0.9, 1.3, 2.4, 2.995, 3.7, 5.0])
+    closed, lifted = closed_edges(k_h, 1.0, b_o), lifted_edges(k_h, 1.0, b_o)
+    for a, b in zip(closed, lifted, strict=True):
+        assert b == pytest.approx(a, abs=1e-6, nan_ok=True)
+    assert np.isnan(lifted[0][-1])
+    assert not np.isnan(lifted[0][:5]).any()
+
+
+def test_whole_periods_of_delay_need_no_rate_ratio() -> None:
+    k_h = np.array([0.3, 0.8])
+    slow = lifted_edges(k_h, 1.0, delay_samples=2)
+    fast = lifted_edges(k_h, 1.0, rate_ratio=10, delay_samples=20)
+    assert fast[1] == pytest.approx(slow[1], rel=1e-6)
+    assert (slow[1] < closed_edges(k_h, 1.0)[1]).all()
+
+
+def test_the_stiff_balloon_is_as_stiff_as_it_should_be() -> None:
+    assert stiffness_at_x(stiff_balloon(quick=True)) == pytest.approx(K_O, rel=1e-6)
+
+
+def test_the_rig_holds_the_probe_and_the_trace_says_where() -> None:
+    press = Press(FixedGains(k_h=50.0), 0.04, 1.0)
+    trace, session = press_at_plane(Spring(SpringSettings(k_o=400.0)), press, lambda _: None)
+    assert trace.probe[0] == pytest.approx(-0.01)
+    assert trace.probe[-1] == pytest.approx(0.04, rel=2e-3)
+    assert trace.intended[-1] == pytest.approx(0.04)
+    assert trace.proxy[-1] == pytest.approx(0.04 * 50.0 / 450.0, rel=2e-3)
+    assert trace.force[-1] == pytest.approx(400.0 * trace.proxy[-1], rel=1e-3)
+    assert trace.t[-1] == pytest.approx(START + 1.0 - 0.001)
+    assert len(trace.per_tick()) == 50
+    state = session.users["clamp"].state.safety
+    assert not state.fault
+    assert state.scale == 1.0
+
+
+def test_limits_and_intention_of_a_rig_reach_the_session() -> None:
+    session = VirtualSession(Spring())
+    press = Intention((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.1, approach_at=START)
+    script = HandScript(hand=CLAMP)
+    session.join("user", script, limits=LIMITS, intention=press)
+    trace = record(session, {"user": press}, START + 2.0, lambda _: None)["user"]
+    # 20 N are twice what a hand usually gets.
+    assert trace.force[-1] == pytest.approx(20.0, rel=0.01)
+    assert trace.felt[-1] == pytest.approx(0.0, abs=1e-6)

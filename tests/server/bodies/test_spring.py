@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.mesh import face_area_vectors
+from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.contact import locate
+
+
+def press(body: Spring, y: float, z: float, force: float) -> Load:
+    free = np.zeros_like(body.mesh.vertices)
+    return locate(body.mesh, np.array([-0.01, y, z]), free, radius=body.contact_radius).load(force)
+
+
+def depth(response: Response) -> float:
+    return -float(response.displacement[0, 0])
+
+
+def test_the_plate_is_flat_and_faces_the_hand() -> None:
+    body = Spring(SpringSettings(side=0.3, cells=7))
+    areas = face_area_vectors(body.mesh.vertices, body.mesh.faces)
+    assert areas[:, 0].min() > 0.0
+    assert np.abs(areas[:, 1:]).max() == 0.0
+    assert areas[:, 0].sum() == pytest.approx(0.09)
+
+
+def test_a_contact_anywhere_presses_along_the_normal() -> None:
+    load = press(Spring(), 0.03, -0.05, 1.0)
+    assert load.direction == pytest.approx([-1.0, 0.0, 0.0])
+    assert load.weights.sum() == pytest.approx(1.0)
+
+
+@given(
+    st.floats(10.0, 5000.0),
+    st.floats(0.0, 500.0),
+    st.lists(st.floats(0.0, 20.0), min_size=1, max_size=40),
+)
+def test_it_moves_as_eq_9_says(k_o: float, b_o: float, forces: list[float]) -> None:
+    body = Spring(SpringSettings(k_o=k_o, b_o=b_o))
+    x, response = 0.0, None
+    for force in forces:
+        x = (force + b_o * x) / (k_o + b_o)
+        response = body.respond([press(body, 0.0, 0.0, force)], response)
+        assert depth(response) == pytest.approx(x, rel=1e-9, abs=1e-15)
+        # Rigid: no vertex moves otherwise than the first.
+        assert np.ptp(response.displacement, axis=0).max() == 0.0
+
+
+def test_without_damping_it_forgets_where_it_was() -> None:
+    body = Spring(SpringSettings(k_o=250.0))
+    pressed = body.respond([press(body, 0.0, 0.0, 5.0)])
+    assert depth(pressed) == pytest.approx(0.02)
+    assert depth(body.respond([], pressed)) == 0.0
+
+
+def test_with_damping_it_comes_back_slowly() -> None:
+    body = Spring(SpringSettings(k_o=200.0, b_o=300.0))
+    pressed = body.respond([press(body, 0.0, 0.0, 5.0)])
+    assert depth(body.respond([], pressed)) == pytest.approx(0.6 * depth(pressed))
+
+
+def test_all_contacts_share_one_compliance() -> None:
+    body = Spring(SpringSettings(k_o=200.0, b_o=50.0))
+    response = body.respond([press(body, 0.05, 0.0, 2.0), press(body, -0.06, 0.03, 3.0)])
+    assert response.compliance == pytest.approx(np.full((2, 2), 1.0 / 250.0))
+    assert depth(response) == pytest.approx(5.0 / 250.0)
+    # Free of the first force there is only the second, at every vertex.
+    assert response.free(0, 2.0)[:, 0] == pytest.approx(-3.0 / 250.0)
+
+
+@given(st.lists(st.floats(0.0, 20.0), min_size=1, max_size=30), st.floats(0.0, 300.0))
+def test_the_hands_do_at_least_the_work_that_is_stored(forces: list[float], b_o: float) -> None:
+    body = Spring(SpringSettings(b_o=b_o))
+    work, last, response = 0.0, 0.0, None
+    for force in forces:
+        response = body.respond([press(body, 0.0, 0.0, force)], response)
+        # The force of a tick acts over the whole way that it makes.
+        work += force * (depth(response) - last)
+        last = depth(response)
+        assert response.energy <= work + 1e-12
+
+
+@pytest.mark.parametrize("change", [{"k_o": 0.0}, {"b_o": -1.0}, {"side": 0.0}, {"cells": 0}])
+def test_absurd_springs_are_refused(change: dict[str, float]) -> None:
+    with pytest.raises(SettingError, match="spring"):
+        SpringSettings(**change)  # type: ignore[arg-type]

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.contact import locate
+from cohaptic_server.curvature import contact_curvature, fit_curvature
+
+seeds = st.integers(0, 2**32 - 1)
+OUT = np.array([0.0, 0.0, 1.0])
+
+
+def cap(radius: float, rng: np.random.Generator, count: int = 40, width: float = 0.4) -> Floats:
+    """Points of a sphere that touches the origin from below; a bowl for a negative radius."""
+    angle, round_it = width * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
+    r = radius * np.sin(angle)
+    height = -radius * (1.0 - np.cos(angle))
+    return np.column_stack([r * np.cos(round_it), r * np.sin(round_it), height])
+
+
+@given(seeds, st.floats(0.02, 2.0), st.booleans())
+def test_a_sphere_has_its_own_curvature(seed: int, radius: float, bowl: bool) -> None:
+    signed = -radius if bowl else radius
+    points = cap(signed, np.random.default_rng(seed))
+    found = fit_curvature(points, np.zeros(3), OUT, 0.5 * radius)
+    assert found == pytest.approx(1.0 / signed, rel=1e-6)
+
+
+@given(seeds, st.tuples(*[st.floats(-0.1, 0.1)] * 2), st.floats(-0.001, 0.001))
+def test_neither_height_nor_tilt_passes_for_bending(
+    seed: int, tilt: tuple[float, float], lift: float
+) -> None:
+    flat = np.random.default_rng(seed).uniform(-0.05, 0.05, (60, 3))
+    flat[:, 2] = lift + flat[:, :2] @ np.array(tilt)
+    assert fit_curvature(flat, np.zeros(3), OUT, 0.06) == pytest.approx(0.0, abs=1.0)
+
+
+@given(seeds, st.floats(0.0, 2.0 * np.pi))
+def test_the_fit_turns_with_the_body(seed: int, angle: float) -> None:
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    points = cap(0.1, np.random.default_rng(seed)) + np.array([0.0, 0.0, 1e-3])
+    here = fit_curvature(points, np.zeros(3), OUT, 0.06)
+    assert fit_curvature(points @ turn.T, np.zeros(3), turn @ OUT, 0.06) == pytest.approx(here)
+
+
+@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((9, 3)), np.ones((50, 3))])
+def test_where_there_is_nothing_to_fit_it_is_a_plane(points: Floats) -> None:
+    assert fit_curvature(points, np.zeros(3), OUT, 0.05) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_needle_is_no_sphere_smaller_than_what_was_looked_at() -> None:
+    points = cap(0.001, np.random.default_rng(1), width=3.0)
+    assert abs(fit_curvature(points, np.zeros(3), OUT, 0.05)) <= 2.0 / 0.05
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.1, 0.4])
+def test_a_ball_has_the_curvature_of_its_radius_everywhere(radius: float) -> None:
+    mesh = SurfaceMesh(*icosphere(3, radius))
+    free = np.zeros_like(mesh.vertices)
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        d = rng.normal(size=3)
+        d /= np.linalg.norm(d)
+        contact = locate(mesh, 0.95 * radius * d, free, radius=0.2 * radius)
+        c = contact_curvature(mesh, free, contact.moved(free), contact.normal, 0.2 * radius)
+        assert c == pytest.approx(1.0 / radius, rel=0.02)
+
+
+def test_a_pressed_balloon_is_flatter_under_the_hand_and_elsewhere_as_it_was(
+    balloon: Balloon,
+) -> None:
+    """Curvature of the surface as it stands: what a second hand finds there."""
+    at_rest = np.zeros_like(balloon.mesh.vertices)
+    push = locate(balloon.mesh, np.array([0.09, 0.0, 0.0]), at_rest, radius=0.02)
+    pressed = balloon.respond([push.load(8.0)]).displacement
+
+    def curvature(angle: float, displacement: Floats) -> float:
+        probe = 0.08 * np.array([np.cos(angle), np.sin(angle), 0.0])
+        contact = locate(balloon.mesh, probe, displacement, radius=0.02)
+        at = contact.moved(displacement)
+        return contact_curvature(balloon.mesh, displacement, at, contact.normal, 0.02)
+
+    assert curvature(0.0, at_rest) == pytest.approx(10.0, rel=0.03)
+    assert curvature(0.0, pressed) < 6.0
+    assert curvature(0.0, pressed) < curvature(0.2, pressed) < curvature(0.4, pressed) < 9.5
+    for angle in (0.8, 1.6, 2.4, np.pi):
+        assert curvature(angle, pressed) == pytest.approx(10.0, rel=0.05)

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.protocol.neighbourhood import MAX_VERTICES
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.spring import Spring
+from cohaptic_server.contact import pressure
+from cohaptic_server.neighbourhood import (
+    REACH,
+    choose_vertices,
+    cut_neighbourhood,
+    vertex_compliance,
+    way,
+)
+
+RADIUS = 0.1  # m, of the balloon
+OUT = np.array([1.0, 0.0, 0.0])
+angles = st.floats(-np.pi, np.pi)
+
+
+def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
+    """Distance from a point to the nearest vertex that was not chosen [m]."""
+    left = np.setdiff1d(np.arange(len(mesh.vertices)), chosen)
+    return float(np.linalg.norm(mesh.vertices[left] - at, axis=1).min())
+
+
+def test_compliance_of_the_vertices_is_that_of_contacts_there(small_balloon: Balloon) -> None:
+    mesh, table = small_balloon.mesh, vertex_compliance(small_balloon)
+    for k in range(0, len(table), 7):
+        vertices, weights = pressure(mesh, mesh.vertices[k], small_balloon.contact_radius)
+        dof = (3 * vertices[:, None] + np.arange(3)).ravel()
+        share = (weights[:, None] * mesh.normals[k]).ravel()
+        direct = share @ small_balloon.compliance[np.ix_(dof, dof)] @ share
+        assert table[k] == pytest.approx(direct, rel=1e-9, abs=1e-15)
+
+
+def test_compliance_is_found_once_for_each_body() -> None:
+    class Counting(Balloon):
+        responses = 0
+
+        def respond(self, loads, before=None):  # type: ignore[no-untyped-def]
+            self.responses += 1
+            return super().respond(loads, before)
+
+    body = Counting(BalloonSettings(subdivisions=2, contact_radius=0.03))
+    first = vertex_compliance(body)
+    assert body.responses == len(body.mesh.vertices)
+    assert vertex_compliance(body) is first
+    assert body.responses == len(body.mesh.vertices)
+
+
+def test_a_body_of_another_kind_has_a_table_too() -> None:
+    plate = Spring()
+    expected = plate.respond(
+        [Load(np.array([0]), np.array([1.0]), -plate.mesh.normals[0], 0.0)]
+    ).compliance[0, 0]
+    assert vertex_compliance(plate) == pytest.approx(expected)
+
+
+@given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
+@settings(max_examples=40, deadline=None)
+def test_the_chosen_are_round_the_contact_and_along_the_way(
+    balloon: Balloon, angle: float, z: float, towards: float, speed: float, horizon: float
+) -> None:
+    mesh = balloon.mesh
+    normal = np.array([np.cos(angle), np.sin(angle), z])
+    normal /= np.linalg.norm(normal)
+    first = np.cross(normal, [0.0, 0.0, 1.0])
+    first /= np.linalg.norm(first)
+    heading = np.cos(towards) * first + np.sin(towards) * np.cross(normal, first)
+    at, slide = RADIUS * normal, speed * heading
+    chosen = choose_vertices(mesh, mesh.vertices, at, slide, horizon)
+    assert 0 < len(chosen) <= MAX_VERTICES
+    assert (np.diff(chosen) > 0).all()
+    # Whatever the way, there is room for the client's weights on both sides of it.
+    length = speed * horizon
+    assert gap(mesh, chosen, at) > 0.027
+    for share in (0.5, 1.0):
+        a = share * length / RADIUS
+        assert gap(mesh, chosen, RADIUS * (np.cos(a) * normal + np.sin(a) * heading)) > 0.027
+
+
+def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
+    at = RADIUS * OUT
+    chosen = choose_vertices(balloon.mesh, balloon.mesh.vertices, at, np.zeros(3), 0.2)
+    assert gap(balloon.mesh, chosen, at) > REACH + 0.02
+    assert len(chosen) < MAX_VERTICES
+
+
+def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
+    mesh = balloon.mesh
+    stops = way(mesh, mesh.vertices, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.5, 0.014)
+    assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
+    assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)
+    assert np.abs(stops[:, 2]).max() < 0.005
+
+
+def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None:
+    rng = np.random.default_rng(1)
+    free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
+    near = cut_neighbourhood(balloon, free, RADIUS * OUT, OUT, np.zeros(3), 0.2)
+    chosen = np.array(near.indices)
+    assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
+    table = vertex_compliance(balloon)[chosen]
+    assert near.c_scale * np.array(near.compliances) == pytest.approx(table, abs=1e-7)
+    near.encode()

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
+from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.vec import dot, norm, scale, sub, unit
+from cohaptic_client.surfaces import SurfaceMaker
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.contact import locate
+from cohaptic_server.room import rest_mesh
+from cohaptic_server.world import Touch
+from tests.server.test_world import RADIUS, play, side, touch
+
+angles = st.floats(-math.pi, math.pi)
+
+
+def patches(body: Balloon, hand: Touch, *others: Touch) -> dict[Geometry, Patch]:
+    """The patch that a hand gets with each geometry."""
+    return {g: play(body, [replace(hand, geometry=g), *others])[1][hand.user] for g in Geometry}
+
+
+@given(angles, st.floats(-0.01, 0.02), st.floats(0.0, 8.0))
+@settings(max_examples=10, deadline=None)
+def test_geometries_differ_in_their_shape_only_and_keep_to_their_frames(
+    balloon: Balloon, angle: float, depth: float, force: float
+) -> None:
+    found = patches(balloon, touch(at=side(angle), depth=depth, force=force))
+    for geometry, patch in found.items():
+        assert patch.geometry is geometry
+        plain = replace(patch, geometry=Geometry.PLANE, curvature=0.0, neighbourhood=None)
+        assert plain == found[Geometry.PLANE]
+        limit = MAX_MESH_FRAME_BYTES if geometry is Geometry.MESH else MAX_FRAME_BYTES
+        assert len(patch.encode()) <= limit
+    # However hard it is pressed: the surface free of the own force is the resting one.
+    assert found[Geometry.SPHERE].curvature == pytest.approx(1.0 / RADIUS, rel=0.05)
+
+
+@given(st.floats(0.4, 1.2), st.floats(0.0, 4.0), st.floats(-0.3, 0.3), st.floats(0.0, 0.02))
+@settings(max_examples=15, deadline=None)
+def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
+    balloon: Balloon, beside: float, pressed: float, slid: float, depth: float
+) -> None:
+    """Also where another hand has bent the surface, and away from the contact of the patch."""
+    hand, other = touch(1, force=2.0), touch(2, at=side(beside), force=pressed)
+    surface = SurfaceMaker(rest_mesh(balloon))(patches(balloon, hand, other)[Geometry.MESH])
+    state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
+    assert state.response is not None
+    free = state.response.free(0, 2.0)
+    probe = scale(side(slid), RADIUS - depth)
+    contact = locate(balloon.mesh, np.array(probe), free, radius=balloon.contact_radius)
+    truth = float(contact.normal @ (contact.moved(free) - np.array(probe)))
+    c_ii = balloon.respond([contact.load(0.0)]).compliance[0, 0]
+    sight = surface.look(probe)
+    # On a surface bent by 15 mm over 4 cm the vertices and the mean under the pressure differ a
+    # little, and so do the normals there from those at rest, along which the table's c_ii are.
+    assert sight.depth == pytest.approx(truth, abs=2e-5 + 0.0003 * pressed)
+    assert sight.c_ii == pytest.approx(c_ii, rel=0.01 + 0.015 * pressed)
+    assert dot(sight.normal, tuple(contact.normal.tolist())) > 0.99
+
+
+def test_the_mesh_reaches_ahead_of_a_hand_that_slides(balloon: Balloon) -> None:
+    speed, dt, lag = 0.1, 1.0 / 60.0, 10
+    state, last, angle = None, None, 0.0
+    for tick in range(1, 60):
+        angle = speed * tick * dt / RADIUS
+        probe = scale(side(angle), RADIUS - 0.005)
+        made_with = max(0, tick - lag)
+        hand = replace(
+            touch(),
+            geometry=Geometry.MESH,
+            probe=probe,
+            seq=tick,
+            tick=made_with,
+            t_client=tick * dt,
+        )
+        state, found = play(balloon, [hand], 1, state)
+        last = found[1]
+    assert last is not None
+    assert last.neighbourhood is not None
+    ahead = scale(side(angle + speed * (lag + 2) * dt / RADIUS), RADIUS)
+    chosen = set(last.neighbourhood.indices)
+    for k, v in enumerate(balloon.mesh.vertices.tolist()):
+        if norm(sub((v[0], v[1], v[2]), ahead)) < 0.04:
+            assert k in chosen
+
+
+def test_a_hand_that_says_impossible_times_gets_patches_all_the_same(balloon: Balloon) -> None:
+    state = None
+    for seq, t in enumerate([0.0, 1e300, -1e300, 1e-300, 0.0, 0.002], start=1):
+        hand = replace(
+            touch(), geometry=Geometry.MESH, seq=seq, t_client=t, probe=unit((1.0, 0.1 * seq, 9.0))
+        )
+        state, found = play(balloon, [hand], 1, state)
+        found[1].encode()

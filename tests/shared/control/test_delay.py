@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.control.delay import LONGEST, UNKNOWN, WINDOW, LoopDelay
+
+delays = st.floats(0.0, 2.0)
+
+
+def test_before_the_first_measurement_a_long_delay_is_assumed() -> None:
+    assert LoopDelay().value == UNKNOWN
+
+
+@given(st.lists(st.tuples(delays, st.floats(0.001, 1.0)), min_size=1, max_size=60))
+def test_it_is_the_largest_of_one_to_two_windows(seen: list[tuple[float, float]]) -> None:
+    state, now, times = LoopDelay(), 10.0, list[tuple[float, float]]()
+    for delay, wait in seen:
+        now += wait
+        state = state.measured(delay, now)
+        times.append((now, delay))
+        recent = [d for t, d in times if now - t < WINDOW]
+        late = [d for t, d in times if now - t <= 2.0 * WINDOW + 1.0]
+        assert max(recent) <= state.value <= max(late)
+
+
+@given(delays, st.lists(st.floats(-0.02, 0.0), min_size=1, max_size=100))
+def test_gains_do_not_chatter_with_jitter(delay: float, jitter: list[float]) -> None:
+    """Below the largest of late nothing moves the value within a window."""
+    state = LoopDelay().measured(delay, 0.0)
+    for k, less in enumerate(jitter):
+        state = state.measured(max(0.0, delay + less), WINDOW * k / 200.0)
+        assert state.value == delay
+
+
+def test_it_falls_when_a_slow_path_is_gone() -> None:
+    state = LoopDelay().measured(0.5, 0.0)
+    for k in range(100):
+        state = state.measured(0.05, 0.1 * k)
+    assert state.value == 0.05
+
+
+@given(st.floats(-1e9, 1e9))
+def test_what_a_client_says_is_bounded(delay: float) -> None:
+    assert 0.0 <= LoopDelay().measured(delay, 0.0).value <= LONGEST

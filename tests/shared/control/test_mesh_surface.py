@@ -1,0 +1,153 @@
+"""The surface of a neighbourhood, on meshes whose smooth surface is known."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.control.geometry import LocalSurface, Sight
+from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
+from cohaptic_server.bodies.shapes import icosphere
+
+RADIUS = 0.1  # m
+C_II = 0.004  # m/N
+
+
+def rest(radius: float = RADIUS) -> RestSurface:
+    x, faces = icosphere(3, radius)
+    return RestSurface(
+        [(a, b, c) for a, b, c in x.tolist()], [(a, b, c) for a, b, c in faces.tolist()]
+    )
+
+
+BALL = rest()
+IN_FRONT = [k for k, v in enumerate(BALL.vertices) if v[0] > 0.06]
+angles = st.floats(-0.4, 0.4)
+
+
+def direction(a: float, b: float) -> Vec3:
+    return unit((math.cos(a) * math.cos(b), math.sin(a) * math.cos(b), math.sin(b)))
+
+
+def surface(
+    curvature: float = 0.0,
+    x_free: Vec3 = (RADIUS, 0.0, 0.0),
+    moved: Vec3 = (0.0, 0.0, 0.0),
+    c_ii: dict[int, float] | None = None,
+    chosen: list[int] = IN_FRONT,
+) -> MeshSurface:
+    """The front of the ball as seen from its foremost point."""
+    base = LocalSurface(add(x_free, moved), (1.0, 0.0, 0.0), curvature, C_II, 0.5, -0.001)
+    return MeshSurface(
+        BALL, base, dict.fromkeys(chosen, moved), c_ii or dict.fromkeys(chosen, C_II)
+    )
+
+
+@given(angles, angles, st.floats(-0.02, 0.03))
+def test_a_ball_is_a_ball_however_deep_the_probe_is(a: float, b: float, depth: float) -> None:
+    out = direction(a, b)
+    sight = surface().look(scale(out, RADIUS - depth))
+    # Its vertices lie on the ball; what is left is the third order between them.
+    assert sight.depth == pytest.approx(depth, abs=2e-5)
+    assert dot(sight.normal, out) > 0.99999
+    assert (sight.own_force, sight.u_others) == (0.5, -0.001)
+
+
+@given(angles, angles, st.floats(-0.01, 0.02), st.tuples(*[st.floats(-0.02, 0.02)] * 3))
+def test_what_is_pushed_aside_is_found_there(a: float, b: float, depth: float, by: Vec3) -> None:
+    out = direction(a, b)
+    here = surface().look(scale(out, RADIUS - depth))
+    there = surface(moved=by).look(add(scale(out, RADIUS - depth), by))
+    assert there.depth == pytest.approx(here.depth, abs=1e-9)
+    assert there.normal == pytest.approx(here.normal, abs=1e-9)
+
+
+@given(st.floats(-0.002, 0.002), st.floats(0.5, 2.0))
+def test_where_the_patch_was_made_depth_and_compliance_are_its_own(off: float, c: float) -> None:
+    """Whatever the vertices say: the server found the contact with more than they tell."""
+    there: Vec3 = (RADIUS + off, 0.0, 0.0)
+    found = surface(x_free=there, c_ii=dict.fromkeys(IN_FRONT, c * C_II))
+    assert found.look(there).depth == pytest.approx(0.0, abs=1e-12)
+    assert found.look(there).c_ii == pytest.approx(C_II)
+    # And with the same difference everywhere.
+    out = direction(0.2, 0.1)
+    assert found.look(scale(out, RADIUS)).depth == pytest.approx(off, abs=3e-5)
+    assert found.look(scale(out, RADIUS)).c_ii == pytest.approx(C_II)
+
+
+def test_compliance_follows_the_vertices() -> None:
+    table = {k: C_II * (1.0 + 5.0 * BALL.vertices[k][1]) for k in IN_FRONT}
+    for a in (-0.3, -0.1, 0.0, 0.2):
+        sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
+        assert sight.c_ii == pytest.approx(C_II * (1.0 + 5.0 * RADIUS * math.sin(a)), rel=0.005)
+
+
+def slid(found: MeshSurface, a: tuple[float, float], b: tuple[float, float], n: int) -> list[Sight]:
+    """Sights on the way from one direction to another, a centimetre deep."""
+    ways = [(a[0] + (b[0] - a[0]) * i / n, a[1] + (b[1] - a[1]) * i / n) for i in range(n + 1)]
+    return [found.look(scale(direction(*way), RADIUS - 0.01)) for way in ways]
+
+
+@given(st.tuples(angles, angles), st.tuples(angles, angles))
+def test_nothing_steps_on_the_way_over_edges_and_vertices(
+    a: tuple[float, float], b: tuple[float, float]
+) -> None:
+    way = slid(surface(), a, b, 300)  # 0.3 mm at most from one to the next
+    for before, after in pairwise(way):
+        assert abs(after.depth - before.depth) < 2e-7
+        assert norm(sub(after.normal, before.normal)) < 0.005
+
+
+def test_it_is_smooth_to_the_first_derivative_also_where_it_ends() -> None:
+    """Halved steps halve the change of the slope: there is no corner anywhere, nor a step."""
+    found = surface(curvature=6.0)
+    worst = list[float]()
+    for n in (4000, 8000):
+        depth = [s.depth for s in slid(found, (0.0, 0.0), (1.4, 0.05), n)]
+        slope = [(b - a) * n for a, b in pairwise(depth)]
+        worst.append(max(abs(b - a) for a, b in pairwise(slope)))
+    assert worst[1] < 0.6 * worst[0]
+
+
+@given(st.floats(1.6, math.pi), angles)
+def test_beyond_the_neighbourhood_plane_or_sphere_takes_over(a: float, b: float) -> None:
+    for curvature in (0.0, 8.0):
+        probe = scale(direction(a, b), RADIUS - 0.005)
+        base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), curvature, C_II, 0.5, -0.001)
+        assert surface(curvature).look(probe) == base.look(probe)
+
+
+@given(st.lists(st.tuples(angles, angles, st.floats(-0.02, 0.03)), min_size=2, max_size=6))
+def test_what_was_seen_before_changes_nothing(way: list[tuple[float, float, float]]) -> None:
+    """The surface remembers what is near only to be quick."""
+    one = surface()
+    for a, b, depth in way:
+        probe = scale(direction(a, b), RADIUS - depth)
+        seen, fresh = one.look(probe), surface().look(probe)
+        assert seen.depth == pytest.approx(fresh.depth, abs=1e-12)
+        assert seen.normal == pytest.approx(fresh.normal, abs=1e-12)
+
+
+@pytest.mark.parametrize("chosen", [[], IN_FRONT[:1], IN_FRONT[:3]])
+def test_a_handful_of_vertices_is_no_surface(chosen: list[int]) -> None:
+    probe: Vec3 = (RADIUS - 0.003, 0.001, 0.0)
+    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, 0.5, -0.001)
+    assert surface(chosen=chosen).look(probe) == base.look(probe)
+
+
+def test_held_vertices_without_compliance_stay_that() -> None:
+    sight = surface(c_ii=dict.fromkeys(IN_FRONT, 0.0)).look((RADIUS - 0.003, 0.0, 0.0))
+    assert sight.c_ii == 0.0
+
+
+def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:
+    odd = RestSurface([*BALL.vertices, (RADIUS, 0.0, 0.0)], [(0, 1, 2)])
+    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, 0.0, 0.0)
+    n = len(BALL.vertices)
+    found = MeshSurface(odd, base, {n: (0.0, 0.0, 0.0)}, {n: C_II})
+    assert found.look((0.09, 0.0, 0.0)).depth == pytest.approx(0.01)
