@@ -19,7 +19,6 @@ from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.hands import HandScript, Intention
 from cohaptic_experiments.measure import settling_time, swing
 from cohaptic_experiments.outcome import (
-    Check,
     Number,
     Options,
     Outcome,
@@ -37,7 +36,7 @@ NAME = "delay"
 TITLE = "felt stiffness, error and settling over the delay, for the three laws"
 K_O, DEPTH = 200.0, 0.025
 DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5)  # s, one way
-STILL = 0.02  # share of the force; a hand does not feel a swing of that size
+STILL = 0.005  # share of the force
 LAWS = {Law.PREDICTIVE: PROBE, Law.PI: THIRD, Law.PROPORTIONAL: PROXY}
 
 
@@ -85,11 +84,11 @@ def run(options: Options, progress: Progress) -> Outcome:
             STILL,
         ),
         near("proportional at the longest delay: felt by eq. (11), N/m", softer, expected, 0.02),
-        Check(
+        near(
             "pi at the longest delay: steady error is its threshold, mm",
             1e3 * felt[Law.PI].error,
             1e3 * Thresholds().entering,
-            1e3 * Thresholds().leaving,
+            0.05,
         ),
     )
     numbers: dict[str, Number] = {"k_o_n_per_m": K_O, "delays_ms": [1e3 * d for d in delays]}

@@ -70,10 +70,11 @@ def test_the_campaign_does_what_the_real_room_and_client_do(law: Law, delay: flo
     session.run(seconds)
     real = np.array([user.force for user in users]).T[::EVERY]
     _, ours = trace(trial, Variant(law), seconds=seconds)
-    # From when the safety layer gives the force in full; its engagement is not in the campaign.
+    # From when the safety layer gives the force in full; its engagement is not in the campaign. And
+    # the campaign takes the longest delay that the server could measure: I is a little smaller.
     start = round(2.2 / (T * EVERY))
     scale = np.abs(real).max()
-    assert np.abs(real[start:] - ours[start:]).max() < 0.12 * scale
+    assert np.abs(real[start:] - ours[start:]).max() < 0.15 * scale
     settled = round(5.0 / (T * EVERY))
     assert real[settled:] == pytest.approx(ours[settled:], abs=0.02 * scale)
 
