@@ -49,7 +49,7 @@ bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
 
-results: $(VENV)/.dev  ## make docs/results.md again, about five minutes
+results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py
 
 clean:  ## forget what was built

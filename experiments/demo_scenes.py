@@ -22,6 +22,7 @@ SCENES = [
     ("predictive", 250, 2),
     ("predictive", 80, 4),
     ("predictive", 80, 6),
+    ("pi", 80, 2),
     ("proportional", 0, 2),
     ("proportional", 80, 2),
     ("proportional", 250, 2),

@@ -9,7 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, LocalForce, local_force
+from cohaptic.control.law import (
+    AT_REST,
+    Gains,
+    Law,
+    LawSettings,
+    LocalForce,
+    local_force,
+    pressed_depth,
+)
 from cohaptic.control.proportional_integral import IntegralState
 
 FADE_TIME = 0.3  # s
@@ -47,16 +55,30 @@ class LawFade:
     share: float = 1.0
 
 
-def switch(fade: LawFade, law: Law, gains: Gains) -> LawFade:
+def switch(
+    fade: LawFade, law: Law, gains: Gains, *, force: float = 0.0, sight: Sight | None = None
+) -> LawFade:
     """Begin to change to `law`; the present one goes on beside it until the change is over.
 
     In the middle of a change the way back begins at once, and a third law waits for its end:
-    patches that ask for it keep coming.
+    patches that ask for it keep coming. The integral of the new law begins where it gives the force
+    of the old one: from zero it would wind up while the old law still carries the contact.
+
+    Args:
+        fade: Law in use.
+        law: That is asked for.
+        gains: For it.
+        force: Normal force now [N].
+        sight: Of the surface now; None out of sight of any.
     """
     if law is fade.now.law:
         return fade
     if fade.before is None:
-        return LawFade(Running(law, gains), fade.now, 0.0)
+        memory = AT_REST
+        if sight is not None and law is not Law.PROPORTIONAL:
+            depth = pressed_depth(law, sight)
+            memory = IntegralState(max(0.0, force - gains.k_h * depth), 0.0, depth)
+        return LawFade(Running(law, gains, memory), fade.now, 0.0)
     if law is fade.before.law:
         return LawFade(fade.before, fade.now, 1.0 - fade.share)
     return fade

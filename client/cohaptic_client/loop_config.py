@@ -97,11 +97,18 @@ def silent_after(simulation_period: float) -> float:
     return max(0.1, 3.0 * simulation_period)
 
 
+RELEASE_TIME = 0.1  # s; least time in which the integral of `Law.PI` lets go
+
+
 def law_settings(
     thresholds: Thresholds, simulation_period: float, limits: SafetyLimits
 ) -> LawSettings:
-    """What the integral of `Law.PI` is told; it lets go over two simulation periods (5.1)."""
-    return LawSettings(thresholds, 2.0 * simulation_period, limits.max_force)
+    """What the integral of `Law.PI` is told.
+
+    It lets go over two simulation periods (5.1), but not faster than 1 % of it per millisecond.
+    """
+    release_time = max(RELEASE_TIME, 2.0 * simulation_period)
+    return LawSettings(thresholds, release_time, limits.max_force)
 
 
 def haptic_period(loop_hz: float) -> float:

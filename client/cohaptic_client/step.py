@@ -73,6 +73,7 @@ class LoopState:
         surface: Surface of the newest; None before the first.
         k_h_before: Gain in use when it came [N/m].
         fade: Law in use; None before the first patch.
+        normal_force: Of the law in the last period [N].
         sight: Shown in the last period; None before the first.
         probe: Of the last period [m].
         passivity: Memory of the passivity layer.
@@ -88,6 +89,7 @@ class LoopState:
     surface: Surface | None = None
     k_h_before: float = 0.0
     fade: LawFade | None = None
+    normal_force: float = 0.0
     sight: Sight | None = None
     probe: Vec3 = ZERO
     passivity: Passivity = _NOTHING_OWED
@@ -144,7 +146,7 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
     if state.fade is None:
         fade = LawFade(Running(patch.law, gains))
     else:
-        fade = switch(state.fade, patch.law, gains)
+        fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
     before, offset = state.surface, None
     at_arrival = shown(state, state.probe, now, settings)
     if before is not None and at_arrival is not None:
@@ -235,6 +237,7 @@ def step(
     after = replace(
         state,
         fade=fade,
+        normal_force=local.normal_force,
         sight=sight,
         probe=sample.position,
         passivity=passivity,

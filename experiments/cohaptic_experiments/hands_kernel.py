@@ -18,6 +18,7 @@ from cohaptic.control.proportional_integral import (
     integration_threshold,
     proportional_integral_step,
 )
+from cohaptic_client.loop_config import RELEASE_TIME
 from cohaptic_client.passivity import dissipate, observe
 from cohaptic_experiments.compiled import compiled, compiled_in_parallel, on_all_cores, usable
 from cohaptic_server.bodies.mesh import Floats, Ints
@@ -145,7 +146,7 @@ def haptics(
                     gains[i, 0],
                     gains[i, 1],
                     THRESHOLDS,
-                    2.0 * simulation_period,
+                    max(RELEASE_TIME, 2.0 * simulation_period),
                     MAX_FORCE,
                     T,
                 )

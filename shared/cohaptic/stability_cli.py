@@ -22,6 +22,7 @@ from cohaptic.control.stability import (
     proportional_is_stable,
     proportional_model,
 )
+from cohaptic.control.stability_area import stability_area
 from cohaptic.errors import SettingError
 
 
@@ -43,6 +44,9 @@ def stability(
     compliance: Annotated[
         str | None, typer.Option(help="C of several contacts, m/N, as JSON rows.")
     ] = None,
+    area: Annotated[
+        bool, typer.Option("--area", help="Also give the stable set of K_h and I as a polygon.")
+    ] = False,
     json_to: Annotated[
         str | None, typer.Option("--json", help="Write JSON to this file; - prints it.")
     ] = None,
@@ -62,6 +66,8 @@ def stability(
             raise SettingError("k_h", k_h, "one number, or --compliance with as many contacts")
         one = float(gain.reshape(-1)[0])
         answer = _alone(law, k_o, one, integral_gain, b_o, sim_period, haptic_period, delay)
+        if area:
+            answer["area"] = _area(k_o, b_o, sim_period, int(answer["rate_ratio"]), delay)
     text = json.dumps(answer, indent=2)
     if json_to == "-":
         typer.echo(text)
@@ -128,6 +134,21 @@ def _alone(
     }
 
 
+def _area(
+    k_o: float, b_o: float, sim_period: float, rate_ratio: int, delay: float
+) -> list[list[float]]:
+    """Corners (K_h [N/m], I [N/(m s)]) of the stable set, Fig. 8.
+
+    Delays of whole periods need no haptic samples, and are quicker.
+    """
+    periods = delay / sim_period
+    whole = abs(periods - round(periods)) < 1e-6
+    ratio = 1 if whole else rate_ratio
+    samples = round(periods * ratio)
+    polygon = stability_area(k_o, b_o, rate_ratio=ratio, delay_samples=samples, points=61)
+    return [[k_h, int_ / sim_period] for k_h, int_ in polygon.tolist()]
+
+
 def _several(
     law: Law,
     C: np.ndarray,
@@ -175,6 +196,8 @@ def _show(answer: dict[str, Any]) -> None:
     """The answer for a person."""
     table = Table(show_header=False, box=None)
     for name, value in answer.items():
+        if name == "area":
+            value = f"{len(value) - 1} corners; --json writes them"
         table.add_row(name.replace("_", " "), _in_words(value))
     Console().print(table)
 

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from cohaptic.hands import HandScript, Intention
 from cohaptic.protocol.control import FixedGains
-from cohaptic_experiments.area import closed_edges, lifted_edges
 from cohaptic_experiments.measure import growth_per_tick, settling_time, swing
 from cohaptic_experiments.recording import record
 from cohaptic_experiments.rig import CLAMP, LIMITS, START, Press, press_at_plane
@@ -39,24 +38,6 @@ def test_what_still_swings_has_not_settled() -> None:
     t = np.arange(0.0, 10.0, 0.001)
     assert settling_time(t, 1.0 + 0.1 * np.sin(20.0 * t), 1.0, 0.02) == math.inf
     assert swing(np.sin(20.0 * t)) == pytest.approx(2.0, rel=1e-3)
-
-
-@pytest.mark.parametrize("b_o", [0.0, 0.4])
-def test_edges_closed_and_lifted_are_one(b_o: float) -> None:
-    k_h = np.array([0.1, 0.9, 1.3, 2.4, 2.995, 3.7, 5.0])
-    closed, lifted = closed_edges(k_h, 1.0, b_o), lifted_edges(k_h, 1.0, b_o)
-    for a, b in zip(closed, lifted, strict=True):
-        assert b == pytest.approx(a, abs=1e-6, nan_ok=True)
-    assert np.isnan(lifted[0][-1])
-    assert not np.isnan(lifted[0][:5]).any()
-
-
-def test_whole_periods_of_delay_need_no_rate_ratio() -> None:
-    k_h = np.array([0.3, 0.8])
-    slow = lifted_edges(k_h, 1.0, delay_samples=2)
-    fast = lifted_edges(k_h, 1.0, rate_ratio=10, delay_samples=20)
-    assert fast[1] == pytest.approx(slow[1], rel=1e-6)
-    assert (slow[1] < closed_edges(k_h, 1.0)[1]).all()
 
 
 def test_the_stiff_balloon_is_as_stiff_as_it_should_be() -> None:

@@ -19,11 +19,14 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
+from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, SettingError
 from cohaptic.protocol.control import (
     Bye,
     Error,
+    FixedGains,
     ServerControl,
+    SetLaw,
     UserJoined,
     UserLeft,
     Welcome,
@@ -662,3 +665,37 @@ def test_who_asks_for_mesh_patches_gets_the_rest_mesh_before_them(stage: Stage) 
         assert patch.geometry is Geometry.MESH
         assert patch.neighbourhood is not None
         assert max(patch.neighbourhood.indices, default=0) < len(mesh.vertices)
+
+
+def test_a_law_is_changed_on_the_wire_and_the_patches_say_so(stage: Stage) -> None:
+    async def change() -> list[Patch]:
+        async with visit(stage.url) as client:
+            await client.join(next(names))
+            before = await client.play(2)
+            await client.ws.send(encode_control(SetLaw(law=Law.PI)))
+            after = await client.play(30)
+            await client.ws.send(encode_control(Bye()))
+            return before + after
+
+    patches = stage.during(change())
+    laws = [patch.law for patch in patches]
+    assert laws[0] is Law.PREDICTIVE
+    assert laws[-1] is Law.PI
+    assert laws == sorted(laws, key=lambda law: law is Law.PI)
+    assert patches[-1].integral_gain > 0.0
+    assert patches[-1].k_h < patches[0].k_h
+
+
+def test_gains_of_ones_own_are_refused_unless_the_server_allows_them(stage: Stage) -> None:
+    async def ask() -> tuple[int, str]:
+        async with visit(stage.url) as client:
+            await client.join(next(names))
+            await client.ws.send(
+                encode_control(SetLaw(law=Law.PI, fixed_gains=FixedGains(k_h=5000.0)))
+            )
+            code, reason, _ = await client.end()
+            return code, reason
+
+    code, reason = stage.during(ask())
+    assert code == BAD
+    assert "--allow-fixed-gains" in reason

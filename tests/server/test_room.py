@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.control import UserJoined, UserLeft
+from cohaptic.protocol.control import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic_server.bodies.balloon import Balloon
@@ -52,6 +52,23 @@ def test_a_name_in_use_is_refused_with_those_that_are_taken(small_balloon: Ballo
         enter(here, "left")
     assert caught.value.code is CloseCode.NAME_TAKEN
     assert len(here.members) == 2
+
+
+def test_fixed_gains_need_leave_and_are_then_what_patches_carry(small_balloon: Balloon) -> None:
+    asked = FixedGains(k_h=123.0, integral_gain=456.0)
+    strict = room(small_balloon)
+    with pytest.raises(RemoteProtocolError, match="--allow-fixed-gains"):
+        strict.join(hello("left").model_copy(update={"fixed_gains": asked}), 0.0)
+    assert not strict.members
+    lenient = Room(small_balloon, ServerSettings(allow_fixed_gains=True))
+    user = enter(lenient, "left")
+    lenient.sample(user, sample(), 0.0)
+    chosen = lenient.tick(0.0)[user]
+    lenient.set_law(user, SetLaw(law=Law.PI, fixed_gains=asked))
+    patch = lenient.tick(0.02)[user]
+    assert (patch.law, patch.k_h, patch.integral_gain) == (Law.PI, 123.0, 456.0)
+    lenient.set_law(user, SetLaw(law=Law.PREDICTIVE))
+    assert lenient.tick(0.04)[user].k_h == pytest.approx(chosen.k_h, rel=1e-6)
 
 
 def test_a_full_room_is_refused_with_its_limit(small_balloon: Balloon) -> None:

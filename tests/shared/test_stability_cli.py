@@ -44,6 +44,19 @@ def test_figure_9_and_what_delay_does_to_it() -> None:
     assert far["closed_condition"] is None
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.05, 0.013])
+def test_the_area_is_a_polygon_round_the_stable_gains(delay: float) -> None:
+    answer = ask("--law", "pi", "--k-o", 300, "--sim-period", 0.05, "--delay", delay, "--area")
+    corners = answer["area"]
+    assert corners[0] == corners[-1]
+    assert len(corners) > 20
+    top = max(i for _, i in corners)
+    if delay == 0.0:
+        assert top == pytest.approx(4.0 * 300 / 0.05, rel=0.05)
+    else:
+        assert 0.0 < top < 3.0 * 300 / 0.05
+
+
 def test_predictive_is_stable_at_any_delay() -> None:
     answer = ask("--law", "predictive", "--k-o", 250, "--k-h", 250, "--delay", 0.5)
     assert (answer["stable"], answer["spectral_radius"]) == (True, 0.0)

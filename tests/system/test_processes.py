@@ -127,8 +127,8 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
         # Injected delay, and a scheduler's leave on a busy machine.
         assert zero.size
         assert zero[0] < lost + gone + scene_delay() + 0.1
-        # A fade of the whole force in `fade_time`. Meanwhile the hand, held no longer, goes on to where
-        # it wants to be: what is faded grows from springs in a row to K_o alone, by 1 + K_o / k.
+        # A fade of the whole force in `fade_time`. Meanwhile the hand, held no longer, goes on to
+        # where it wants to be: what is faded grows from springs in a row to K_o, by 1 + K_o / k.
         grows = 1.0 + BALLOON_K_O / Hand().stiffness
         steepest = grows * pressed * STEP_TIME / limits.fade_time
         assert largest_change(t, force, lost - 0.1, lost + gone + 0.2) <= steepest

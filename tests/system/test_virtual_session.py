@@ -9,6 +9,7 @@ import pytest
 
 from cohaptic.control.law import Law
 from cohaptic.hands import Hand, HandScript, Rhythm
+from cohaptic.protocol.control import FixedGains
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
@@ -186,3 +187,42 @@ def test_friction_holds_the_tip_and_disturbs_nobody(body: Balloon) -> None:
     assert abs(along @ normal) < 1e-9
     assert 0.1 < np.linalg.norm(along) <= 0.4 * pressed * 1.001
     assert all(np.ptp(user.force[-500:]) < 0.02 for user in users)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.08])
+def test_a_change_of_law_in_contact_is_no_step(body: Balloon, delay: float) -> None:
+    """Two users press; one goes through every law; at most 2 % of the force in a period."""
+    session = VirtualSession(body)
+    users = [
+        session.join(f"user{i}", script, delay=delay, seed=i, geometry="mesh")
+        for i, script in enumerate(scripts(2, approach_at=1.0 + 2 * delay))
+    ]
+    session.run(4.0)
+    seen = {Law.PREDICTIVE: users[0].force[-1]}
+    for law in (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE, Law.PI, Law.PROPORTIONAL, Law.PREDICTIVE):
+        before = len(users[0].force) - 1
+        session.set_law("user0", law)
+        session.run(0.3 if law is Law.PI else 4.0)
+        for user in users:
+            force = np.array(user.force[before:])
+            assert (np.abs(np.diff(force)) <= 0.02 * force[:-1]).all()
+        if law is Law.PROPORTIONAL:
+            # And it did change: the softer law gives less.
+            assert users[0].force[-1] < 0.7 * seen[Law.PREDICTIVE]
+    assert users[0].state.law is Law.PREDICTIVE
+    assert users[0].force[-1] == pytest.approx(seen[Law.PREDICTIVE], rel=0.01)
+
+
+def test_a_change_of_fixed_gains_in_contact_is_no_step(body: Balloon) -> None:
+    session = VirtualSession(body)
+    user = session.join(
+        "user", scripts(1)[0], law=Law.PROPORTIONAL, fixed_gains=FixedGains(k_h=60.0)
+    )
+    session.run(4.0)
+    before = len(user.force) - 1
+    for k_h in (200.0, 20.0, 120.0):
+        session.set_law("user", Law.PROPORTIONAL, FixedGains(k_h=k_h))
+        session.run(1.0)
+        assert user.state.k_h == pytest.approx(k_h, rel=1e-6)
+    force = np.array(user.force[before:])
+    assert (np.abs(np.diff(force)) <= 0.02 * force[:-1]).all()

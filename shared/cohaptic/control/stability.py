@@ -117,52 +117,6 @@ def lifted_radius(
     return spectral_radius(M)
 
 
-def stability_area(
-    k_o: float,
-    rate_ratio: int,
-    delay_samples: int = 0,
-    *,
-    b_o: float = 0.0,
-    points: int = 41,
-    simulation_period: float = 1.0,
-) -> Floats:
-    """Edge of the stable set of (K_h, I N T) of the integral model, Fig. 8.
-
-    For each K_h from 0 to K_o + 2 B_o the largest stable I N T, by bisection on the lifted system;
-    0 at a K_h that is stable for no I.
-
-    Args:
-        k_o: Local stiffness [N/m].
-        rate_ratio: N.
-        delay_samples: As in `lifted_radius`.
-        b_o: Local damping over the simulation period [N/m].
-        points: Number of K_h.
-        simulation_period: N T [s]; the edge in (K_h, I N T) does not depend on it.
-
-    Returns:
-        Rows (K_h, I N T) [N/m], shape (points, 2).
-    """
-    body = elastic_object(k_o, b_o)
-    haptic_period = simulation_period / rate_ratio
-
-    def stable(k_h: float, int_: float) -> bool:
-        local = integral_model(k_h, int_ / simulation_period, haptic_period)
-        return lifted_radius(local, body, rate_ratio, delay_samples) < 1.0
-
-    edge: list[tuple[float, float]] = []
-    for k_h in np.linspace(0.0, k_o + 2.0 * b_o, points).tolist():
-        # The stable I of a K_h form an interval that begins at 0, where there is one at all.
-        low, high = 0.0, 4.0 * (k_o + 2.0 * b_o)
-        if not stable(k_h, 1e-6 * k_o):
-            edge.append((k_h, 0.0))
-            continue
-        while high - low > 1e-6 * k_o:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if stable(k_h, middle) else (low, middle)
-        edge.append((k_h, low))
-    return np.array(edge)
-
-
 def spectral_radius(M: Floats) -> float:
     """Largest modulus of an eigenvalue; 0 for an empty matrix."""
     return float(np.abs(np.linalg.eigvals(M)).max()) if M.size else 0.0

@@ -14,7 +14,6 @@ from cohaptic.control.stability import (
     proportional_is_stable,
     proportional_model,
     spectral_radius,
-    stability_area,
 )
 
 T = 0.001  # s
@@ -106,25 +105,6 @@ def test_the_lifted_system_agrees_with_a_simulation_at_fractions_of_a_tick(
     early, late = max(sizes[20:60]), max(sizes[360:])
     # 340 periods at 2 % from the edge change a size by a factor of 800 at least.
     assert (late < early) == (radius < 1.0)
-
-
-def test_without_delay_the_edge_of_the_area_is_15s() -> None:
-    k_o = 200.0
-    for k_h, int_ in stability_area(k_o, 20, points=21)[1:-1]:
-        expected = k_o + k_h
-        assert int_ == pytest.approx(expected, abs=1e-3 * k_o)
-
-
-def test_each_tick_of_delay_shrinks_the_area() -> None:
-    # Even steps of K_h: the sum of the heights is the area, up to a factor.
-    areas = [stability_area(200.0, 20, 20 * d, points=11)[:, 1].sum() for d in (0, 1, 2, 3)]
-    assert areas == sorted(areas, reverse=True)
-    assert areas[-1] < 0.3 * areas[0]
-
-
-def test_the_area_has_the_same_shape_for_every_stiffness() -> None:
-    soft, hard = (stability_area(k, 10, 15, points=6) for k in (50.0, 800.0))
-    assert soft / 50.0 == pytest.approx(hard / 800.0, abs=1e-4)
 
 
 def test_an_empty_system_has_radius_zero() -> None:

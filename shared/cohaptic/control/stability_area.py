@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from cohaptic.control.stability import elastic_object, integral_model, lifted_radius
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic.control.stability import Floats, elastic_object, integral_model, lifted_radius
 
 _SCAN = 48  # values of I N T among which a stable one is looked for
 _BISECTIONS = 24
@@ -54,6 +53,36 @@ def lifted_edges(
         edges.append(_interval(radius, 1e-6 * k_o, k + k_o))
     table = np.array(edges)
     return table[:, 0], table[:, 1]
+
+
+def stability_area(
+    k_o: float,
+    b_o: float = 0.0,
+    *,
+    rate_ratio: int = 1,
+    delay_samples: int = 0,
+    points: int = 121,
+) -> Floats:
+    """The stable set of (K_h, I N T) as a polygon to draw, Fig. 8.
+
+    Up along the largest I N T of each K_h, back along the least; the first point is repeated.
+
+    Args:
+        k_o: Local stiffness [N/m].
+        b_o: Local damping over the simulation period [N/m].
+        rate_ratio: N; 1 serves for delays of whole simulation periods.
+        delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
+        points: Number of K_h that are looked at.
+
+    Returns:
+        Rows (K_h, I N T), shape (m, 2) [N/m].
+    """
+    k_h = np.linspace(1e-3 * k_o, 3.0 * k_o + 4.0 * b_o, points)
+    low, high = lifted_edges(k_h, k_o, b_o, rate_ratio=rate_ratio, delay_samples=delay_samples)
+    some = ~np.isnan(low)
+    up = np.stack([k_h[some], high[some]], axis=1)
+    back = np.stack([k_h[some], low[some]], axis=1)[::-1]
+    return np.concatenate([up, back, up[:1]])
 
 
 def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.contact import locate
+from cohaptic_server.loads import (
+    Press,
+    compliance_between,
+    contact_compliance,
+    free_of,
+    spans,
+)
+
+angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=4)
+forces = st.floats(0.0, 5.0)
+
+
+def press(body: Balloon, angle: float, force: float, along: float | None) -> Press:
+    probe = 0.1 * np.array([np.cos(angle), np.sin(angle), 0.2])
+    still = np.zeros_like(body.mesh.vertices)
+    contact = locate(body.mesh, probe, still, radius=body.contact_radius)
+    if along is None:
+        return Press(contact, force)
+    tangent = np.cross(contact.normal, [0.0, 0.0, 1.0])
+    return Press(contact, force, along * tangent / np.linalg.norm(tangent))
+
+
+@given(angles, forces, st.floats(-3.0, 3.0), st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_free_of_is_the_body_without_that_user(
+    small_balloon: Balloon, where: list[float], force: float, along: float, rough: bool
+) -> None:
+    presses = [press(small_balloon, a, force, along if rough else None) for a in where]
+    response = small_balloon.respond([load for p in presses for load in p.loads()])
+    for mine, span in zip(presses, spans(presses), strict=True):
+        others = [load for p in presses if p is not mine for load in p.loads()]
+        expected = small_balloon.respond(others).displacement
+        assert free_of(response, mine, span) == pytest.approx(expected, abs=1e-12)
+
+
+@given(angles, forces, st.floats(-3.0, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_the_3x3_compliance_moves_the_contact_as_the_body_does(
+    small_balloon: Balloon, where: list[float], force: float, along: float
+) -> None:
+    """The contact point moves by -C f for a force f on the hand."""
+    mine = press(small_balloon, where[0], force, along)
+    response = small_balloon.respond(mine.loads())
+    C = contact_compliance(response, mine, spans([mine])[0])
+    assert C is not None
+    assert mine.along is not None
+    f = mine.force * mine.contact.normal + mine.along
+    moved = mine.contact.weights @ response.displacement[mine.contact.vertices]
+    assert moved == pytest.approx(-np.array(C.times(tuple(f.tolist()))), abs=1e-12)
+
+
+@given(angles)
+@settings(max_examples=20, deadline=None)
+def test_without_friction_c_between_users_is_the_bodys(
+    small_balloon: Balloon, where: list[float]
+) -> None:
+    presses = [press(small_balloon, a, 1.0, None) for a in where]
+    response = small_balloon.respond([load for p in presses for load in p.loads()])
+    C = compliance_between(response, spans(presses))
+    assert C == pytest.approx(np.abs(response.compliance))
+
+
+@given(angles)
+@settings(max_examples=20, deadline=None)
+def test_with_friction_a_row_bounds_every_direction(
+    small_balloon: Balloon, where: list[float]
+) -> None:
+    """kappa C_dd sum |C_d,other| <= alpha for each direction d, if it holds for the row."""
+    presses = [press(small_balloon, a, 1.0, 0.2) for a in where]
+    response = small_balloon.respond([load for p in presses for load in p.loads()])
+    parts = spans(presses)
+    C, full = compliance_between(response, parts), np.abs(response.compliance)
+    for i, mine in enumerate(parts):
+        others = C[i].sum() - C[i, i]
+        for d in range(mine.start, mine.stop):
+            away = full[d].sum() - full[d, mine].sum()
+            assert away / full[d, d] <= others / C[i, i] + 1e-9
