@@ -234,16 +234,22 @@ def step(
         silent=silent,
         limits=settings.limits,
     )
-    after = replace(
-        state,
-        fade=fade,
-        normal_force=local.normal_force,
-        sight=sight,
-        probe=sample.position,
-        passivity=passivity,
-        friction=friction,
-        compliance=C,
-        safety=safety,
+    # Constructed anew: `replace` takes several times as long, and this runs every millisecond.
+    after = LoopState(
+        state.patch,
+        state.arrived,
+        state.before,
+        state.offset,
+        state.surface,
+        state.k_h_before,
+        fade,
+        local.normal_force,
+        sight,
+        sample.position,
+        passivity,
+        friction,
+        C,
+        safety,
     )
     size = norm(wanted)
     output = Output(

@@ -146,6 +146,8 @@ class Stage:
             "touch", self.url,
             "--name", name,
             "--law", scene.law.value,
+            # Hands that press in place need no more, and all users share this machine's cores.
+            "--geometry", "plane",
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),
