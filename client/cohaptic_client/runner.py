@@ -82,6 +82,7 @@ class Client:
         self._pacer: Pacer | None = None
         self._seq = 0
         self._timing = LinkTiming()
+        self._server_to_wall = 0.0
         self._row: Row | None = None
         self._limits: SafetyLimits | None = None
         self._welcome: Welcome | None = None
@@ -128,7 +129,7 @@ class Client:
             law=self.settings.law.value,
             round_trip=self._timing.round_trip,
             jitter=self._timing.jitter,
-            clock_offset=self._timing.clock_offset,
+            clock_offset=self._clock_offset(),
             clock_error=self._timing.clock_error,
             loop_hz=float(loop.get("loop_hz", 0.0)),
             loop_late_p99=float(loop.get("late_p99", 0.0)),
@@ -136,6 +137,12 @@ class Client:
             level=row.level,
             fault=str(loop.get("fault", "")),
         )
+
+    def _clock_offset(self) -> float:
+        """Server's wall clock less this machine's [s]; 0 before the first patch."""
+        if self._timing.best is None:
+            return 0.0
+        return self._timing.clock_offset + self._server_to_wall - self.clock.to_wall()
 
     def _state_in_words(self, row: Row) -> str:
         if self._haptics is not None and self._haptics.stopping:
@@ -285,6 +292,7 @@ class Client:
         """The server took us in: start the loop, if it does not run yet, and the schedule."""
         others = ", ".join(welcome.users) or "nobody else"
         self._tell(f"touching {welcome.body.name} with {others}")
+        self._server_to_wall = welcome.to_wall
         self._pacer = Pacer(welcome.simulation_period, self.clock.now())
         if self._haptics is not None:
             return

@@ -186,6 +186,7 @@ class CohapticServer:
             self._tell_others(connection, gone)
         connection.user = welcome.user
         rest_mesh = self.room.rest_mesh() if hello.geometry == "mesh" else None
+        welcome = welcome.model_copy(update={"to_wall": self.clock.to_wall()})
         connection.session.accept(welcome, rest_mesh)
         log.info("%s joined with %s", hello.name, hello.law.value)
         self._tell_others(connection, news)

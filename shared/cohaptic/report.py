@@ -18,7 +18,7 @@ class TouchStatus(BaseModel):
         k_h: Gain in use [N/m].
         round_trip: Age of the own force in the newest patch, without its wait at the server [s].
         jitter: Mean deviation of the round trip [s].
-        clock_offset: Server's clock less this client's [s].
+        clock_offset: Server's wall clock less this machine's [s].
         clock_error: Bound on the error of that: half of the shortest round trip of late [s].
         law: Local model.
         loop_hz: Periods per second since the start.

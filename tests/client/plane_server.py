@@ -11,6 +11,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
+from cohaptic.clock import SystemClock
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import (
     BodyInfo,
@@ -27,6 +28,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import ZERO
 from tests.client.plane import PLANE
 
+CLOCK = SystemClock()
 PERIOD = 1.0 / 60.0  # s
 BODY = BodyInfo(name="plane", center=ZERO, radius=0.1, contact_radius=0.02)
 # In front of a hand that comes from the left.
@@ -72,7 +74,14 @@ class Visit:
             refusal = self.refuse
             await ws.send(refusal if isinstance(refusal, str) else encode_control(refusal))
             return
-        welcome = Welcome(user=1, name="left", simulation_period=PERIOD, body=BODY, users=())
+        welcome = Welcome(
+            user=1,
+            name="left",
+            simulation_period=PERIOD,
+            to_wall=CLOCK.to_wall(),
+            body=BODY,
+            users=(),
+        )
         await ws.send(encode_control(welcome))
         if self.rest_mesh is not None:
             await ws.send(self.rest_mesh.encode())
@@ -84,7 +93,7 @@ class Visit:
         try:
             for tick in range(self.first_tick, self.first_tick + self.ticks):
                 patch = SURFACE if self.rest_mesh is None else mesh_surface(self.rest_mesh)
-                patch = replace(patch, tick=tick)
+                patch = replace(patch, tick=tick, t_server=CLOCK.now())
                 if self.samples:
                     newest = self.samples[-1]
                     patch = replace(patch, seq=newest.seq, t_client=newest.t_client)

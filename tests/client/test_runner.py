@@ -108,6 +108,8 @@ def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell
     assert told.last is not None
     assert (told.last.state, told.last.force, told.last.fault) == ("stopped", 0.0, "")
     assert told.last.round_trip > 0.0
+    # One machine, one wall clock, whatever the origins of the two processes' own.
+    assert abs(told.last.clock_offset) <= told.last.clock_error + 0.05
     assert told.rows[-1].fx == told.rows[-1].fy == told.rows[-1].fz == 0.0
     assert told.rows[-1].tick > 1
 

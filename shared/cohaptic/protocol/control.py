@@ -110,6 +110,7 @@ class Welcome(_Message):
         user: Number of this user in the room.
         name: The name under which it joined.
         simulation_period: Time between patches, N T [s].
+        to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: The body that everybody touches.
         users: Names of those who are here already.
     """
@@ -119,6 +120,7 @@ class Welcome(_Message):
     user: int
     name: Name
     simulation_period: float = Field(gt=0.0)
+    to_wall: float = 0.0
     body: BodyInfo
     users: tuple[str, ...]
 

@@ -95,6 +95,7 @@ CONTROL: dict[str, Any] = {
             "user": 2,
             "name": "right",
             "simulation_period": 0.0625,
+            "to_wall": 1.75e9,
             "body": {
                 "name": "balloon",
                 "center": (0.0, 0.0, 0.0),
