@@ -16,7 +16,7 @@ from typing import Any
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, RemoteProtocolError, ServerLost
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.control import BodyInfo, Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
@@ -83,6 +83,7 @@ class Client:
         self._seq = 0
         self._timing = LinkTiming()
         self._server_to_wall = 0.0
+        self._begun_for: tuple[BodyInfo, float] | None = None
         self._row: Row | None = None
         self._limits: SafetyLimits | None = None
         self._welcome: Welcome | None = None
@@ -294,8 +295,15 @@ class Client:
         self._tell(f"touching {welcome.body.name} with {others}")
         self._server_to_wall = welcome.to_wall
         self._pacer = Pacer(welcome.simulation_period, self.clock.now())
+        found = (welcome.body, welcome.simulation_period)
         if self._haptics is not None:
+            if found != self._begun_for:
+                # A loop that runs was made for the old one.
+                what = f"{welcome.body.name} at {1.0 / welcome.simulation_period:.4g} Hz"
+                limit = "the body and rate from before: start anew"
+                raise RemoteProtocolError("what the server has now", what, limit)
             return
+        self._begun_for = found
         settings = self.settings
         device = device_info(settings.device)
         self._limits = SafetyLimits(

@@ -51,6 +51,7 @@ class Visit:
         ticks: After so many the server hangs up.
         refuse: What is said instead of a welcome.
         rest_mesh: Sent after the welcome; patches are then of a mesh.
+        period: That the welcome names [s].
         heard: All that the client said, in order.
     """
 
@@ -58,6 +59,7 @@ class Visit:
     ticks: int = 1_000_000
     refuse: Error | str | None = None
     rest_mesh: RestMesh | None = None
+    period: float = PERIOD
     heard: list[ClientControl | ContactSample] = field(
         default_factory=list[ClientControl | ContactSample]
     )
@@ -77,7 +79,7 @@ class Visit:
         welcome = Welcome(
             user=1,
             name="left",
-            simulation_period=PERIOD,
+            simulation_period=self.period,
             to_wall=CLOCK.to_wall(),
             body=BODY,
             users=(),

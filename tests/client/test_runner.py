@@ -123,6 +123,15 @@ def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.Monkey
     assert 1 < ticks[-1] < 100
 
 
+def test_a_server_that_comes_back_with_another_rate_ends_the_client_with_that_word(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The loop that runs was made for the old one."""
+    monkeypatch.setattr(runner, "RETRY", 0.05)
+    with pytest.raises(RemoteProtocolError, match=r"at 50 Hz'; expected the body and rate"):
+        play(Visit(ticks=20), Visit(period=0.02), patience=5.0, duration=5.0)
+
+
 def test_a_lost_server_is_tried_again_for_a_while_then_named() -> None:
     told = Told()
 
