@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-FORGET = 1.0  # s; a hand that rested so long has swallowed by itself what it was given
+FORGET = 5.0  # s; a hand that rested so long has swallowed by itself what it was given
 SLOW = 0.01  # m/s; a slower hand has little energy, and damping would only wait for it
 RAMP = 0.05  # s; from no damping to all of it
 MAX_DAMPING = 8.0  # N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
