@@ -133,10 +133,14 @@ class Settling:
                     # At rest the tangent is that of exactly this state.
                     tangent = self._tangent(state, pressure) or tangent
                 break
-            moved = None if last else self._search(state, step, start.state, push, slope)
-            if moved is None:
+            if last:
                 break
-            state, pressure = moved, pressure + correction
+            moved = self._search(state, step, start.state, push, slope)
+            if moved is None:
+                # Too long a step, of a tangent next to singular: a stiffened one in the next tick.
+                tangent = self._tangent(state, pressure, _STIFFENED[1:]) or tangent
+                break
+            state, pressure = moved, self._pressure(moved, push)
             tangent = self._tangent(state, pressure) or replace(tangent, stable=False)
             if not tangent.stable:
                 break  # it took several factorisations
@@ -151,6 +155,15 @@ class Settling:
             field.reshape(-1)[self._dof] = columns[0]
         return fields
 
+    def _pressure(self, state: State, push: Floats) -> float:
+        """The pressure that balances best what rubber and loads leave over [Pa].
+
+        Unlike the sum of Newton's corrections it is not led astray by a tangent next to singular.
+        """
+        g = state.g.reshape(-1)[self._dof]
+        over = (state.force - push).reshape(-1)[self._dof]
+        return float(g @ over) / float(g @ g)
+
     def _step(self, tangent: Tangent, unbalanced: Floats) -> tuple[Floats, float, float]:
         """Newton's step (n, 3) [m], the change of pressure [Pa], and how steep it goes down [J]."""
         down = unbalanced.reshape(-1)[self._dof]
@@ -164,9 +177,7 @@ class Settling:
     ) -> State | None:
         """The longest step of some that lowers the energy; None where none does."""
         left = MAX_MOVE - float(np.abs(state.x - start.x).max())
-        length = min(1.0, left / float(np.abs(step).max()))
-        if length < 0.01:
-            return None
+        length = min(1.0, max(0.0, left) / float(np.abs(step).max()))
         now = state.under(push)
         for _ in range(_TRIES):
             moved = self._at_volume(state.x + length * step, state.g)
@@ -197,12 +208,14 @@ class Settling:
         strain = self._sheet.strained(x)
         return State(x, strain, self._sheet.energy(strain), self._sheet.force(strain), g)
 
-    def _tangent(self, state: State, pressure: float) -> Tangent | None:
-        """Factored, stiffened as little as it takes; None if nothing helped."""
+    def _tangent(
+        self, state: State, pressure: float, shares: tuple[float, ...] = _STIFFENED
+    ) -> Tangent | None:
+        """Factored, stiffened as little of `shares` as it takes; None if nothing helped."""
         entries = self._sheet.tangent(state.strain, state.x, pressure)
         scale = float(entries[self._diagonal].mean())
         g = state.g.reshape(-1)[self._dof]
-        for share in _STIFFENED:
+        for share in shares:
             entries[self._diagonal] += share * scale
             try:
                 return Tangent(state.x, HeldWater(self._band, entries, g), stable=share == 0.0)
