@@ -90,7 +90,7 @@ class Balloon:
     Args:
         settings: The balloon.
         damping: B_o over K_o, for the simulation period that it is served with. With it the balloon
-            is Kelvin-Voigt as in eq. (9): (K_o + B_o) x+ = f + B_o x.
+            is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; its C is that of the steady state.
     """
 
     name = "balloon"
@@ -134,7 +134,8 @@ class Balloon:
         was = 0.0 if before is None else before.displacement
         x = np.asarray((displacement + self.damping * was) / (1.0 + self.damping))
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
-        return Response(x, fields / (1.0 + self.damping), C / (1.0 + self.damping), energy)
+        # C of the steady state: the one within the tick is too stiff to be safe under delay.
+        return Response(x, fields, C, energy)
 
 
 def check_damping(damping: float) -> None:

@@ -12,7 +12,9 @@ rubber carries then follows the loads with a lag,
     carried+ = (loads + b carried) / (1 + b),    b = B_o / K_o = relaxation time / simulation period
 
 which for a linear body is (K_o + B_o) x+ = f + B_o x, and for this one damps each state of strain by
-its own stiffness. The response to a force within the tick, K_o + B_o, is 1 + b times as stiff.
+its own stiffness. What is told of the compliance stays that of the steady state: a hand whose law
+counted on K_o + B_o, the stiffness within the tick, would be unstable under delay from B_o = K_o on
+(science 3.3: a C below half of the true one).
 """
 
 from __future__ import annotations
@@ -99,7 +101,7 @@ class RubberBalloon:
             carried = start.state.force - start.pressure * start.state.g
             push = (push + self.damping * carried) / (1.0 + self.damping)
         settled = self._settling.settle(start, push)
-        fields = self._settling.fields(settled.stable, shares) / (1.0 + self.damping)
+        fields = self._settling.fields(settled.stable, shares)
         C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
         return RubberResponse(
             settled.state.x - self._mesh.vertices,
