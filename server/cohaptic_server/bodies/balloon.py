@@ -89,8 +89,9 @@ class Balloon:
 
     Args:
         settings: The balloon.
-        damping: B_o over K_o, for the simulation period that it is served with. With it the balloon
-            is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; its C is that of the steady state.
+        damping: B_o over K_o, for the simulation period that it is served with. With it the
+            balloon is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the
+            steady state.
     """
 
     name = "balloon"
@@ -139,9 +140,9 @@ class Balloon:
 
 
 def check_damping(damping: float) -> None:
-    """Refuse a B_o over K_o that is no damping."""
-    if not 0.0 <= damping <= 1e3:
-        raise SettingError("damping B_o / K_o", damping, "from 0 to 1000")
+    """Refuse a B_o over K_o that is no damping, or so much that hands under delay sway for long."""
+    if not 0.0 <= damping <= 2.0:
+        raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
 
 
 def inflate(settings: BalloonSettings) -> Inflated:

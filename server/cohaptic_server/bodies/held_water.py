@@ -10,9 +10,8 @@ motions that keep the volume: a factored tangent is a stable one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 from scipy.sparse import csgraph
@@ -27,7 +26,7 @@ class Unstable(BodyError):
     """K is not positive definite on the motions that keep the volume."""
 
 
-def order(faces: Ints, free: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Ints:
+def order(faces: Ints, free: npt.NDArray[np.bool_]) -> Ints:
     """Vertices that are free, in an order of narrow band that begins beside the held ones.
 
     Args:

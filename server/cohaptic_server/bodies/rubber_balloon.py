@@ -11,10 +11,10 @@ rubber carries then follows the loads with a lag,
 
     carried+ = (loads + b carried) / (1 + b),    b = B_o / K_o = relaxation time / simulation period
 
-which for a linear body is (K_o + B_o) x+ = f + B_o x, and for this one damps each state of strain by
-its own stiffness. What is told of the compliance stays that of the steady state: a hand whose law
-counted on K_o + B_o, the stiffness within the tick, would be unstable under delay from B_o = K_o on
-(science 3.3: a C below half of the true one).
+which for a linear body is (K_o + B_o) x+ = f + B_o x, and for this one damps each state of
+strain by its own stiffness. What is told of the compliance stays that of the steady state: a law
+that counted on K_o + B_o, the stiffness within the tick, would be unstable under delay from
+B_o = K_o on (science 3.3: a C below half of the true one).
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ class RubberBalloon:
         """Go towards equilibrium with `loads`, from where `before` was left."""
         start = before.settled if isinstance(before, RubberResponse) else self._rest
         shares = np.zeros((len(loads), *self._mesh.vertices.shape))
-        for share, load in zip(shares, loads, strict=True):
-            share[load.vertices] = load.weights[:, None] * load.direction
+        for i, load in enumerate(loads):
+            shares[i, load.vertices] = load.weights[:, None] * load.direction
         push = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
         if self.damping:
             carried = start.state.force - start.pressure * start.state.g

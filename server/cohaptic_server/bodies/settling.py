@@ -25,9 +25,13 @@ from cohaptic_server.bodies.tension_field import Strained
 
 MAX_MOVE = 0.02  # m of any vertex in a tick; at 60 Hz a hand of 1.2 m/s
 STEPS = 2  # in a tick, each with a new tangent
-CHORD = 2e-5  # m; a step this short needs no new tangent, what it misses is below a micrometre
+CHORD = 2e-4  # m; a step this short needs no new tangent: what it misses is micrometres
 SETTLED = 1e-10  # m; a step this short is none
-_STIFFENED = (0.0, 0.03, 1.0)  # of the mean diagonal; the last is above what the water can take away
+_STIFFENED = (
+    0.0,
+    0.03,
+    1.0,
+)  # of the mean diagonal; the last is above what the water can take away
 _TRIES = 6  # lengths of a step
 _SHORTER = 0.4
 _GAIN = 1e-4  # least part of the energy that the slope promises (Armijo)
@@ -129,8 +133,9 @@ class Settling:
                 if length > SETTLED:
                     state = self._at_volume(state.x + step, state.g) or state
                     pressure += correction
-                elif tangent.x is not state.x:
-                    # At rest the tangent is that of exactly this state.
+                # In motion the tangent is this far behind at most, at rest it is of exactly here.
+                allowed = CHORD if length > SETTLED else 0.0
+                if np.abs(state.x - tangent.x).max() > allowed:
                     tangent = self._tangent(state, pressure) or tangent
                 break
             if last:
@@ -188,9 +193,8 @@ class Settling:
 
     def _at_volume(self, x: Floats, along: Floats) -> State | None:
         """`x` blown up or let down along `along` to the water's volume; None if it cannot be."""
-        way = np.zeros(x.size)
-        way[self._dof] = along.reshape(-1)[self._dof]
-        way = way.reshape(x.shape)
+        way = np.zeros_like(x)
+        way.reshape(-1)[self._dof] = along.reshape(-1)[self._dof]
         g = self._sheet.volume_gradient(x)
         for _ in range(8):
             # The volume is a third of g . x (Euler, as it is homogeneous of degree 3).
@@ -202,7 +206,7 @@ class Settling:
                 return None
             x = x - (lost / rise) * way
             g = self._sheet.volume_gradient(x)
-        return self._state(x, g) if abs(lost) < 1e-11 * self._volume else None
+        return None
 
     def _state(self, x: Floats, g: Floats) -> State:
         strain = self._sheet.strained(x)

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic_server.bodies.mesh import Floats
 
@@ -48,8 +49,8 @@ class Strained:
     axes: Floats
     columns: Floats
     c: Floats
-    taut: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    pulled: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    taut: npt.NDArray[np.bool_]
+    pulled: npt.NDArray[np.bool_]
 
 
 def strained(F: Floats) -> Strained:
@@ -74,7 +75,8 @@ def strained(F: Floats) -> Strained:
 def energy_density(state: Strained) -> Floats:
     """W / (mu h), shape (m,)."""
     c1, c2 = state.c
-    width = np.where(state.taut, c2, 1.0 / np.sqrt(c1))
+    # Wrinkles: c2 of uniaxial tension.
+    width = np.where(state.taut, c2, np.power(c1, -0.5))
     return np.where(state.pulled, 0.5 * (c1 + width + 1.0 / (c1 * width) - 3.0), 0.0)
 
 

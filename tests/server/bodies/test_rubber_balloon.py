@@ -8,12 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies import settling
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.bodies.held_water import Band, HeldWater
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon, RubberResponse
-from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, SETTLED
+from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, SETTLED, STEPS
 from cohaptic_server.contact import locate
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
@@ -151,6 +153,27 @@ def test_the_hands_work_is_the_energy_stored(small: RubberBalloon, force: float)
     assert energies[-1] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factorisations, the heavy part, under loads far beyond those of a device, and at rest."""
+    made = 0
+
+    class Counting(HeldWater):
+        def __init__(self, band: Band, entries: Floats, g: Floats) -> None:
+            nonlocal made
+            made += 1
+            super().__init__(band, entries, g)
+
+    monkeypatch.setattr(settling, "HeldWater", Counting)
+    response, counts = small.respond([]), list[int]()
+    for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
+        before = made
+        response = small.respond([press(small, (0.3, 0.1, 1), f)], response)
+        counts.append(made - before)
+    assert max(counts) <= 2 * STEPS + 1
+    assert max(counts[:10]) <= STEPS
+    assert counts[9] == counts[-1] == 0
+
+
 @given(presses)
 @settings(max_examples=8, deadline=None)
 def test_a_warm_start_ends_where_a_cold_one_does(
@@ -205,8 +228,8 @@ def test_it_never_goes_up_on_its_way(small: RubberBalloon) -> None:
 def test_with_damping_it_creeps_to_the_same_place(
     body: type[RubberBalloon] | type[Balloon],
 ) -> None:
-    """Eq. (9): stiffer within the tick by 1 + B_o / K_o, the same in the end, and C says the end."""
-    b = 3.0
+    """Eq. (9): stiffer within the tick by 1 + B_o / K_o, the same in the end, as C says."""
+    b = 2.0
     elastic, viscous = body(SMALL), body(SMALL, damping=b)
     load = press(elastic, (1, 0, 0), 4.0)
     end = elastic.respond([load])
@@ -222,7 +245,7 @@ def test_with_damping_it_creeps_to_the_same_place(
         assert 0.0 <= response.energy <= load.force * reached[-1] + 1e-12
         response = viscous.respond([load], response)
     assert (np.diff(reached) > -1e-9).all()
-    assert reached[0] < 0.4 * reached[-1]
+    assert reached[0] < 0.5 * reached[-1]
     assert response.displacement == pytest.approx(end.displacement, abs=1e-6)
 
 
