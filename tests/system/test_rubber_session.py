@@ -119,3 +119,17 @@ def test_three_deep_hands_settle_at_the_truth(damping: float, sway: float) -> No
     for i, user in enumerate(session.users.values()):
         assert user.force[-1] == pytest.approx(expected.force[i], rel=0.02)
         assert np.ptp(user.force[-500:]) < sway
+
+
+def test_meshes_and_friction_work_on_it_too(rubber: RubberBalloon) -> None:
+    """One load along the normal and two along the surface; patches cut from the bent surface."""
+    hands = [HandScript(math.pi + math.pi * i, depth=0.02) for i in range(2)]
+    session = VirtualSession(rubber)
+    for i, script in enumerate(hands):
+        session.join(f"user{i}", script, delay=0.04, seed=i, geometry="mesh", friction=0.6)
+    session.run(4.0)
+    expected = solve(rubber, resting(rubber, hands))
+    for i, user in enumerate(session.users.values()):
+        # Friction holds the tips where they came down: not quite the frictionless truth.
+        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.1)
+        assert np.ptp(user.force[-300:]) < 0.05

@@ -19,8 +19,6 @@ from scipy.sparse import csgraph
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.mesh import Floats, Ints
 
-_CAP = 0.14  # share of the unknowns that are factored after the water
-
 
 class Unstable(BodyError):
     """K is not positive definite on the motions that keep the volume."""
@@ -53,6 +51,7 @@ class Band:
         rows: Of the entries of the lower triangle, shape (e,).
         columns: Shape (e,); nowhere greater than `rows`.
         size: Number of unknowns.
+        share: Of the unknowns that are factored after the water, at most a half.
 
     Attributes:
         width: Greatest distance of an entry from the diagonal.
@@ -60,10 +59,10 @@ class Band:
         near: How many unknowns before the cap it can be tied to.
     """
 
-    def __init__(self, rows: Ints, columns: Ints, size: int) -> None:
+    def __init__(self, rows: Ints, columns: Ints, size: int, share: float = 0.14) -> None:
         self.size = size
         self.width = int((rows - columns).max())
-        last = min(max(self.width, round(_CAP * size)), size // 2)
+        last = min(max(self.width, round(share * size)), size // 2)
         self.cap = cap = size - last
         self.near = near = min(self.width, cap)
         self._in_band = np.flatnonzero(rows < cap)

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon import (
     BalloonSettings,
     check_damping,
@@ -38,6 +39,10 @@ from cohaptic_server.bodies.mesh import Ints, SurfaceMesh
 from cohaptic_server.bodies.settling import Settled, Settling
 from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.sheet import Sheet
+
+# Far past its pressure maximum a balloon needs a larger cap held to have no negative mode but the
+# water's; each costs more, so the smallest that does is taken.
+_CAPS = (0.14, 0.3, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +81,14 @@ class RubberBalloon:
         membrane = Membrane.at_rest(rest / self.settings.stretch, faces, self.settings.mu_h)
         sheet = Sheet(membrane, len(x), number)
         self.volume = volume(x, faces)
-        band = Band(sheet.rows, sheet.columns, dof.size)
-        self._settling = Settling(sheet, dof, band, self.volume)
-        self._rest = self._settling.at_rest(x, inflated.pressure)
+        for share in _CAPS:
+            band = Band(sheet.rows, sheet.columns, dof.size, share)
+            self._settling = Settling(sheet, dof, band, self.volume)
+            found_rest = self._settling.at_rest(x, inflated.pressure)
+            if found_rest is not None:
+                self._rest = found_rest
+                return
+        raise BodyError("the held balloon is not stable: its stiffness is indefinite")
 
     @property
     def mesh(self) -> SurfaceMesh:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cohaptic.errors import BodyError
 from cohaptic_server.bodies.held_water import Band, HeldWater, Unstable
 from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.sheet import Sheet
@@ -108,12 +107,12 @@ class Settling:
         self._sheet, self._dof, self._band, self._volume = sheet, dof, band, volume
         self._diagonal = np.flatnonzero(sheet.rows == sheet.columns)
 
-    def at_rest(self, x: Floats, pressure: float) -> Settled:
-        """The inflated balloon, for the first tick to start from."""
+    def at_rest(self, x: Floats, pressure: float) -> Settled | None:
+        """The inflated balloon, for the first tick to start from; None if it is not stable."""
         state = self._state(x, self._sheet.volume_gradient(x))
         tangent = self._tangent(state, pressure)
         if tangent is None or not tangent.stable:
-            raise BodyError("the held balloon is not stable: its stiffness is indefinite")
+            return None
         return Settled(state, pressure, tangent, tangent, 0.0)
 
     def settle(self, start: Settled, push: Floats) -> Settled:

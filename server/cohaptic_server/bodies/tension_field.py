@@ -76,7 +76,8 @@ def energy_density(state: Strained) -> Floats:
     """W / (mu h), shape (m,)."""
     c1, c2 = state.c
     # Wrinkles: c2 of uniaxial tension.
-    width = np.where(state.taut, c2, np.power(c1, -0.5))
+    width = np.array(c1**-0.5)
+    width[state.taut] = c2[state.taut]
     return np.where(state.pulled, 0.5 * (c1 + width + 1.0 / (c1 * width) - 3.0), 0.0)
 
 

@@ -249,6 +249,17 @@ def test_with_damping_it_creeps_to_the_same_place(
     assert response.displacement == pytest.approx(end.displacement, abs=1e-6)
 
 
+@pytest.mark.parametrize("stretch", [1.05, 1.4, 2.0, 4.0])
+@pytest.mark.parametrize("base", [0.1, 0.9])
+def test_every_balloon_can_be_pressed(stretch: float, base: float) -> None:
+    """Little or much inflated, held by almost half of it or by a few vertices."""
+    body = RubberBalloon(BalloonSettings(subdivisions=2, stretch=stretch, base=base))
+    load = press(body, (1, 0, 0.2), 2.0)
+    response = settled(body, [load])
+    assert 0.001 < depth(load, response) < 0.1
+    assert lost(body, response) < 1e-9
+
+
 def test_absurd_ones_are_refused() -> None:
     with pytest.raises(SettingError, match="damping"):
         RubberBalloon(damping=-1.0)
