@@ -121,15 +121,21 @@ def test_three_deep_hands_settle_at_the_truth(damping: float, sway: float) -> No
         assert np.ptp(user.force[-500:]) < sway
 
 
-def test_meshes_and_friction_work_on_it_too(rubber: RubberBalloon) -> None:
-    """One load along the normal and two along the surface; patches cut from the bent surface."""
+@pytest.mark.parametrize(("friction", "held"), [(0.0, 0.01), (0.6, 0.15)])
+def test_meshes_and_friction_work_on_it_too(
+    rubber: RubberBalloon, friction: float, held: float
+) -> None:
+    """Patches cut from the bent surface; and three loads of a contact, one normal, two along it.
+
+    With friction tips are held where they came down, which on either balloon makes the force larger
+    than the frictionless truth: by 9 % on the linear one, by 12 % here.
+    """
     hands = [HandScript(math.pi + math.pi * i, depth=0.02) for i in range(2)]
     session = VirtualSession(rubber)
     for i, script in enumerate(hands):
-        session.join(f"user{i}", script, delay=0.04, seed=i, geometry="mesh", friction=0.6)
+        session.join(f"u{i}", script, delay=0.04, seed=i, geometry="mesh", friction=friction)
     session.run(4.0)
     expected = solve(rubber, resting(rubber, hands))
     for i, user in enumerate(session.users.values()):
-        # Friction holds the tips where they came down: not quite the frictionless truth.
-        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.1)
-        assert np.ptp(user.force[-300:]) < 0.05
+        assert 0.0 <= user.force[-1] / expected.force[i] - 1.0 < held
+        assert np.ptp(user.force[-300:]) < 0.01
