@@ -169,7 +169,7 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
         before = made
         response = small.respond([press(small, (0.3, 0.1, 1), f)], response)
         counts.append(made - before)
-    assert max(counts) <= 2 * STEPS + 1
+    assert max(counts) <= STEPS + 2
     assert max(counts[:10]) <= STEPS
     assert counts[9] == counts[-1] == 0
 
