@@ -130,7 +130,8 @@ def test_fields_and_compliance_are_derivatives_by_the_forces(
             for f in (load.force + h, load.force - h)
         )
         change = (up.displacement - down.displacement) / (2.0 * h)
-        assert np.abs(change - at.fields[i]).max() < 1e-4 * np.abs(at.fields[i]).max()
+        # Not less than: a contact on the held base moves nothing.
+        assert np.abs(change - at.fields[i]).max() <= 1e-4 * np.abs(at.fields[i]).max()
         row = [(depth(one, up) - depth(one, down)) / (2.0 * h) for one in loads]
         assert C[i] == pytest.approx(row, abs=1e-4 * np.abs(C[i]).max())
 
