@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from cohaptic.interrupt import until_interrupted
 from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
 from cohaptic_server.settings import ServerSettings
 
@@ -22,6 +23,12 @@ def serve(
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
     body: Annotated[str, typer.Option(help=f"What is touched: {', '.join(BODIES)}.")] = "balloon",
+    nonlinear: Annotated[
+        bool, typer.Option("--nonlinear", help="Finite deformation: balloon only.")
+    ] = False,
+    relaxation: Annotated[
+        float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
+    ] = 0.0,
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
     allow_fixed_gains: Annotated[
         bool,
@@ -46,11 +53,12 @@ def serve(
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
     settings = ServerSettings(host, port, simulation_hz, body, max_users, allow_fixed_gains)
-    asyncio.run(until_interrupted(_serve(settings), lifeline=lifeline))
+    touched = build_body(body, nonlinear=nonlinear, damping=relaxation * simulation_hz)
+    asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
 
-async def _serve(settings: ServerSettings) -> None:
-    server = CohapticServer(build_body(settings.body), settings)
+async def _serve(body: Body, settings: ServerSettings) -> None:
+    server = CohapticServer(body, settings)
     url = await server.start()
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)

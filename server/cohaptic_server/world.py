@@ -37,6 +37,10 @@ RIGID = 1e-6  # m/N; a contact on what is held has no compliance, and a stiffnes
 NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
 _AT_ONCE = 0.001  # s between two samples that say nothing of a velocity
 _SMOOTHING = 0.3  # share of a new velocity in the running mean
+# Share of the way that the surface on which a contact is found follows the body in a tick. Several
+# contacts that each slide to where the last tick's forces took the surface would throw each other
+# to and fro, on a body that softens under load; `equilibrium` takes half steps as well.
+_FOLLOW = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +92,7 @@ class UserState:
         along: Force along the surface that it carries, shape (3,) [N]; None without friction.
         delay: Of its loop, as measured.
         velocity: Of its probe, smoothed, shape (3,) [m/s].
+        surface: Displacement of the free surface that its contact is found on, (n, 3) [m].
     """
 
     touch: Touch
@@ -97,6 +102,7 @@ class UserState:
     along: Floats | None = None
     delay: LoopDelay = field(default_factory=LoopDelay)
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    surface: Floats | None = None
 
     @property
     def press(self) -> Press:
@@ -199,11 +205,13 @@ def _place(body: Body, state: WorldState, present: _Present) -> UserState:
     touch = present.touch
     probe = np.array(touch.probe)
     before = state.users.get(touch.user)
-    free = _free_before(body, state, touch.user)
+    free = surface = _free_before(body, state, touch.user)
+    if before is not None and before.surface is not None:
+        surface = before.surface + _FOLLOW * (free - before.surface)
     contact = locate(
         body.mesh,
         probe,
-        free,
+        surface,
         radius=body.contact_radius,
         hint=None if before is None else before.contact,
     )
@@ -216,7 +224,9 @@ def _place(body: Body, state: WorldState, present: _Present) -> UserState:
             tangential(scale(touch.force, present.presence), _vec(contact.normal), force)
         )
     velocity = _velocity(before, touch)
-    return UserState(touch, contact, present.presence, force, along, velocity=velocity)
+    return UserState(
+        touch, contact, present.presence, force, along, velocity=velocity, surface=surface
+    )
 
 
 def _velocity(before: UserState | None, touch: Touch) -> Floats:

@@ -24,7 +24,15 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
     out, err = capsys.readouterr()
     assert (end.value.code, err) == (0, "")
     out = re.sub(r"\x1b\[[0-9;]*m", "", out)  # colours, where the environment asks for them
-    for word in ("--host", "--port", "--simulation-hz", "--body", "--max-users", "balloon"):
+    for word in (
+        "--host",
+        "--port",
+        "--simulation-hz",
+        "--body",
+        "--max-users",
+        "balloon",
+        "--nonlinear",
+    ):
         assert word in out
     assert "--lifeline" not in out  # for programs
 
@@ -38,6 +46,10 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
         ),
         (["--port", "70000"], "cohaptic: port is 70000; it must be from 0 to 65535\n"),
         (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
+        (
+            ["--body", "spring", "--nonlinear"],
+            "cohaptic: body with --nonlinear is 'spring'; it must be one of: balloon\n",
+        ),
     ],
 )
 def test_a_setting_out_of_range_is_one_sentence(

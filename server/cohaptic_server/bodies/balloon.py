@@ -85,20 +85,24 @@ class Inflated:
 
 
 class Balloon:
-    """The linear balloon behind the `Body` Protocol."""
+    """The linear balloon behind the `Body` Protocol.
+
+    Args:
+        settings: The balloon.
+        damping: B_o over K_o, for the simulation period that it is served with. With it the
+            balloon is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the
+            steady state.
+    """
 
     name = "balloon"
 
-    def __init__(self, settings: BalloonSettings | None = None) -> None:
+    def __init__(self, settings: BalloonSettings | None = None, *, damping: float = 0.0) -> None:
+        check_damping(damping)
+        self.damping = damping
         self.settings = settings or BalloonSettings()
         self.inflated = inflate(self.settings)
         self._mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)
-        held = self.inflated.x[:, 2] < -self.settings.base * self.settings.radius
-        if held.sum() < 3:
-            raise BodyError(
-                f"the base holds {held.sum()} vertices; fewer than 3 cannot keep the balloon from"
-                " floating away"
-            )
+        held = held_by_base(self.inflated, self.settings)
         self.compliance = _held_compliance(self.inflated, np.repeat(~held, 3))
         self.compliance.setflags(write=False)
 
@@ -113,8 +117,7 @@ class Balloon:
         return self.settings.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
-        """Superposition of the Green's functions of what is touched; `before` plays no part."""
-        del before
+        """Superposition of the Green's functions of what is touched; damping holds `before`."""
         n = len(self._mesh.vertices)
         fields = np.zeros((len(loads), n, 3))
         for i, load in enumerate(loads):
@@ -127,7 +130,19 @@ class Balloon:
         for i, load in enumerate(loads):
             C[i] = fields[:, load.vertices] @ load.direction @ load.weights
         displacement = np.tensordot(forces, fields, axes=1) if loads else np.zeros((n, 3))
-        return Response(displacement, fields, C, 0.5 * float(forces @ C @ forces))
+        if self.damping == 0.0:
+            return Response(displacement, fields, C, 0.5 * float(forces @ C @ forces))
+        was = 0.0 if before is None else before.displacement
+        x = np.asarray((displacement + self.damping * was) / (1.0 + self.damping))
+        energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
+        # C of the steady state: the one within the tick is too stiff to be safe under delay.
+        return Response(x, fields, C, energy)
+
+
+def check_damping(damping: float) -> None:
+    """Refuse a B_o over K_o that is no damping, or so much that hands under delay sway for long."""
+    if not 0.0 <= damping <= 2.0:
+        raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
 
 
 def inflate(settings: BalloonSettings) -> Inflated:
@@ -163,6 +178,21 @@ def inflate(settings: BalloonSettings) -> Inflated:
         x = x + step[: x.size].reshape(x.shape)
         p = p + float(step[x.size])
     raise BodyError(f"the balloon found no equilibrium at stretch {settings.stretch}")
+
+
+def held_by_base(balloon: Inflated, settings: BalloonSettings) -> npt.NDArray[np.bool_]:
+    """Which vertices the base holds, shape (n,).
+
+    Raises:
+        BodyError: Too few.
+    """
+    held: npt.NDArray[np.bool_] = balloon.x[:, 2] < -settings.base * settings.radius
+    if held.sum() < 3:
+        raise BodyError(
+            f"the base holds {held.sum()} vertices; fewer than 3 cannot keep the balloon from"
+            " floating away"
+        )
+    return held
 
 
 def rigid_motions(x: Floats) -> Floats:

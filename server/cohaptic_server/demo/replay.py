@@ -33,8 +33,9 @@ def felt_at_once(timeline: Timeline, body: Body, window: slice) -> Floats:
     stride = round(TICK / STEP)
     ticks = list(range(window.start, window.stop, stride))
     state = WorldState()
-    # Everybody is there from before the window: no force of theirs is still rising.
-    for _ in range(round(RELEASE_TIME / TICK) + 1):
+    # Everybody is there from before the window: no force of theirs is still rising, and contacts
+    # have followed.
+    for _ in range(round(RELEASE_TIME / TICK) + 20):
         state, _ = advance(body, state, _touches(timeline, window.start), now=0.0, dt=TICK)
     rows: list[list[float]] = []
     for index in ticks:

@@ -1,0 +1,268 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies import settling
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.bodies.held_water import Band, HeldWater
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.rubber_balloon import RubberBalloon, RubberResponse
+from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, SETTLED, STEPS
+from cohaptic_server.contact import locate
+
+SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
+DEEPEST = 10.0  # N, what the simulated devices of the demo can give
+
+directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(
+    lambda v: np.linalg.norm(v) > 0.3
+)
+presses = st.lists(st.tuples(directions, st.floats(0.0, 5.0)), min_size=1, max_size=3)
+
+
+@pytest.fixture(scope="module")
+def small() -> RubberBalloon:
+    return RubberBalloon(SMALL)
+
+
+@pytest.fixture(scope="module")
+def rubber() -> RubberBalloon:
+    """The balloon that is served."""
+    return RubberBalloon()
+
+
+def press(body: Balloon | RubberBalloon, direction: object, force: float) -> Load:
+    d = np.array(direction, dtype=float)
+    free = np.zeros_like(body.mesh.vertices)
+    tip = 0.1 * d / np.linalg.norm(d)
+    return locate(body.mesh, tip, free, radius=body.contact_radius).load(force)
+
+
+def settled(
+    body: RubberBalloon, loads: Sequence[Load], before: RubberResponse | None = None
+) -> RubberResponse:
+    """As many ticks as it takes, and one more for the tangent of exactly that state."""
+    for _ in range(40):
+        before = body.respond(loads, before)
+        if before.settled.step < SETTLED:
+            return body.respond(loads, before)
+    raise AssertionError("it did not settle")
+
+
+def positions(body: RubberBalloon, response: RubberResponse) -> Floats:
+    return np.asarray(body.mesh.vertices + response.displacement)
+
+
+def lost(body: RubberBalloon, response: RubberResponse) -> float:
+    """Change of volume, relative."""
+    return abs(volume(positions(body, response), body.mesh.faces) / body.volume - 1.0)
+
+
+def depth(load: Load, response: RubberResponse) -> float:
+    """How far the contact moved along its force [m]."""
+    return float(load.weights @ (response.displacement[load.vertices] @ load.direction))
+
+
+def test_without_forces_it_rests_and_answers_as_the_linear_balloon(rubber: RubberBalloon) -> None:
+    loads = [press(rubber, (1, 0, 0), 0.0), press(rubber, (0, 1, 0.3), 0.0)]
+    response, twin = rubber.respond(loads), Balloon().respond(loads)
+    assert np.abs(response.displacement).max() < 1e-10
+    assert response.fields == pytest.approx(twin.fields, abs=1e-12)
+    assert response.compliance == pytest.approx(twin.compliance, abs=1e-12)
+    assert rubber.respond([]).compliance.shape == (0, 0)
+
+
+def test_it_agrees_with_its_linear_twin_at_a_thousandth_of_strain(rubber: RubberBalloon) -> None:
+    """A press that strains no triangle beyond 0.1 % answers within 1 %."""
+    twin = Balloon()
+    load = press(rubber, (1, 0, 0), 0.02)
+    response, linear = settled(rubber, [load]), twin.respond([load])
+    x, at_rest = response.settled.state.strain, rubber.respond([]).settled.state.strain
+    strain = np.abs(np.sqrt(x.c / at_rest.c) - 1.0).max()
+    assert 1e-4 < strain < 1e-3
+    gap = np.linalg.norm(response.displacement - linear.displacement)
+    assert gap < 0.01 * np.linalg.norm(linear.displacement)
+    assert response.compliance == pytest.approx(linear.compliance, rel=0.01)
+    assert response.energy == pytest.approx(linear.energy, rel=0.01)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 0, 1), (-0.5, 0.5, -0.3)])
+def test_the_volume_is_constant_under_the_deepest_press(
+    rubber: RubberBalloon, direction: object
+) -> None:
+    """In every tick, on the way too; and the base is held."""
+    load, response = press(rubber, direction, DEEPEST), None
+    for _ in range(8):
+        response = rubber.respond([load], response)
+        assert lost(rubber, response) < 1e-9
+    assert response is not None
+    assert depth(load, response) > 0.015
+    held = rubber.mesh.vertices[:, 2] < -0.085
+    assert np.abs(response.displacement[held]).max() == 0.0
+
+
+@given(presses)
+@settings(max_examples=8, deadline=None)
+def test_fields_and_compliance_are_derivatives_by_the_forces(
+    small: RubberBalloon, hands: list[tuple[tuple[float, float, float], float]]
+) -> None:
+    """K_o is the tangent at the present state (science 3.6)."""
+    loads = [press(small, d, f) for d, f in hands]
+    at = settled(small, loads)
+    C = at.compliance
+    assert np.abs(C - C.T).max() == 0.0
+    assert np.linalg.eigvalsh(C).min() > -1e-12
+    h = 1e-3  # N
+    for i, load in enumerate(loads):
+        up, down = (
+            settled(
+                small,
+                [*loads[:i], Load(load.vertices, load.weights, load.direction, f), *loads[i + 1 :]],
+                at,
+            )
+            for f in (load.force + h, load.force - h)
+        )
+        change = (up.displacement - down.displacement) / (2.0 * h)
+        # Not less than: a contact on the held base moves nothing.
+        assert np.abs(change - at.fields[i]).max() <= 1e-4 * np.abs(at.fields[i]).max()
+        row = [(depth(one, up) - depth(one, down)) / (2.0 * h) for one in loads]
+        assert C[i] == pytest.approx(row, abs=1e-4 * np.abs(C[i]).max())
+
+
+@pytest.mark.parametrize("force", [2.0, DEEPEST])
+def test_the_hands_work_is_the_energy_stored(small: RubberBalloon, force: float) -> None:
+    """Loaded in 40 steps: trapezium of force over depth. And given back on the way out."""
+    place, response = press(small, (1, 0, 0), 0.0), None
+    work, last, energies = 0.0, (0.0, 0.0), list[float]()
+    ramp = np.linspace(0.0, force, 41).tolist()
+    for f in (*ramp, *ramp[::-1]):
+        load = Load(place.vertices, place.weights, place.direction, f)
+        response = settled(small, [load], response)
+        moved = depth(place, response)
+        work += 0.5 * (f + last[0]) * (moved - last[1])
+        last = (f, moved)
+        energies.append(response.energy)
+        assert response.energy == pytest.approx(work, rel=5e-3, abs=1e-6)
+    assert max(energies) > 0.001
+    assert energies[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factorisations, the heavy part, under loads far beyond those of a device, and at rest."""
+    made = 0
+
+    class Counting(HeldWater):
+        def __init__(self, band: Band, entries: Floats, g: Floats) -> None:
+            nonlocal made
+            made += 1
+            super().__init__(band, entries, g)
+
+    monkeypatch.setattr(settling, "HeldWater", Counting)
+    response, counts = small.respond([]), list[int]()
+    for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
+        before = made
+        response = small.respond([press(small, (0.3, 0.1, 1), f)], response)
+        counts.append(made - before)
+    assert max(counts) <= STEPS + 2
+    assert max(counts[:10]) <= STEPS
+    assert counts[9] == counts[-1] == 0
+
+
+@given(presses)
+@settings(max_examples=8, deadline=None)
+def test_a_warm_start_ends_where_a_cold_one_does(
+    small: RubberBalloon, hands: list[tuple[tuple[float, float, float], float]]
+) -> None:
+    loads = [press(small, d, f) for d, f in hands]
+    cold = settled(small, loads)
+    warm = settled(small, loads, settled(small, [press(small, (0.2, 1, 0.4), 4.0)]))
+    assert warm.displacement == pytest.approx(cold.displacement, abs=1e-8)
+    assert warm.compliance == pytest.approx(cold.compliance, rel=1e-6, abs=1e-12)
+
+
+def test_a_turned_scene_gives_turned_answers(small: RubberBalloon) -> None:
+    """A quarter turn of the icosphere about z swaps it with its mirror image, not with itself;
+    a half turn maps it onto itself."""
+    one = settled(small, [press(small, (1, 0.3, 0.2), 6.0)])
+    two = settled(small, [press(small, (-1, -0.3, 0.2), 6.0)])
+    assert one.energy == pytest.approx(two.energy, rel=1e-9)
+    assert one.compliance == pytest.approx(two.compliance, rel=1e-6)
+
+
+@pytest.mark.parametrize("force", [50.0, 300.0])
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 0, 1), (0.1, 0.2, -0.6)])
+def test_no_force_makes_it_jump_or_fail(
+    small: RubberBalloon, force: float, direction: object
+) -> None:
+    """Five and thirty times what a device gives, at once, held, and gone at once."""
+    response = small.respond([])
+    for f in [force] * 25 + [0.0] * 60:
+        was = response.displacement
+        response = small.respond([press(small, direction, f)], response)
+        assert np.isfinite(response.displacement).all()
+        assert np.isfinite(response.fields).all()
+        assert np.abs(response.displacement - was).max() < MAX_MOVE * 1.05 + CHORD
+        assert lost(small, response) < 1e-9
+        assert response.compliance[0, 0] > 0.0
+    assert np.abs(response.displacement).max() < 1e-6
+
+
+def test_it_never_goes_up_on_its_way(small: RubberBalloon) -> None:
+    """Under loads that stay, the energy of rubber and loads falls from tick to tick."""
+    loads = [press(small, (1, 0, 0), 40.0), press(small, (0, 0, 1), 15.0)]
+    response, heights = small.respond([]), list[float]()
+    for _ in range(30):
+        response = small.respond(loads, response)
+        heights.append(response.energy - sum(one.force * depth(one, response) for one in loads))
+    assert np.diff(heights).max() < 1e-12
+    assert heights[-1] < heights[0]
+
+
+@pytest.mark.parametrize("body", [RubberBalloon, Balloon])
+def test_with_damping_it_creeps_to_the_same_place(
+    body: type[RubberBalloon] | type[Balloon],
+) -> None:
+    """Eq. (9): stiffer within the tick by 1 + B_o / K_o, the same in the end, as C says."""
+    b = 2.0
+    elastic, viscous = body(SMALL), body(SMALL, damping=b)
+    load = press(elastic, (1, 0, 0), 4.0)
+    end = elastic.respond([load])
+    for _ in range(10):
+        end = elastic.respond([load], end)
+    first = viscous.respond([load])
+    if body is Balloon:
+        assert first.compliance == pytest.approx(end.compliance, rel=1e-9)
+        assert first.displacement == pytest.approx(end.displacement / (1.0 + b), abs=1e-12)
+    response, reached = first, list[float]()
+    for _ in range(100):
+        reached.append(depth(load, response))  # type: ignore[arg-type]
+        assert 0.0 <= response.energy <= load.force * reached[-1] + 1e-12
+        response = viscous.respond([load], response)
+    assert (np.diff(reached) > -1e-9).all()
+    assert reached[0] < 0.5 * reached[-1]
+    assert response.displacement == pytest.approx(end.displacement, abs=1e-6)
+
+
+@pytest.mark.parametrize("stretch", [1.05, 1.4, 2.0, 4.0])
+@pytest.mark.parametrize("base", [0.1, 0.9])
+def test_every_balloon_can_be_pressed(stretch: float, base: float) -> None:
+    """Little or much inflated, held by almost half of it or by a few vertices."""
+    body = RubberBalloon(BalloonSettings(subdivisions=2, stretch=stretch, base=base))
+    load = press(body, (1, 0, 0.2), 2.0)
+    response = settled(body, [load])
+    assert 0.001 < depth(load, response) < 0.1
+    assert lost(body, response) < 1e-9
+
+
+def test_absurd_ones_are_refused() -> None:
+    with pytest.raises(SettingError, match="damping"):
+        RubberBalloon(damping=-1.0)
+    with pytest.raises(BodyError, match="floating away"):
+        RubberBalloon(BalloonSettings(subdivisions=1, base=0.98))
