@@ -1,0 +1,75 @@
+"""Triangles of one surface that pass through each other.
+
+Two triangles cross when an edge of one goes through the inside of the other (Moeller and
+Trumbore's test for a segment). Pairs to test come from trees of triangles of like size, so that
+one large triangle does not make neighbours of all small ones. Triangles that share a corner, or
+lie in one plane, do not count.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from cohaptic_server.bodies.mesh import Floats, Ints, cross
+
+_INSIDE = 1e-9  # barycentric margin: touching is not crossing
+_AT_ONCE = 2000
+
+
+def count_crossings(x: Floats, faces: Ints) -> int:
+    """How many triangles cross another one.
+
+    Args:
+        x: Shape (n, 3).
+        faces: Shape (m, 3).
+    """
+    corners = x[faces]
+    middle = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    klass = np.floor(np.log2(np.maximum(radius, 1e-300))).astype(np.int64)
+    crossing = np.zeros(len(faces), dtype=np.bool_)
+    for k in np.unique(klass).tolist():
+        large = np.flatnonzero(klass == k)
+        tree = cKDTree(middle[large])
+        others = np.flatnonzero(klass <= k)
+        for start in range(0, len(others), _AT_ONCE):
+            small = others[start : start + _AT_ONCE]
+            near = tree.query_ball_point(middle[small], radius[small] + radius[large].max())
+            counts = np.array([len(found) for found in near])
+            if not counts.sum():
+                continue
+            i = np.repeat(small, counts)
+            j = large[np.concatenate([np.array(found, dtype=np.int64) for found in near])]
+            apart = ~(faces[i][:, :, None] == faces[j][:, None, :]).any(axis=(1, 2))
+            gap = middle[i] - middle[j]
+            close = np.einsum("pi,pi->p", gap, gap) <= (radius[i] + radius[j]) ** 2
+            i, j = i[apart & close], j[apart & close]
+            hit = _cross(corners[i], corners[j]) | _cross(corners[j], corners[i])
+            crossing[i[hit]] = crossing[j[hit]] = True
+    return int(crossing.sum())
+
+
+def _cross(a: Floats, b: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Whether an edge of a goes through b, pair by pair; shapes (p, 3, 3)."""
+    e1, e2 = b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
+    hit = np.zeros(len(a), dtype=np.bool_)
+    for k in range(3):
+        origin, way = a[:, k], a[:, (k + 1) % 3] - a[:, k]
+        p = cross(way, e2)
+        det = np.einsum("pi,pi->p", e1, p)
+        scale = np.sqrt(
+            np.einsum("pi,pi->p", e1, e1)
+            * np.einsum("pi,pi->p", e2, e2)
+            * np.einsum("pi,pi->p", way, way)
+        )
+        usable = np.abs(det) > 1e-12 * scale
+        inverse = 1.0 / np.where(usable, det, 1.0)
+        s = origin - b[:, 0]
+        u = np.einsum("pi,pi->p", s, p) * inverse
+        q = cross(s, e1)
+        v = np.einsum("pi,pi->p", way, q) * inverse
+        t = np.einsum("pi,pi->p", e2, q) * inverse
+        low, high = _INSIDE, 1.0 - _INSIDE
+        hit |= usable & (u > low) & (v > low) & (u + v < high) & (t > low) & (t < high)
+    return hit

@@ -1,0 +1,150 @@
+"""A file, a material and a rule become a solid body; what is wrong with them becomes a sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.objects.fill import fill
+from cohaptic_server.objects.hold import held_by
+from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface_file import SURFACES, read_surface
+from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+
+SMALLEST, LARGEST = 0.005, 5.0  # m; the longest side of the box around an object
+MAX_TRIANGLES = 300_000
+# Of quadratic elements, that many need about 4 GB and a minute (docs/decisions/0013).
+MAX_TETRAHEDRA = 400_000
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectFile:
+    """An object that somebody brings.
+
+    Args:
+        path: Of the mesh.
+        fix: Rule that says what is held (`hold.py`).
+        scale: Metres in one unit of the file.
+        edge: Length of an edge of a tetrahedron wanted, as a share of the diagonal of the box.
+        repair: Whether an open or tangled surface is closed and untangled as fTetWild sees fit.
+        material: What it is made of.
+    """
+
+    path: Path
+    fix: str = ""
+    scale: float = 1.0
+    edge: float = 0.05
+    repair: bool = False
+    material: SolidSettings = field(default_factory=SolidSettings)
+
+    def __post_init__(self) -> None:
+        if not 1e-9 <= self.scale <= 1e9:
+            raise SettingError("--scale", self.scale, "from 1e-9 to 1e9 metres in a unit")
+        if not 0.005 <= self.edge <= 0.5:
+            raise SettingError("--edge", self.edge, "from 0.005 to 0.5 of the object's diagonal")
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What came of a file.
+
+    Args:
+        tets: The object [m].
+        surface: What was found of its surface; None for a volume mesh.
+    """
+
+    tets: TetMesh
+    surface: SurfaceReport | None
+
+
+def build_solid(wanted: ObjectFile) -> Solid:
+    """The solid body of a file.
+
+    Raises:
+        BodyError: The file is no object that can be touched.
+        SettingError: An option does not fit it.
+    """
+    if not wanted.fix.strip():
+        raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
+    tets = prepare(wanted).tets
+    held = held_by(wanted.fix, tets.vertices)
+    return Solid(tets, held, wanted.material, name=wanted.path.stem[:40])
+
+
+def prepare(wanted: ObjectFile) -> Prepared:
+    """Read, check and fill; raises as `build_solid`."""
+    path = wanted.path
+    kind = path.suffix.lower()
+    if kind not in SURFACES + VOLUMES:
+        raise BodyError(
+            f"{path}: files of kind {kind or '(none)'} are not read; these are:"
+            f" {' '.join(SURFACES + VOLUMES)}"
+        )
+    if not path.is_file():
+        raise BodyError(f"{path}: there is no such file")
+    if not path.stat().st_size:
+        raise BodyError(f"{path}: the file is empty")
+    if kind in VOLUMES:
+        x, tets = read_volume(path)
+        if len(tets) > MAX_TETRAHEDRA:
+            raise BodyError(f"{path}: {len(tets):,} tetrahedra; the limit is {MAX_TETRAHEDRA:,}")
+        _check_size(path, x[np.unique(tets)] * wanted.scale, wanted.scale)
+        return Prepared(_named(path, x * wanted.scale, tets), None)
+    x, faces = read_surface(path)
+    if len(faces) > MAX_TRIANGLES:
+        raise BodyError(
+            f"{path}: {len(faces):,} triangles; the limit is {MAX_TRIANGLES:,}. Simplify it first:"
+            f" an object for touching needs a few tens of thousands"
+        )
+    _check_size(path, x * wanted.scale, wanted.scale)
+    report = examine(x, faces)
+    _check_surface(path, report, wanted.repair)
+    tets = fill(x * wanted.scale, facing_outwards(x, faces), wanted.edge)
+    if len(tets.tets) > MAX_TETRAHEDRA:
+        raise BodyError(
+            f"{path}: filled with {len(tets.tets):,} tetrahedra; the limit is"
+            f" {MAX_TETRAHEDRA:,}: take a larger --edge than {wanted.edge:g}"
+        )
+    return Prepared(tets, report)
+
+
+def _named(path: Path, x: Floats, tets: Ints) -> TetMesh:
+    try:
+        return TetMesh.checked(x, tets)
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
+
+
+def _check_size(path: Path, x: Floats, scale: float) -> None:
+    """Refuse what is no size for a hand, with the scale that was probably meant."""
+    size = float(np.ptp(x, axis=0).max())
+    if SMALLEST <= size <= LARGEST:
+        return
+    likely = [f"--scale {scale * s:g}" for s in (1e-3, 1e-2, 1e3) if 0.02 <= size * s <= 1.0]
+    advice = " or ".join(likely) or "--scale with the metres in one unit of the file"
+    raise BodyError(
+        f"{path}: the object is {size:.4g} m long; it must be from {SMALLEST:g} to {LARGEST:g} m."
+        f" Is the file in other units? Try {advice}"
+    )
+
+
+def _check_surface(path: Path, report: SurfaceReport, repair: bool) -> None:
+    problems = report.problems()
+    if problems and not repair:
+        raise BodyError(
+            f"{path}: {'; '.join(problems)}. Mend it, or let it be closed and untangled with"
+            " --repair"
+        )
+    if report.pieces > 1 and not repair:
+        raise BodyError(
+            f"{path}: the surface is in {report.pieces} pieces; it must be one. A hollow object"
+            " needs --repair"
+        )
+    if report.flat:
+        raise BodyError(f"{path}: the surface encloses no volume ({report.volume:.3g})")
