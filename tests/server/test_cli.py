@@ -51,7 +51,9 @@ def test_a_setting_out_of_range_is_one_sentence(
 
 def test_an_unknown_body_is_one_sentence_with_those_that_exist() -> None:
     done = refused("--port", "0", "--body", "liver")
-    assert done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon, spring\n"
+    assert (
+        done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon, spring, or a file\n"
+    )
 
 
 def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:

@@ -7,7 +7,9 @@ import itertools
 import numpy as np
 
 from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
+
+_BEND = 1.8
 
 
 def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
@@ -51,19 +53,38 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetM
     return grid(xs, ys, np.linspace(0.0, lz, nz + 1))
 
 
-def half_ball(radii: Floats) -> TetMesh:
-    """A half ball below z = 0, in shells: a stand-in for a half space, fine near its centre.
+def half_ball(core: Floats, shells: Floats) -> TetMesh:
+    """A half ball below z = 0: a stand-in for a half space, fine near its centre.
 
-    A grid of cubes drawn out radially: cube k becomes the half sphere of `radii[k]`.
+    The core is a grid of cubes drawn out radially, cube k to the half sphere of `core[k]`; the
+    shells go on outwards from its triangles, so that they cost the same each.
 
     Args:
-        radii: Rising, the first of them 0 [m].
+        core: Rising radii, the first of them 0, shape (k + 1,) [m].
+        shells: Rising radii beyond the core's, shape (s,) [m].
     """
-    k = len(radii) - 1
+    k = len(core) - 1
     line = np.arange(-k, k + 1, dtype=np.float64)
     cube = grid(line, line, np.arange(0, k + 1, dtype=np.float64))
-    shell = np.abs(cube.vertices).max(axis=1).round().astype(np.int64)
-    length = np.linalg.norm(cube.vertices, axis=1)
-    scale = radii[shell] / np.where(length > 0.0, length, 1.0)
-    x = cube.vertices * scale[:, None]
-    return TetMesh.checked(x * np.array([1.0, 1.0, -1.0]), cube.tets)
+    ring = np.abs(cube.vertices).max(axis=1).round().astype(np.int64)
+    # Closer together under the face, where the stress at the edge of a punch has no limit.
+    bent = cube.vertices.copy()
+    bent[:, 2] *= (bent[:, 2] / np.maximum(ring, 1)) ** (_BEND - 1.0)
+    length = np.linalg.norm(bent, axis=1)
+    unit = bent / np.where(length > 0.0, length, 1.0)[:, None]
+    layers, tets = [unit * core[ring][:, None]], [cube.tets]
+    outer = np.flatnonzero(ring == k)
+    skin = boundary(cube.tets)
+    # By rising number of their corners prisms are cut along the same diagonals on both sides.
+    skin = np.sort(np.searchsorted(outer, skin[(ring[skin] == k).all(axis=1)]), axis=1)
+    below, start = outer, len(unit)
+    for radius in shells.tolist():
+        above = start + np.arange(len(outer))
+        start += len(outer)
+        layers.append(radius * unit[outer])
+        (a, b, c), (d, e, f) = below[skin].T, above[skin].T
+        tets += [np.stack(t, axis=1) for t in ((a, b, c, f), (a, b, e, f), (a, d, e, f))]
+        below = above
+    return TetMesh.checked(
+        np.concatenate(layers) * np.array([1.0, 1.0, -1.0]), np.concatenate(tets)
+    )

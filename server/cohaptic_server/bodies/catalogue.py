@@ -31,6 +31,6 @@ def build_body(name: str, solid: ObjectFile | None = None) -> Body:
             raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
     path = Path(name)
-    if not path.suffix and len(path.parts) == 1:
+    if not path.suffix and "/" not in name and "\\" not in name:
         raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
     return build_solid(replace(solid or ObjectFile(path), path=path))

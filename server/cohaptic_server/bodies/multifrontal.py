@@ -102,8 +102,8 @@ class Factor:
     def _path(self, nodes: Ints) -> list[int]:
         """Fronts that forces on `nodes` reach, children before parents."""
         found: set[int] = set()
-        for start in np.unique(self._front_of[nodes]).tolist():
-            k = start
+        starts: list[int] = np.unique(self._front_of[nodes]).tolist()
+        for k in starts:
             while k >= 0 and k not in found:
                 found.add(k)
                 k = self._fronts[k].parent

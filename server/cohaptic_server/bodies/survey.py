@@ -32,13 +32,13 @@ def survey(mesh: SurfaceMesh, columns: GreenColumns, radius: float, places: int 
             forces[np.searchsorted(vertices, v), :, r] = -w[:, None] * mesh.normals[k]
         moved = columns.respond(vertices, forces).reshape(len(batch), -1, 3)[:, vertices]
         exact[start : start + len(batch)] = np.einsum("rki,kir->r", moved, forces)
-    distance, near = cKDTree(mesh.vertices[chosen]).query(
-        mesh.vertices, k=min(_NEIGHBOURS, len(chosen))
-    )
-    distance, near = distance.reshape(len(mesh.vertices), -1), near.reshape(distance.shape[0], -1)
+    # An array of neighbours, so that one of them still has an axis.
+    nearest = np.arange(1, min(_NEIGHBOURS, len(chosen)) + 1)
+    found = cKDTree(mesh.vertices[chosen]).query(mesh.vertices, k=nearest)
+    distance, near = np.asarray(found[0]), np.asarray(found[1])
     weights = 1.0 / np.maximum(distance, 1e-9 * mesh.size) ** 2
     table = (weights * exact[near]).sum(axis=1) / weights.sum(axis=1)
-    return np.maximum(0.0, table)
+    return np.asarray(np.maximum(0.0, table), dtype=np.float64)
 
 
 def spread(points: Floats, count: int) -> Ints:

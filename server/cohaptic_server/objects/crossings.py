@@ -2,8 +2,8 @@
 
 Two triangles cross when an edge of one goes through the inside of the other (Moeller and
 Trumbore's test for a segment). Pairs to test come from trees of triangles of like size, so that
-one large triangle does not make neighbours of all small ones. Triangles that share a corner, or
-lie in one plane, do not count.
+one large triangle does not make neighbours of all small ones. Triangles that share an edge, or lie
+in one plane, do not count.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from cohaptic_server.bodies.mesh import Floats, Ints, cross
 
-_INSIDE = 1e-9  # barycentric margin: touching is not crossing
+_MARGIN = 1e-9  # barycentric
 _AT_ONCE = 2000
 
 
@@ -35,23 +35,28 @@ def count_crossings(x: Floats, faces: Ints) -> int:
         others = np.flatnonzero(klass <= k)
         for start in range(0, len(others), _AT_ONCE):
             small = others[start : start + _AT_ONCE]
-            near = tree.query_ball_point(middle[small], radius[small] + radius[large].max())
+            reach = radius[small] + radius[large].max()
+            near: list[list[int]] = tree.query_ball_point(middle[small], reach).tolist()
             counts = np.array([len(found) for found in near])
             if not counts.sum():
                 continue
             i = np.repeat(small, counts)
             j = large[np.concatenate([np.array(found, dtype=np.int64) for found in near])]
-            apart = ~(faces[i][:, :, None] == faces[j][:, None, :]).any(axis=(1, 2))
+            common = (faces[i][:, :, None] == faces[j][:, None, :]).sum(axis=(1, 2))
+            apart = common < 2
             gap = middle[i] - middle[j]
             close = np.einsum("pi,pi->p", gap, gap) <= (radius[i] + radius[j]) ** 2
-            i, j = i[apart & close], j[apart & close]
-            hit = _cross(corners[i], corners[j]) | _cross(corners[j], corners[i])
+            i, j, common = (which[apart & close] for which in (i, j, common))
+            # Two that have a corner in common touch there; of others touching is crossing, or the
+            # two halves of a mirrored shape, whose edges meet in the mirror, would pass.
+            margin = np.where(common == 1, _MARGIN, -_MARGIN)
+            hit = _cross(corners[i], corners[j], margin) | _cross(corners[j], corners[i], margin)
             crossing[i[hit]] = crossing[j[hit]] = True
     return int(crossing.sum())
 
 
-def _cross(a: Floats, b: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Whether an edge of a goes through b, pair by pair; shapes (p, 3, 3)."""
+def _cross(a: Floats, b: Floats, low: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Whether an edge of a goes through b, pair by pair; shapes (p, 3, 3), margin `low` (p,)."""
     e1, e2 = b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
     hit = np.zeros(len(a), dtype=np.bool_)
     for k in range(3):
@@ -70,6 +75,6 @@ def _cross(a: Floats, b: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         q = cross(s, e1)
         v = np.einsum("pi,pi->p", way, q) * inverse
         t = np.einsum("pi,pi->p", e2, q) * inverse
-        low, high = _INSIDE, 1.0 - _INSIDE
+        high = 1.0 - low
         hit |= usable & (u > low) & (v > low) & (u + v < high) & (t > low) & (t < high)
     return hit

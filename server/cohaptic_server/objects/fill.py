@@ -6,6 +6,9 @@ surface that comes out is its own, within `ENVELOPE` of the one that went in.
 
 from __future__ import annotations
 
+import contextlib
+import tempfile
+
 import numpy as np
 
 from cohaptic.errors import BodyError
@@ -27,21 +30,23 @@ def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
         BodyError: pytetwild is not there, or nothing came out.
     """
     try:
-        import pytetwild
+        from pytetwild.pytetwild import tetrahedralize
     except ImportError as error:
         raise BodyError(
             "filling a surface with tetrahedra needs pytetwild; install it with:"
             " pip install 'cohaptic[objects]'"
         ) from error
     # One thread: with several of them the mesh differs from run to run.
-    vertices, tets = pytetwild.tetrahedralize(
-        x,
-        np.asarray(faces, dtype=np.int32),
-        edge_length_fac=edge,
-        epsilon=ENVELOPE,
-        num_threads=1,
-        quiet=True,
-    )
+    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
+        # It leaves a file of its own in the folder that it runs in.
+        vertices, tets = tetrahedralize(
+            x,
+            np.asarray(faces, dtype=np.int32),
+            edge_length_fac=edge,
+            epsilon=ENVELOPE,
+            num_threads=1,
+            quiet=True,
+        )
     if not len(tets):
         raise BodyError("no tetrahedron fits inside the surface: is there an inside?")
     return TetMesh.checked(np.asarray(vertices, dtype=np.float64), np.asarray(tets, dtype=np.int64))

@@ -17,6 +17,7 @@ from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facin
 from cohaptic_server.objects.surface_file import SURFACES, read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 
+KINDS = SURFACES + VOLUMES
 SMALLEST, LARGEST = 0.005, 5.0  # m; the longest side of the box around an object
 MAX_TRIANGLES = 300_000
 # Of quadratic elements, that many need about 4 GB and a minute (docs/decisions/0013).
@@ -81,21 +82,20 @@ def prepare(wanted: ObjectFile) -> Prepared:
     """Read, check and fill; raises as `build_solid`."""
     path = wanted.path
     kind = path.suffix.lower()
-    if kind not in SURFACES + VOLUMES:
+    if kind not in KINDS:
         raise BodyError(
-            f"{path}: files of kind {kind or '(none)'} are not read; these are:"
-            f" {' '.join(SURFACES + VOLUMES)}"
+            f"{path}: files of kind {kind or '(none)'} are not read; these are: {' '.join(KINDS)}"
         )
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
     if not path.stat().st_size:
         raise BodyError(f"{path}: the file is empty")
     if kind in VOLUMES:
-        x, tets = read_volume(path)
-        if len(tets) > MAX_TETRAHEDRA:
-            raise BodyError(f"{path}: {len(tets):,} tetrahedra; the limit is {MAX_TETRAHEDRA:,}")
-        _check_size(path, x[np.unique(tets)] * wanted.scale, wanted.scale)
-        return Prepared(_named(path, x * wanted.scale, tets), None)
+        x, cells = read_volume(path)
+        if len(cells) > MAX_TETRAHEDRA:
+            raise BodyError(f"{path}: {len(cells):,} tetrahedra; the limit is {MAX_TETRAHEDRA:,}")
+        _check_size(path, x[np.unique(cells)] * wanted.scale, wanted.scale)
+        return Prepared(_named(path, x * wanted.scale, cells), None)
     x, faces = read_surface(path)
     if len(faces) > MAX_TRIANGLES:
         raise BodyError(
@@ -135,6 +135,8 @@ def _check_size(path: Path, x: Floats, scale: float) -> None:
 
 
 def _check_surface(path: Path, report: SurfaceReport, repair: bool) -> None:
+    if report.flat:
+        raise BodyError(f"{path}: the surface encloses no volume ({report.volume:.3g})")
     problems = report.problems()
     if problems and not repair:
         raise BodyError(
@@ -146,5 +148,3 @@ def _check_surface(path: Path, report: SurfaceReport, repair: bool) -> None:
             f"{path}: the surface is in {report.pieces} pieces; it must be one. A hollow object"
             " needs --repair"
         )
-    if report.flat:
-        raise BodyError(f"{path}: the surface encloses no volume ({report.volume:.3g})")

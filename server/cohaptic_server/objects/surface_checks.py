@@ -23,7 +23,7 @@ class SurfaceReport:
         crossings: Triangles that pass through another one; -1 where it was not looked for.
         pieces: That hang together.
         volume: Enclosed, in cubic units of the file; positive when normals point outwards.
-        box: Volume of the box around it.
+        size: Longest side of the box around it.
     """
 
     open_edges: int
@@ -31,7 +31,7 @@ class SurfaceReport:
     crossings: int
     pieces: int
     volume: float
-    box: float
+    size: float
 
     def problems(self) -> list[str]:
         """A sentence for each thing that keeps it from being filled."""
@@ -46,8 +46,8 @@ class SurfaceReport:
 
     @property
     def flat(self) -> bool:
-        """Whether it is closed and has next to nothing in it."""
-        return not self.open_edges and abs(self.volume) < 1e-6 * max(self.box, 1e-300)
+        """Whether there is next to nothing in it."""
+        return abs(self.volume) < 1e-9 * self.size**3
 
 
 def examine(x: Floats, faces: Ints) -> SurfaceReport:
@@ -60,7 +60,7 @@ def examine(x: Floats, faces: Ints) -> SurfaceReport:
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     _, counts = np.unique(edges, axis=0, return_counts=True)
     graph = sp.coo_array(
-        (np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(len(x),) * 2
+        (np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(len(x), len(x))
     )
     pieces, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
     centred = x - x.mean(axis=0)
@@ -70,7 +70,7 @@ def examine(x: Floats, faces: Ints) -> SurfaceReport:
         crossings=count_crossings(centred, faces),
         pieces=int(pieces),
         volume=volume(centred, faces),
-        box=float(np.prod(np.ptp(x, axis=0))),
+        size=float(np.ptp(x, axis=0).max()),
     )
 
 

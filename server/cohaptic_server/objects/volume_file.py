@@ -25,6 +25,8 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
     """
     try:
         import meshio
+
+        read: Any = meshio.read  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
     except ImportError as error:
         raise BodyError(
             f"{path}: reading {path.suffix} needs meshio; install it with:"
@@ -32,7 +34,7 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
         ) from error
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # it prints; a server's output is read
-            loaded: Any = meshio.read(path)  # pyright: ignore[reportUnknownMemberType]
+            loaded: Any = read(path)
         x = np.array(loaded.points, dtype=np.float64)
         blocks = [
             np.array(cells.data, dtype=np.int64)[:, :4]
