@@ -41,6 +41,9 @@ def serve(
     edge: Annotated[
         float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
     ] = 0.05,
+    order: Annotated[
+        int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
+    ] = SOLID.order,
     contact_radius: Annotated[
         float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
     ] = 0.0,
@@ -71,7 +74,7 @@ def serve(
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
     settings = ServerSettings(host, port, simulation_hz, body, max_users, allow_fixed_gains)
-    material = SolidSettings(young, poisson, contact_radius)
+    material = SolidSettings(young, poisson, contact_radius, order)
     solid = ObjectFile(Path(body), fix, scale, edge, repair, material)
     asyncio.run(until_interrupted(_serve(settings, solid), lifeline=lifeline))
 

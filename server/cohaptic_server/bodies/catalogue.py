@@ -10,7 +10,8 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.objects.object_file import ObjectFile, build_solid
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.object_file import ObjectFile
 
 BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
 

@@ -8,6 +8,8 @@ in one plane, do not count.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -36,7 +38,8 @@ def count_crossings(x: Floats, faces: Ints) -> int:
         for start in range(0, len(others), _AT_ONCE):
             small = others[start : start + _AT_ONCE]
             reach = radius[small] + radius[large].max()
-            near: list[list[int]] = tree.query_ball_point(middle[small], reach).tolist()
+            query: Any = tree.query_ball_point  # its type depends on the shape of what it gets
+            near: list[list[int]] = list(query(middle[small], reach))
             counts = np.array([len(found) for found in near])
             if not counts.sum():
                 continue

@@ -1,4 +1,4 @@
-"""A file, a material and a rule become a solid body; what is wrong with them becomes a sentence."""
+"""A file becomes checked tetrahedra; what is wrong with it becomes a sentence."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import numpy as np
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects.fill import fill
-from cohaptic_server.objects.hold import held_by
 from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards
 from cohaptic_server.objects.surface_file import SURFACES, read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
@@ -20,8 +19,9 @@ from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 KINDS = SURFACES + VOLUMES
 SMALLEST, LARGEST = 0.005, 5.0  # m; the longest side of the box around an object
 MAX_TRIANGLES = 300_000
-# Of quadratic elements, that many need about 4 GB and a minute (docs/decisions/0013).
-MAX_TETRAHEDRA = 400_000
+MAX_FACTOR = 6e9  # bytes
+# Factor of blocks, measured (docs/decisions/0013): bytes for so many tetrahedra of either order.
+_MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,22 +64,12 @@ class Prepared:
     surface: SurfaceReport | None
 
 
-def build_solid(wanted: ObjectFile) -> Solid:
-    """The solid body of a file.
+def prepare(wanted: ObjectFile) -> Prepared:
+    """Read, check and fill.
 
     Raises:
         BodyError: The file is no object that can be touched.
-        SettingError: An option does not fit it.
     """
-    if not wanted.fix.strip():
-        raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
-    tets = prepare(wanted).tets
-    held = held_by(wanted.fix, tets.vertices)
-    return Solid(tets, held, wanted.material, name=wanted.path.stem[:40])
-
-
-def prepare(wanted: ObjectFile) -> Prepared:
-    """Read, check and fill; raises as `build_solid`."""
     path = wanted.path
     kind = path.suffix.lower()
     if kind not in KINDS:
@@ -92,8 +82,7 @@ def prepare(wanted: ObjectFile) -> Prepared:
         raise BodyError(f"{path}: the file is empty")
     if kind in VOLUMES:
         x, cells = read_volume(path)
-        if len(cells) > MAX_TETRAHEDRA:
-            raise BodyError(f"{path}: {len(cells):,} tetrahedra; the limit is {MAX_TETRAHEDRA:,}")
+        _check_cost(path, len(cells), wanted.material.order, "")
         _check_size(path, x[np.unique(cells)] * wanted.scale, wanted.scale)
         return Prepared(_named(path, x * wanted.scale, cells), None)
     x, faces = read_surface(path)
@@ -106,12 +95,28 @@ def prepare(wanted: ObjectFile) -> Prepared:
     report = examine(x, faces)
     _check_surface(path, report, wanted.repair)
     tets = fill(x * wanted.scale, facing_outwards(x, faces), wanted.edge)
-    if len(tets.tets) > MAX_TETRAHEDRA:
-        raise BodyError(
-            f"{path}: filled with {len(tets.tets):,} tetrahedra; the limit is"
-            f" {MAX_TETRAHEDRA:,}: take a larger --edge than {wanted.edge:g}"
-        )
+    larger = f"a larger --edge than {wanted.edge:g}"
+    _check_cost(path, len(tets.tets), wanted.material.order, larger)
     return Prepared(tets, report)
+
+
+def factor_bytes(tets: int, order: int) -> float:
+    """Memory that the factor of a compact object will need, about; it grows as n^(4/3)."""
+    measured, count = _MEASURED[order]
+    return float(measured * (tets / count) ** (4.0 / 3.0))
+
+
+def _check_cost(path: Path, tets: int, order: int, advice: str) -> None:
+    needed = factor_bytes(tets, order)
+    if needed <= MAX_FACTOR:
+        return
+    ways = [advice] if advice else []
+    if order == 2:
+        ways.append("--order 1")
+    raise BodyError(
+        f"{path}: {tets:,} tetrahedra of order {order} need about {needed / 1e9:.3g} GB; the limit"
+        f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}"
+    )
 
 
 def _named(path: Path, x: Floats, tets: Ints) -> TetMesh:

@@ -15,10 +15,16 @@ from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.solid import Solid, SolidSettings
 from cohaptic_server.bodies.tetrahedra import quadratic as with_middles
 from cohaptic_server.objects import object_file
-from cohaptic_server.objects.object_file import ObjectFile, build_solid
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.object_file import ObjectFile
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
 
 
 def write(path: Path, x: Floats, faces: Ints) -> Path:
@@ -165,6 +171,16 @@ def test_millions_of_triangles_are_refused_with_the_number(
     monkeypatch.setattr(object_file, "MAX_TRIANGLES", 300)
     with pytest.raises(BodyError, match="320 triangles; the limit is 300"):
         build_solid(ObjectFile(sphere(tmp_path / "ball.stl"), "z < 20%"))
+
+
+def test_a_solid_too_large_for_memory_is_refused_with_the_estimate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(object_file, "MAX_FACTOR", 1e6)
+    path = sphere(tmp_path / "ball.stl")
+    said = r"tetrahedra of order 2 need about .* GB; the limit is 0\.001 GB. Take a larger --edge"
+    with pytest.raises(BodyError, match=said + r" than 0\.2 or --order 1"):
+        build_solid(ObjectFile(path, "z < 20%", edge=0.2))
 
 
 @pytest.mark.parametrize(
