@@ -15,7 +15,9 @@ from scipy.spatial import cKDTree
 
 from cohaptic_server.bodies.mesh import Floats, Ints, cross
 
-_MARGIN = 1e-9  # barycentric
+# Barycentric. Files hold 24 bits of a coordinate, and two triangles next to each other in one plane
+# may seem to cross by that much.
+_MARGIN = 1e-5
 _AT_ONCE = 2000
 
 
@@ -52,7 +54,7 @@ def count_crossings(x: Floats, faces: Ints) -> int:
             i, j, common = (which[apart & close] for which in (i, j, common))
             # Two that have a corner in common touch there; of others touching is crossing, or the
             # two halves of a mirrored shape, whose edges meet in the mirror, would pass.
-            margin = np.where(common == 1, _MARGIN, -_MARGIN)
+            margin = np.where(common == 1, _MARGIN, -1e-4 * _MARGIN)
             hit = _cross(corners[i], corners[j], margin) | _cross(corners[j], corners[i], margin)
             crossing[i[hit]] = crossing[j[hit]] = True
     return int(crossing.sum())
@@ -71,7 +73,7 @@ def _cross(a: Floats, b: Floats, low: Floats) -> np.ndarray[tuple[int], np.dtype
             * np.einsum("pi,pi->p", e2, e2)
             * np.einsum("pi,pi->p", way, way)
         )
-        usable = np.abs(det) > 1e-12 * scale
+        usable = np.abs(det) > 1e-6 * scale
         inverse = 1.0 / np.where(usable, det, 1.0)
         s = origin - b[:, 0]
         u = np.einsum("pi,pi->p", s, p) * inverse

@@ -61,7 +61,8 @@ def prepared(wanted: ObjectFile) -> Prepared:
 
 def _read(where: Path) -> Prepared | None:
     try:
-        with np.load(where, allow_pickle=False) as data:
+        # Opened here: numpy leaves a damaged file open.
+        with where.open("rb") as file, np.load(file, allow_pickle=False) as data:
             tets = TetMesh.checked(
                 np.asarray(data["vertices"], dtype=np.float64),
                 np.asarray(data["tets"], dtype=np.int64),

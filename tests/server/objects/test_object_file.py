@@ -17,6 +17,8 @@ from cohaptic_server.bodies.tetrahedra import quadratic as with_middles
 from cohaptic_server.objects import object_file
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.surface_checks import examine
+from cohaptic_server.objects.surface_file import read_surface
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
@@ -138,6 +140,18 @@ def test_a_broken_file_is_one_sentence(what: str, sentence: str, tmp_path: Path)
         build_solid(ObjectFile(path, "z < 20%", edge=0.2))
     assert str(error.value).startswith(f"{path}: ")
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("sections", [12, 24, 48])
+def test_a_torus_in_single_precision_does_not_cross_itself(sections: int, tmp_path: Path) -> None:
+    """Triangles beside each other in one plane, and a seam where corners agree to 24 bits."""
+    path = tmp_path / "torus.stl"
+    trimesh.creation.torus(  # pyright: ignore[reportUnknownMemberType]
+        0.06, 0.025, major_sections=2 * sections, minor_sections=sections
+    ).export(path)
+    report = examine(*read_surface(path))
+    assert report.problems() == []
+    assert report.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.06)
 
 
 def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None:
