@@ -15,6 +15,7 @@ from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.solid import Solid, SolidSettings
 from cohaptic_server.contact import locate, pressure
+from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.neighbourhood import vertex_compliance
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -194,3 +195,12 @@ def test_chunks_of_the_assembly_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohaptic_server.bodies.elements._CHUNK", 7)
     again = stiffness(body.tets, body.elements, len(body.nodes), 1e4, 0.3)
     assert abs(again - body.stiffness).max() < 1e-12 * abs(again).max()
+
+
+def test_two_hands_on_a_solid_feel_each_other() -> None:
+    """Pressed beside each other they share a dent: each feels less than it would alone."""
+    body = small()
+    hands = [RestingHand((x, 0.0, 0.05), 200.0) for x in (-0.015, 0.015)]
+    found = solve(body, hands)
+    assert (found.force > 0.1).all()
+    assert (found.felt_from_others < -0.01).all()
