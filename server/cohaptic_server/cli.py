@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,14 +16,41 @@ from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
+from cohaptic_server.bodies.solid import SolidSettings
+from cohaptic_server.objects.object_file import KINDS, ObjectFile
 from cohaptic_server.settings import ServerSettings
+
+SOLID = SolidSettings()
 
 
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
-    body: Annotated[str, typer.Option(help=f"What is touched: {', '.join(BODIES)}.")] = "balloon",
+    body: Annotated[
+        str,
+        typer.Option(
+            help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."
+        ),
+    ] = "balloon",
+    young: Annotated[
+        float, typer.Option(help="Young's modulus E of a file's object [Pa].")
+    ] = SOLID.young,
+    poisson: Annotated[float, typer.Option(help="Its Poisson's ratio, 0 to 0.499.")] = SOLID.nu,
+    fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = "",
+    scale: Annotated[float, typer.Option(help="Metres in one unit of the file.")] = 1.0,
+    edge: Annotated[
+        float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
+    ] = 0.05,
+    order: Annotated[
+        int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
+    ] = SOLID.order,
+    contact_radius: Annotated[
+        float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
+    ] = 0.0,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
+    ] = False,
     nonlinear: Annotated[
         bool, typer.Option("--nonlinear", help="Finite deformation: balloon only.")
     ] = False,
@@ -53,7 +81,10 @@ def serve(
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
     settings = ServerSettings(host, port, simulation_hz, body, max_users, allow_fixed_gains)
-    touched = build_body(body, nonlinear=nonlinear, damping=relaxation * simulation_hz)
+    material = SolidSettings(young, poisson, contact_radius, order)
+    solid = ObjectFile(Path(body), fix, scale, edge, repair, material)
+    damping = relaxation * simulation_hz
+    touched = build_body(body, solid, nonlinear=nonlinear, damping=damping)
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
 

@@ -7,6 +7,7 @@ as long as this patch will be in use. Nearest first, as many as a frame holds.
 from __future__ import annotations
 
 import math
+from typing import Protocol, runtime_checkable
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -23,6 +24,16 @@ SPEEDING_UP = 0.15  # m/s that a hand may be faster before the next news than it
 _WIDTH = 1.8  # distances between vertices (`mesh_surface.SUPPORT`)
 _FURTHEST = 0.3  # m ahead of the contact
 
+
+@runtime_checkable
+class Surveyed(Protocol):
+    """A body with a quicker way to its table than a response for each vertex."""
+
+    def vertex_compliance(self) -> Floats:
+        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        ...
+
+
 _TABLES: WeakKeyDictionary[Body, Floats] = WeakKeyDictionary()
 
 
@@ -32,7 +43,9 @@ def vertex_compliance(body: Body) -> Floats:
     Of the body at rest; a patch carries its own c_ii, by which the client scales these. Found once
     for each body.
     """
-    if body not in _TABLES:
+    if body not in _TABLES and isinstance(body, Surveyed):
+        _TABLES[body] = body.vertex_compliance()
+    elif body not in _TABLES:
         mesh = body.mesh
         table = np.empty(len(mesh.vertices))
         for k, (at, normal) in enumerate(zip(mesh.vertices, mesh.normals, strict=True)):

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -63,7 +64,21 @@ def test_a_setting_out_of_range_is_one_sentence(
 
 def test_an_unknown_body_is_one_sentence_with_those_that_exist() -> None:
     done = refused("--port", "0", "--body", "liver")
-    assert done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon, spring\n"
+    assert (
+        done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon, spring, or a file\n"
+    )
+
+
+def test_a_file_that_is_no_object_is_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "liver.stl"
+    path.write_bytes(b"")
+    done = refused("--port", "0", "--body", str(path), "--fix", "z < 10%")
+    assert done.stderr == f"cohaptic: {path}: the file is empty\n"
+
+
+def test_an_object_held_nowhere_is_one_sentence() -> None:
+    done = refused("--port", "0", "--body", "liver.stl")
+    assert done.stderr.startswith("cohaptic: --fix is not given; it must be a rule")
 
 
 def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:

@@ -27,6 +27,7 @@ from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.bodies.membrane import Membrane
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.shapes import icosphere
 
 
@@ -193,15 +194,6 @@ def held_by_base(balloon: Inflated, settings: BalloonSettings) -> npt.NDArray[np
             " floating away"
         )
     return held
-
-
-def rigid_motions(x: Floats) -> Floats:
-    """Three translations and three rotations about the origin, shape (3 n, 6)."""
-    motions = np.zeros((len(x), 3, 6))
-    motions[:, :, :3] = np.eye(3)
-    for axis in range(3):
-        motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], x)
-    return motions.reshape(-1, 6)
 
 
 def _held_compliance(balloon: Inflated, free: npt.NDArray[np.bool_]) -> Floats:

@@ -1,14 +1,18 @@
-"""Bodies by name."""
+"""Bodies by name, and from files: the one place that builds them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.object_file import ObjectFile
 
 BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
 
@@ -21,23 +25,36 @@ _DAMPED: dict[tuple[str, bool], Callable[[float], Body]] = {
 }
 
 
-def build_body(name: str, *, nonlinear: bool = False, damping: float = 0.0) -> Body:
-    """Build the body called `name`.
+def build_body(
+    name: str,
+    solid: ObjectFile | None = None,
+    *,
+    nonlinear: bool = False,
+    damping: float = 0.0,
+) -> Body:
+    """Build the body called `name`, or the solid in the file of that name.
 
     Args:
-        name: One of `BODIES`.
+        name: In the catalogue, or a path; what has a suffix or a folder in it is a path.
+        solid: How a file becomes a solid; its own path does not count.
         nonlinear: Finite deformation.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
 
     Raises:
-        SettingError: There is no such body; the message says which there are.
+        SettingError: There is no such name, or an option does not fit; says which do.
+        BodyError: The file is no object that can be touched.
     """
-    if name not in BODIES:
-        raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}")
-    if not nonlinear and damping == 0.0:
+    path = Path(name)
+    if name not in BODIES and not path.suffix and "/" not in name and "\\" not in name:
+        raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
+    if nonlinear or damping != 0.0:
+        if (name, nonlinear) not in _DAMPED:
+            option, having = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
+            names = sorted(n for n, kind in _DAMPED if kind == having)
+            raise SettingError(f"body with {option}", repr(name), f"one of: {', '.join(names)}")
+        return _DAMPED[name, nonlinear](damping)
+    if name in BODIES:
+        if solid is not None and solid != ObjectFile(solid.path):
+            raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
-    if (name, nonlinear) not in _DAMPED:
-        option, having = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
-        names = sorted(n for n, kind in _DAMPED if kind == having)
-        raise SettingError(f"body with {option}", repr(name), f"one of: {', '.join(names)}")
-    return _DAMPED[name, nonlinear](damping)
+    return build_solid(replace(solid or ObjectFile(path), path=path))

@@ -6,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings, inflate, rigid_motions
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings, inflate
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient
 from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.contact import locate
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(

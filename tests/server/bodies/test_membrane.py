@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.balloon import rigid_motions
 from cohaptic_server.bodies.membrane import Membrane
 from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.shapes import icosphere
 
 X, FACES = icosphere(1, 0.1)

@@ -1,0 +1,88 @@
+"""Stiffness of linear elastic tetrahedra, four nodes or ten.
+
+Isotropic Hooke with Lame's lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With
+H_ab = integral of grad N_a (x) grad N_b over an element, the block between its nodes a and b is
+
+    K_ab = lambda H_ab + mu H_ab' + mu tr(H_ab) 1.
+
+The edges are straight, so grad N_a = sum_i D_ai(L) g_i with g_i the constant gradients of the four
+barycentric coordinates L, and H_ab = V sum_ij mean(D_ai D_bj) g_i (x) g_j: exact, no quadrature.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
+
+_CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
+
+
+def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) -> sp.csr_array:
+    """Stiffness of a solid that is not held, shape (3 n, 3 n) [N/m].
+
+    Args:
+        mesh: Corners and volumes.
+        elements: Nodes of each tetrahedron, the corners first, shape (m, 4) or (m, 10).
+        n: How many nodes there are.
+        young: E [Pa].
+        nu: Poisson's ratio.
+    """
+    lame = young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    mu = young / (2.0 * (1.0 + nu))
+    means = _linear_means() if elements.shape[1] == 4 else _quadratic_means()
+    total = sp.csr_array((3 * n, 3 * n))
+    for start in range(0, len(elements), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        tets, nodes = mesh.tets[part], elements[part]
+        g = gradients(mesh.vertices, tets)
+        V = volumes(mesh.vertices, tets)
+        outer = np.einsum("m,mip,mjq->mijpq", V, g, g, optimize=True)
+        H = np.einsum("abij,mijpq->mapbq", means, outer, optimize=True)
+        trace = np.einsum("mapbp->mab", H)
+        blocks = lame * H + mu * np.swapaxes(H, 2, 4)
+        blocks += mu * np.einsum("mab,pq->mapbq", trace, np.eye(3))
+        total = total + _scatter(blocks, nodes, n)
+    return sp.csr_array(total)
+
+
+def gradients(x: Floats, tets: Ints) -> Floats:
+    """Gradients of the barycentric coordinates, shape (m, 4, 3) [1/m]."""
+    edges = x[tets[:, 1:]] - x[tets[:, :1]]
+    g = np.empty((len(tets), 4, 3))
+    g[:, 1:] = np.swapaxes(np.linalg.inv(edges), 1, 2)
+    g[:, 0] = -g[:, 1:].sum(axis=1)
+    return g
+
+
+def _linear_means() -> Floats:
+    """N_a = L_a, so D = 1; shape (4, 4, 4, 4)."""
+    return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
+
+
+def _quadratic_means() -> Floats:
+    """mean(D_ai D_bj) of N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
+
+    D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k, and over a tetrahedron the mean of L_k is 1/4,
+    that of L_k L_l is 1/20, of L_k^2 is 1/10.
+    """
+    c = np.zeros((10, 4, 5))  # [node, barycentric gradient, 1 and L_0..3]
+    for a in range(4):
+        c[a, a, 0], c[a, a, 1 + a] = -1.0, 4.0
+    for e, (p, q) in enumerate(EDGES):
+        c[4 + e, p, 1 + q] = c[4 + e, q, 1 + p] = 4.0
+    mean = np.full((5, 5), 0.05) + 0.05 * np.eye(5)
+    mean[0, :] = mean[:, 0] = 0.25
+    mean[0, 0] = 1.0
+    return np.asarray(np.einsum("aik,kl,bjl->abij", c, mean, c, optimize=True))
+
+
+def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
+    """Sum (m, a, 3, a, 3) into (3 n, 3 n)."""
+    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
+    rows = np.repeat(dof, dof.shape[1], axis=1).ravel()
+    columns = np.tile(dof, (1, dof.shape[1])).ravel()
+    matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))
+    return sp.csr_array(matrix)

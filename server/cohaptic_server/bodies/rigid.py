@@ -1,0 +1,23 @@
+"""Motions that store no energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.bodies.mesh import Floats
+
+
+def rigid_motions(x: Floats) -> Floats:
+    """Three translations and three rotations about the origin, shape (3 n, 6)."""
+    motions = np.zeros((len(x), 3, 6))
+    motions[:, :, :3] = np.eye(3)
+    for axis in range(3):
+        motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], x)
+    return motions.reshape(-1, 6)
+
+
+def rigid_rank(x: Floats) -> int:
+    """How many of the six rigid motions are stopped by holding the points `x`, shape (n, 3)."""
+    centred = x - x.mean(axis=0)
+    size = float(np.abs(centred).max()) or 1.0
+    return int(np.linalg.matrix_rank(rigid_motions(centred / size), tol=1e-6))

@@ -1,0 +1,117 @@
+"""A volume mesh of tetrahedra as a frozen value, and the surface that it shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.csgraph
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.mesh import Floats, Ints
+
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, as CalculiX numbers
+_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise seen from outside
+_FLAT = 1e-9  # volume over that of the cube of its longest edge
+
+
+@dataclass(frozen=True, eq=False)
+class TetMesh:
+    """Corners and tetrahedra of a solid at rest.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        tets: Indices into `vertices`, of positive volume, shape (m, 4).
+    """
+
+    vertices: Floats
+    tets: Ints
+
+    @classmethod
+    def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
+        """A mesh from outside: unused vertices go, inverted tetrahedra are turned.
+
+        Raises:
+            BodyError: Nothing in it, a value that is no number, flat tetrahedra, several pieces.
+        """
+        if tets.ndim != 2 or tets.shape[1] != 4 or not len(tets):
+            raise BodyError(f"a solid needs tetrahedra of four corners; these are {tets.shape}")
+        if tets.min() < 0 or tets.max() >= len(vertices):
+            raise BodyError(f"a tetrahedron names vertex {tets.max()} of {len(vertices)}")
+        used, renamed = np.unique(tets, return_inverse=True)
+        x, t = vertices[used], renamed.reshape(tets.shape).astype(np.int64)
+        bad = ~np.isfinite(x).all(axis=1)
+        if bad.any():
+            raise BodyError(f"{bad.sum()} vertices have a coordinate that is not a number")
+        inverted = volumes(x, t) < 0.0
+        t[inverted] = t[inverted][:, [0, 2, 1, 3]]
+        edges = x[t[:, [a for a, _ in EDGES]]] - x[t[:, [b for _, b in EDGES]]]
+        longest = np.sqrt(np.einsum("mei,mei->me", edges, edges).max(axis=1))
+        flat = volumes(x, t) <= _FLAT * longest**3
+        if flat.any():
+            raise BodyError(
+                f"{flat.sum()} of {len(t)} tetrahedra are flat (volume below {_FLAT:g} of the cube"
+                " of their longest edge): mesh the object anew"
+            )
+        pieces = _pieces(t, len(x))
+        if pieces > 1:
+            raise BodyError(f"the solid is in {pieces} pieces; it must be one")
+        return cls(x, t)
+
+    @property
+    def volume(self) -> float:
+        """Of all tetrahedra [m^3]."""
+        return float(volumes(self.vertices, self.tets).sum())
+
+
+def volumes(x: Floats, tets: Ints) -> Floats:
+    """Signed volume of each tetrahedron, shape (m,) [m^3]."""
+    a, b, c = (x[tets[:, k]] - x[tets[:, 0]] for k in (1, 2, 3))
+    return np.asarray(np.einsum("mi,mi->m", np.cross(a, b), c) / 6.0)
+
+
+def boundary(tets: Ints) -> Ints:
+    """Faces that belong to one tetrahedron only, seen from outside, shape (f, 3)."""
+    faces = tets[:, np.array(_FACES)].reshape(-1, 3)
+    key = np.sort(faces, axis=1)
+    _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+    return np.asarray(faces[np.sort(first[counts == 1])], dtype=np.int64)
+
+
+def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
+    """Nodes of ten-node tetrahedra with straight edges.
+
+    Returns:
+        Nodes: the corners, then the middle of each edge, shape (n + e, 3) [m]; elements: four
+        corners and six middles in the order of `EDGES`, shape (m, 10).
+    """
+    pairs = np.sort(mesh.tets[:, np.array(EDGES)].reshape(-1, 2), axis=1)
+    edges, which = np.unique(pairs, axis=0, return_inverse=True)
+    middles = mesh.vertices[edges].mean(axis=1)
+    numbers = len(mesh.vertices) + which.reshape(-1, 6)
+    return np.concatenate([mesh.vertices, middles]), np.concatenate([mesh.tets, numbers], axis=1)
+
+
+def quadratic_boundary(elements: Ints) -> Ints:
+    """Surface of ten-node tetrahedra, each face cut into four by its middles, shape (4 f, 3)."""
+    corner = {frozenset(pair): 4 + k for k, pair in enumerate(EDGES)}
+    faces = elements[:, np.array(_FACES)].reshape(-1, 3)
+    middles = np.array(
+        [[corner[frozenset((f[i], f[(i + 1) % 3]))] for i in range(3)] for f in _FACES]
+    )
+    between = elements[:, middles].reshape(-1, 3)
+    key = np.sort(faces, axis=1)
+    _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+    outer = np.sort(first[counts == 1])
+    (a, b, c), (ab, bc, ca) = faces[outer].T, between[outer].T
+    quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
+
+
+def _pieces(tets: Ints, n: int) -> int:
+    """Parts that hang together by shared corners."""
+    rows, columns = np.repeat(tets[:, 0], 3), tets[:, 1:].ravel()
+    graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
+    count, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
+    return int(count)

@@ -1,0 +1,52 @@
+"""From a closed surface to tetrahedra, by fTetWild (Hu et al. 2020) through pytetwild.
+
+It works in floating point within an envelope of the surface and never fails on a dirty one; the
+surface that comes out is its own, within `ENVELOPE` of the one that went in.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.tetrahedra import TetMesh
+
+ENVELOPE = 1e-3  # of the diagonal of the box around the surface
+
+
+def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
+    """Tetrahedra inside a surface.
+
+    Args:
+        x: Shape (n, 3) [m].
+        faces: Shape (m, 3).
+        edge: Length of an edge wanted, as a share of the diagonal of the box.
+
+    Raises:
+        BodyError: pytetwild is not there, or nothing came out.
+    """
+    try:
+        from pytetwild.pytetwild import tetrahedralize
+    except ImportError as error:
+        raise BodyError(
+            "filling a surface with tetrahedra needs pytetwild; install it with:"
+            " pip install 'cohaptic[objects]'"
+        ) from error
+    # One thread: with several of them the mesh differs from run to run.
+    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
+        # It leaves a file of its own in the folder that it runs in.
+        vertices, tets = tetrahedralize(
+            x,
+            np.asarray(faces, dtype=np.int32),
+            edge_length_fac=edge,
+            epsilon=ENVELOPE,
+            num_threads=1,
+            quiet=True,
+        )
+    if not len(tets):
+        raise BodyError("no tetrahedron fits inside the surface: is there an inside?")
+    return TetMesh.checked(np.asarray(vertices, dtype=np.float64), np.asarray(tets, dtype=np.int64))

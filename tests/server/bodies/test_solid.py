@@ -1,0 +1,206 @@
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.elements import stiffness
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.rigid import rigid_motions
+from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.contact import locate, pressure
+from cohaptic_server.equilibrium import RestingHand, solve
+from cohaptic_server.neighbourhood import vertex_compliance
+
+directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
+    lambda v: np.linalg.norm(v) > 0.3
+)
+materials = st.tuples(st.integers(1, 2), st.sampled_from([0.0, 0.3, 0.45, 0.49]))
+
+
+@functools.cache
+def small(order: int = 2, nu: float = 0.45, cache: int = 2**28) -> Solid:
+    """A block of 0.1 m whose foot is held, its vertices moved a little off their grid."""
+    mesh = block((0.1, 0.08, 0.06), (3, 3, 2))
+    mesh.vertices[:] += np.random.default_rng(1).uniform(-0.004, 0.004, mesh.vertices.shape)
+    return Solid(mesh, mesh.vertices[:, 2] < 0.005, SolidSettings(1e4, nu, 0.015, order, cache))
+
+
+def press(body: Solid, direction: object, force: float) -> Load:
+    d = np.array(direction, dtype=float)
+    at = np.array([0.0, 0.0, 0.03]) + 0.1 * d / np.linalg.norm(d)
+    free = np.zeros_like(body.mesh.vertices)
+    return locate(body.mesh, at, free, radius=body.contact_radius).load(force)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_stiffness_is_symmetric_and_rigid_motions_cost_nothing(order: int) -> None:
+    body = small(order)
+    K, Z = body.stiffness, rigid_motions(body.nodes)
+    assert abs(K - K.T).max() < 1e-12 * abs(K).max()
+    assert np.abs(K @ Z).max() < 1e-12 * abs(K).max()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_uniform_strain_has_the_stress_of_hooke(order: int) -> None:
+    """The patch test: nodes moved by a linear field are in balance, with the right energy."""
+    body = small(order, 0.3)
+    gradient = np.random.default_rng(2).normal(size=(3, 3))
+    u = (body.nodes @ gradient.T).ravel()
+    strain = 0.5 * (gradient + gradient.T)
+    lame, mu = 1e4 * 0.3 / (1.3 * 0.4), 1e4 / 2.6
+    density = 0.5 * lame * np.trace(strain) ** 2 + mu * (strain * strain).sum()
+    stored = 0.5 * u @ (body.stiffness @ u)
+    assert stored == pytest.approx(density * body.tets.volume, rel=1e-10)
+    inside = np.setdiff1d(np.arange(len(body.nodes)), body.surface)
+    force = (body.stiffness @ u).reshape(-1, 3)
+    assert np.abs(force[inside]).max() < 1e-10 * np.abs(force).max()
+
+
+@given(materials, st.lists(st.tuples(directions, st.floats(0.0, 5.0)), min_size=1, max_size=5))
+@settings(max_examples=30, deadline=None)
+def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
+    material: tuple[int, float], presses: list[tuple[tuple[float, float, float], float]]
+) -> None:
+    body = small(*material)
+    loads = [press(body, d, f) for d, f in presses]
+    response = body.respond(loads)
+    C = response.compliance
+    assert np.abs(C - C.T).max() <= 1e-10 * np.abs(C).max()
+    assert np.linalg.eigvalsh(C).min() > -1e-10 * np.abs(C).max()
+    u = response.displacement
+    work = sum(
+        0.5 * load.force * float(load.weights @ (u[load.vertices] @ load.direction))
+        for load in loads
+    )
+    assert response.energy == pytest.approx(work, rel=1e-9, abs=1e-15)
+    assert np.abs(u[body.held[body.surface]]).max() == 0.0
+    whole = full_solution(body, loads)
+    assert np.abs(whole[body.surface] - u).max() <= 1e-9 * max(np.abs(whole).max(), 1e-12)
+    stored = 0.5 * float(whole.ravel() @ (body.stiffness @ whole.ravel()))
+    assert response.energy == pytest.approx(stored, rel=1e-6, abs=1e-12)
+
+
+def full_solution(body: Solid, loads: list[Load]) -> Floats:
+    """All nodes under loads, by a dense solve that shares nothing with the factor."""
+    force = np.zeros((len(body.nodes), 3))
+    for load in loads:
+        share = load.force * load.weights[:, None] * load.direction
+        np.add.at(force, body.surface[load.vertices], share)
+    free = np.repeat(~body.held, 3)
+    u = np.zeros(force.size)
+    K = body.stiffness[free][:, free].toarray()
+    u[free] = np.linalg.solve(K, force.ravel()[free])
+    return u.reshape(-1, 3)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_compliance_of_all_surface_vertices_is_symmetric_and_definite(order: int) -> None:
+    body = small(order)
+    C = np.concatenate([body.columns.column(v) for v in range(len(body.mesh.vertices))])
+    assert np.abs(C - C.T).max() < 1e-8 * np.abs(C).max()
+    values = np.linalg.eigvalsh(C)
+    held = int(body.held[body.surface].sum())
+    assert (np.abs(values) < 1e-12 * values.max()).sum() == 3 * held
+    assert values[3 * held] > 0.0
+
+
+def test_a_small_cache_gives_the_same_and_stays_small() -> None:
+    roomy, tight = small(), small(cache=2**20)
+    tight.columns.capacity = 10
+    for angle in np.linspace(0.0, 3.0, 7):
+        loads = [press(b, (np.cos(angle), np.sin(angle), 0.5), 1.0) for b in (roomy, tight)]
+        one, other = (b.respond([load]) for b, load in zip((roomy, tight), loads, strict=True))
+        assert other.displacement == pytest.approx(one.displacement, rel=1e-9, abs=1e-15)
+        assert tight.columns.bytes <= max(10, len(loads[1].vertices)) * tight.columns.column_bytes
+
+
+def test_a_tick_solves_only_for_what_is_newly_touched() -> None:
+    body = small.__wrapped__(2, 0.3)  # of its own: it counts
+    load = press(body, (0.1, 0.2, 1.0), 1.0)
+    body.respond([load])
+    found = body.columns.found
+    body.respond([load, load])
+    assert body.columns.found == found
+    moved = press(body, (0.3, 0.2, 1.0), 1.0)
+    body.respond([moved])
+    assert body.columns.found - found == len(np.setdiff1d(moved.vertices, load.vertices))
+
+
+def test_no_load_is_no_displacement() -> None:
+    response = small().respond([])
+    assert not response.displacement.any()
+    assert response.compliance.shape == (0, 0)
+
+
+def test_the_survey_is_the_compliance_of_contacts() -> None:
+    body = small()
+    table = vertex_compliance(body)
+    for k in (0, len(table) // 2, len(table) - 1):
+        at = body.mesh.vertices[k]
+        load = Load(*pressure(body.mesh, at, body.contact_radius), -body.mesh.normals[k], 0.0)
+        assert table[k] == pytest.approx(body.respond([load]).compliance[0, 0], rel=1e-6, abs=1e-9)
+
+
+def test_twice_as_stiff_moves_half_as_far() -> None:
+    mesh = block((0.1, 0.1, 0.1), (2, 2, 2))
+    held = mesh.vertices[:, 2] == 0.0
+    soft, hard = (Solid(mesh, held, SolidSettings(young)) for young in (1e4, 2e4))
+    u, v = (body.respond([press(body, (0, 0, 1), 1.0)]).displacement for body in (soft, hard))
+    assert u == pytest.approx(2.0 * v, rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"young": -1.0}, "Young's modulus"),
+        ({"young": float("nan")}, "Young's modulus"),
+        ({"nu": 0.5}, "Poisson's ratio is 0.5; it must be from 0 to 0.499"),
+        ({"nu": -0.1}, "Poisson's ratio"),
+        ({"order": 3}, "order of the elements is 3; it must be 1 or 2"),
+        ({"contact_radius": -1.0}, "contact radius"),
+        ({"cache": 1}, "cache"),
+    ],
+)
+def test_absurd_materials_are_refused(change: dict[str, float], word: str) -> None:
+    with pytest.raises(SettingError, match=word):
+        SolidSettings(**change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("below", "beside", "word"),
+    [
+        (-1.0, 1.0, "would float away"),
+        (1.0, 1.0, "all of the object is held"),
+        (0.01, -0.04, "could still turn"),
+    ],
+)
+def test_an_object_held_nowhere_or_everywhere_is_refused(
+    below: float, beside: float, word: str
+) -> None:
+    mesh = block((0.1, 0.1, 0.1), (2, 2, 2))
+    held = (mesh.vertices[:, 2] < below) & (mesh.vertices[:, 0] < beside)
+    with pytest.raises(BodyError, match=word):
+        Solid(mesh, held)
+
+
+def test_chunks_of_the_assembly_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    body = small(2, 0.3)
+    monkeypatch.setattr("cohaptic_server.bodies.elements._CHUNK", 7)
+    again = stiffness(body.tets, body.elements, len(body.nodes), 1e4, 0.3)
+    assert abs(again - body.stiffness).max() < 1e-12 * abs(again).max()
+
+
+def test_two_hands_on_a_solid_feel_each_other() -> None:
+    """Pressed beside each other they share a dent: each feels less than it would alone."""
+    body = small()
+    hands = [RestingHand((x, 0.0, 0.05), 200.0) for x in (-0.015, 0.015)]
+    found = solve(body, hands)
+    assert (found.force > 0.1).all()
+    assert (found.felt_from_others < -0.01).all()
