@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 from threadpoolctl import threadpool_limits
 
 from cohaptic.interrupt import until_interrupted
@@ -84,7 +85,9 @@ def serve(
     material = SolidSettings(young, poisson, contact_radius, order)
     solid = ObjectFile(Path(body), fix, scale, edge, repair, material)
     damping = relaxation * simulation_hz
-    touched = build_body(body, solid, nonlinear=nonlinear, damping=damping)
+    # A large object takes seconds; a terminal without a sign would look like a server that hangs.
+    with Console(stderr=True).status(f"preparing {body}"):
+        touched = build_body(body, solid, nonlinear=nonlinear, damping=damping)
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
 
