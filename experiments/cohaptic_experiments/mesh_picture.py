@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import Normalize
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from cohaptic_server.bodies.mesh import Floats, SurfaceMesh, face_area_vectors
 
 if TYPE_CHECKING:
-    from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 STYLUS = "#B91C1C"
 COLORS = colormaps["cividis_r"]

@@ -21,7 +21,6 @@ from cohaptic_server.bodies.body import Body
 
 SIMULATION_HZ = 20.0
 SIMULATION_PERIOD = 1.0 / SIMULATION_HZ  # N T [s]
-HAPTIC_PERIOD = 0.001  # T [s]
 _MASS, _STIFFNESS = 0.15, 1e5
 CLAMP = Hand(_MASS, 2.0 * math.sqrt(_MASS * _STIFFNESS), _STIFFNESS)
 # No limit of the safety layer is reached: what the loops do is on trial, not what stops them.

@@ -93,6 +93,7 @@ class UserState:
         delay: Of its loop, as measured.
         velocity: Of its probe, smoothed, shape (3,) [m/s].
         surface: Displacement of the free surface that its contact is found on, (n, 3) [m].
+        free: Displacement without its own force, (n, 3) [m]; None until the tick is over.
     """
 
     touch: Touch
@@ -103,6 +104,7 @@ class UserState:
     delay: LoopDelay = field(default_factory=LoopDelay)
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     surface: Floats | None = None
+    free: Floats | None = None
 
     @property
     def press(self) -> Press:
@@ -142,8 +144,7 @@ def advance(
     """
     here = {touch.user: touch for touch in touches}
     users = _carry_over(state.users, here, dt)
-    placed = [_place(body, state, user) for user in users]
-    placed = [replace(user, delay=_measure(state, user, now=now, dt=dt)) for user in placed]
+    placed = [_place(body, state, user, now=now, dt=dt) for user in users]
     presses = [user.press for user in placed]
     where = spans(presses)
     loads = [load for press in presses for load in press.loads()]
@@ -175,7 +176,9 @@ def advance(
         for i, user in enumerate(placed)
         if user.touch.user in here
     }
-    after = MappingProxyType({user.touch.user: user for user in placed})
+    after = MappingProxyType(
+        {u.touch.user: replace(u, free=field) for u, field in zip(placed, fields, strict=True)}
+    )
     return WorldState(tick, after, response), patches
 
 
@@ -200,12 +203,12 @@ def _carry_over(
     return present
 
 
-def _place(body: Body, state: WorldState, present: _Present) -> UserState:
+def _place(body: Body, state: WorldState, present: _Present, *, now: float, dt: float) -> UserState:
     """Find the contact on the surface of the last tick, and the force that counts there."""
     touch = present.touch
     probe = np.array(touch.probe)
     before = state.users.get(touch.user)
-    free = surface = _free_before(body, state, touch.user)
+    free = surface = _free_before(body, state, before)
     if before is not None and before.surface is not None:
         surface = before.surface + _FOLLOW * (free - before.surface)
     contact = locate(
@@ -223,9 +226,15 @@ def _place(body: Body, state: WorldState, present: _Present) -> UserState:
         along = np.array(
             tangential(scale(touch.force, present.presence), _vec(contact.normal), force)
         )
-    velocity = _velocity(before, touch)
     return UserState(
-        touch, contact, present.presence, force, along, velocity=velocity, surface=surface
+        touch,
+        contact,
+        present.presence,
+        force,
+        along,
+        _measure(state, before, touch, now=now, dt=dt),
+        _velocity(before, touch),
+        surface,
     )
 
 
@@ -240,25 +249,24 @@ def _velocity(before: UserState | None, touch: Touch) -> Floats:
     return np.asarray(before.velocity + _SMOOTHING * (new - before.velocity))
 
 
-def _measure(state: WorldState, user: UserState, *, now: float, dt: float) -> LoopDelay:
+def _measure(
+    state: WorldState, before: UserState | None, touch: Touch, *, now: float, dt: float
+) -> LoopDelay:
     """The user's loop delay after the sample of this tick, if it is a new one."""
-    before = state.users.get(user.touch.user)
     delay = LoopDelay() if before is None else before.delay
-    touch = user.touch
     seen = before is not None and before.touch.seq == touch.seq
     if seen or not 0 < touch.tick <= state.tick:
         return delay
     return delay.measured((state.tick + 1 - touch.tick) * dt, now)
 
 
-def _free_before(body: Body, state: WorldState, user: int) -> Floats:
+def _free_before(body: Body, state: WorldState, before: UserState | None) -> Floats:
+    """Displacement of the last tick without the user's own force, shape (n, 3) [m]."""
+    if before is not None and before.free is not None:
+        return before.free
     if state.response is None:
         return np.zeros_like(body.mesh.vertices)
-    if user not in state.users:
-        return state.response.displacement
-    presses = [other.press for other in state.users.values()]
-    i = list(state.users).index(user)
-    return free_of(state.response, presses[i], spans(presses)[i])
+    return state.response.displacement
 
 
 def _nearness(user: UserState, point: Floats) -> float:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.contact import pressure
@@ -44,7 +46,7 @@ def test_compliance_is_found_once_for_each_body() -> None:
     class Counting(Balloon):
         responses = 0
 
-        def respond(self, loads, before=None):  # type: ignore[no-untyped-def]
+        def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
             self.responses += 1
             return super().respond(loads, before)
 

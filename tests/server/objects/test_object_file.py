@@ -223,6 +223,6 @@ def test_options_of_a_file_do_not_fit_the_balloon() -> None:
 @pytest.mark.parametrize(
     ("change", "word"), [({"scale": 0.0}, "--scale"), ({"edge": 2.0}, "--edge")]
 )
-def test_absurd_options_are_refused(change: dict[str, float], word: str) -> None:
+def test_absurd_options_are_refused(change: dict[str, Any], word: str) -> None:
     with pytest.raises(SettingError, match=word):
-        ObjectFile(Path("a.stl"), **change)  # type: ignore[arg-type]
+        ObjectFile(Path("a.stl"), **change)
