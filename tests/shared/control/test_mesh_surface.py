@@ -52,8 +52,8 @@ def surface(
 def test_a_ball_is_a_ball_however_deep_the_probe_is(a: float, b: float, depth: float) -> None:
     out = direction(a, b)
     sight = surface().look(scale(out, RADIUS - depth))
-    # Its vertices lie on the ball; what is left is the third order between them: 4 um at the most as
-    # far as 10 mm off the surface, 25 um at 20 mm, where fewer vertices count and nothing is felt.
+    # Its vertices lie on the ball; what is left is the third order between them: 4 um at the most
+    # up to 10 mm off the surface, 25 um at 20 mm, where few vertices count and nothing is felt.
     assert sight.depth == pytest.approx(depth, abs=1e-5 if depth > -0.01 else 3e-5)
     assert dot(sight.normal, out) > 0.99999
     assert (sight.own_force, sight.u_others) == (0.5, -0.001)
