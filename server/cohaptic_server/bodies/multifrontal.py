@@ -1,23 +1,30 @@
-"""Sparse Cholesky by fronts: K = L L', factored once, solved for many forces at a time.
+"""Sparse Cholesky by fronts: K = L D L', factored once, solved for many forces at a time.
 
 The multifrontal method (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is a
 dense front of its own nodes and the border to its ancestors, so that all arithmetic is LAPACK's.
-Two savings are ours to take, since only the surface is pushed and only the surface is seen: going
-up the tree, a force touches the fronts on its own path alone; going down, a front with no surface
-under it is left out.
+L has a block for each front, K21 K11^-1 of it, and D the blocks K11, as Cholesky factors: going
+down needs L alone, so D is read only where there is a force.
+
+Only the surface is pushed and only the surface is seen. Going up the tree, a force touches the
+fronts on its own path; going down, only fronts on the way to what is asked for count. Fronts
+without a surface under them are forgotten once they are eliminated.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.dissection import Part, dissect
 from cohaptic_server.bodies.mesh import Floats, Ints
+
+AnyFloats = npt.NDArray[np.float32 | np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,15 +35,15 @@ class _Front:
         own: Degrees of freedom eliminated here, shape (a,).
         border: Those of ancestors that they meet, shape (b,).
         lower: Cholesky factor of the own block, shape (a, a).
-        below: L21, shape (b, a).
+        carry: What a force on each own one does to the border, K21 K11^-1, shape (b, a).
         parent: Place of the parent; -1 at the root.
-        seen: Whether something under it is asked for.
+        seen: Whether something under it is asked for; if not, `lower` and `carry` are empty.
     """
 
     own: Ints
     border: Ints
-    lower: Floats
-    below: Floats
+    lower: AnyFloats
+    carry: AnyFloats
     parent: int
     seen: bool
 
@@ -47,7 +54,7 @@ class Factor:
     Args:
         matrix: Shape (3 n, 3 n).
         points: Place of each node, shape (n, 3) [m].
-        wanted: Nodes whose displacement is asked for, shape (n,) of bool.
+        wanted: Nodes that are pushed and whose displacement is asked for, shape (n,) of bool.
 
     Raises:
         BodyError: The matrix is not positive definite.
@@ -61,7 +68,7 @@ class Factor:
     ) -> None:
         self.size = matrix.shape[0]
         graph = _graph(matrix)
-        parts = dissect(points, graph)
+        parts = _unwanted_first(dissect(points, graph), wanted)
         self._fronts = _eliminate(matrix, parts, _borders(graph, parts), wanted)
         self._front_of = np.empty(len(points), dtype=np.int64)
         for k, part in enumerate(parts):
@@ -70,44 +77,50 @@ class Factor:
     @property
     def bytes(self) -> int:
         """Memory of the factor."""
-        return sum(front.lower.nbytes + front.below.nbytes for front in self._fronts)
+        return sum(front.lower.nbytes + front.carry.nbytes for front in self._fronts)
 
-    def solve(self, nodes: Ints, forces: Floats) -> Floats:
-        """Displacement of the wanted nodes under forces on a few nodes.
+    def single(self) -> Factor:
+        """The same with half of the digits and of the memory, for solves in half of the time."""
+        rounded = copy(self)
+        rounded._fronts = [
+            replace(f, lower=f.lower.astype(np.float32), carry=f.carry.astype(np.float32))
+            for f in self._fronts
+        ]
+        return rounded
+
+    def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
+        """Displacement of the wanted nodes under forces on a few of them.
 
         Args:
             nodes: With a force, shape (k,).
             forces: On them, one column for each case, shape (3 k, r) [N].
+            at: Nodes whose displacement counts, shape (j,); all that are wanted if not given. A few
+                that lie together cost a fraction of all.
 
         Returns:
-            Shape (3 n, r) [m]; what is not wanted is not filled in.
+            Shape (3 n, r) [m]; what is not asked for is not filled in.
         """
-        x = np.zeros((self.size, forces.shape[1]))
-        np.add.at(x, (3 * nodes[:, None] + np.arange(3)).ravel(), forces)
-        for k in self._path(nodes):
-            front = self._fronts[k]
-            y = scipy.linalg.solve_triangular(
-                front.lower, x[front.own], lower=True, check_finite=False
+        x = np.zeros((self.size, forces.shape[1]), dtype=self._fronts[-1].lower.dtype)
+        np.add.at(x, _dof(nodes), forces.astype(x.dtype, copy=False))
+        for front in self._path(nodes):
+            x[front.border] -= front.carry @ x[front.own]
+            x[front.own] = scipy.linalg.cho_solve(
+                (front.lower, True), x[front.own], check_finite=False
             )
-            x[front.own] = y
-            x[front.border] -= front.below @ y
-        for front in reversed(self._fronts):
-            if front.seen:
-                right = x[front.own] - front.below.T @ x[front.border]
-                x[front.own] = scipy.linalg.solve_triangular(
-                    front.lower, right, lower=True, trans=1, check_finite=False
-                )
+        for front in reversed(self._fronts if at is None else self._path(at)):
+            if front.seen and len(front.border):
+                x[front.own] -= front.carry.T @ x[front.border]
         return x
 
-    def _path(self, nodes: Ints) -> list[int]:
-        """Fronts that forces on `nodes` reach, children before parents."""
+    def _path(self, nodes: Ints) -> list[_Front]:
+        """Fronts from `nodes` up to the root, children before parents."""
         found: set[int] = set()
         starts: list[int] = np.unique(self._front_of[nodes]).tolist()
         for k in starts:
             while k >= 0 and k not in found:
                 found.add(k)
                 k = self._fronts[k].parent
-        return sorted(found)
+        return [self._fronts[k] for k in sorted(found)]
 
 
 def _graph(matrix: sp.csr_array) -> sp.csr_array:
@@ -117,6 +130,22 @@ def _graph(matrix: sp.csr_array) -> sp.csr_array:
     ones = np.ones(matrix.nnz, dtype=np.int8)
     graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
     return graph
+
+
+def _unwanted_first(
+    parts: list[Part], wanted: np.ndarray[tuple[int], np.dtype[np.bool_]]
+) -> list[Part]:
+    """Leaves cut in two: what nobody asks for under the rest, so that no solve goes there."""
+    out: list[Part] = []
+    place: list[int] = []
+    for part in parts:
+        own, children = part.own, tuple(place[child] for child in part.children)
+        if not children and 0 < wanted[own].sum() < len(own):
+            out.append(Part(own[~wanted[own]], ()))
+            own, children = own[wanted[own]], (len(out) - 1,)
+        place.append(len(out))
+        out.append(Part(own, children))
+    return out
 
 
 def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
@@ -136,6 +165,13 @@ def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
 
 def _dof(nodes: Ints) -> Ints:
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
+
+
+def _solved(lower: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    x = scipy.linalg.solve_triangular(
+        lower, right, lower=True, trans=1 if transposed else 0, check_finite=False
+    )
+    return np.asarray(x, dtype=np.float64)
 
 
 def _eliminate(
@@ -176,10 +212,12 @@ def _eliminate(
             raise BodyError(
                 "the stiffness is not positive definite: the object can move"
             ) from error
-        below = np.ascontiguousarray(
-            scipy.linalg.solve_triangular(lower, dense[a:, :a].T, lower=True, check_finite=False).T
-        )
-        updates[k] = dense[a:, a:] - below @ below.T
+        half = _solved(lower, dense[a:, :a].T).T
+        updates[k] = dense[a:, a:] - half @ half.T
         seen = bool(wanted[part.own].any()) or any(fronts[child].seen for child in part.children)
-        fronts.append(_Front(own, border, lower, below, int(parents[k]), seen))
+        if seen:
+            carry = np.ascontiguousarray(_solved(lower, half.T, transposed=True).T)
+        else:
+            lower, carry = np.empty((0, 0)), np.empty((0, 0))
+        fronts.append(_Front(own, border, lower, carry, int(parents[k]), seen))
     return fronts
