@@ -4,7 +4,7 @@
     python benchmarks/flex.py [--thousands 1 5 20] [--users 1 8] [--step 0.0167] [--models FOLDER]
 
 A flex with all its degrees of freedom is a solid of linear tetrahedra as ours is, of the same E and
-nu, but large (Saint Venant-Kirchhoff) and moving: a step solves (M + h D + h^2 K) a = f by conjugate
+nu, but large (Saint Venant-Kirchhoff) and moving: steps solve (M + h D + h^2 K) a = f by conjugate
 gradients (`integrator="discrete"`, backward Euler; elasticity takes no other implicit one), with
 contacts as soft constraints. It does more than our solid, and it gives a force, but no stiffness
 that a client could go on with.
@@ -15,7 +15,7 @@ a contact over its force, after steps in which inertia is nothing, over our Gree
 and its soft constraint gives a little, so it feels less than 2 mm K_o. Balls slide as in `tick.py`.
 
 With a step of 1/60 s, a server's period, most steps end before their linear solve has converged:
-`short`, by MuJoCo's own warning. Its guide has 1 to 4 ms for elastic flexes (`--step 0.002`); then a
+`short`, by its own warning. Its guide has 1 to 4 ms for elastic flexes (`--step 0.002`); then a
 period is 4 to 16 steps. Large models take minutes to compile, so FOLDER keeps them.
 """
 
@@ -161,8 +161,7 @@ def _centres(users: int, tick: int, height: float) -> Floats:
     return np.stack([RING * np.cos(angle), RING * np.sin(angle), np.full(users, height)], axis=1)
 
 
-def _quiet(text: str) -> None:
-    del text
+def _quiet(_: str) -> None: ...
 
 
 def _words(values: Any) -> str:
