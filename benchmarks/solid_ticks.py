@@ -20,7 +20,9 @@ import numpy.typing as npt
 from big_mesh import RING, SIZES, TUBE, ring, solid
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.world import Touch, WorldState, advance
+from cohaptic_server.column_worker import ColumnWorker
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
 from flex import DEPTH, compiled, step
 from memory import read_time
 
@@ -48,7 +50,13 @@ class Ticks:
 @contextmanager
 def served(thousands: int) -> Generator[Solid]:
     """A ring as it is while a server runs."""
-    yield solid(thousands)
+    body = solid(thousands)
+    worker = ColumnWorker(body)
+    worker.start()
+    try:
+        yield body
+    finally:
+        worker.stop()
 
 
 def hands(users: int, tick: int, speed: float) -> list[Touch]:
