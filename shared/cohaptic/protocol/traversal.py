@@ -96,12 +96,12 @@ def _by_parallelogram(foretold: Ints, corners: Ints, place: Ints) -> None:
     one, two = by_edge[count[edge.ravel()[by_edge]] == 2].reshape(-1, 2).T
     v = far[np.concatenate([one, two])]
     r = far[np.concatenate([two, one])]
-    low, high = ends[np.concatenate([one, one])].T
-    swap = place[low] > place[high]
-    p: Ints = np.where(swap, high, low)
-    q: Ints = np.where(swap, low, high)
-    before = np.maximum(place[q], place[r]) < place[v]
-    v, p, q, r = v[before], p[before], q[before], r[before]
+    sides = ends[np.concatenate([one, one])]
+    later = (place[sides[:, 0]] > place[sides[:, 1]]).astype(np.int64)
+    rows = np.arange(len(sides))
+    p, q = sides[rows, later], sides[rows, 1 - later]
+    keep = np.flatnonzero(np.maximum(place[q], place[r]) < place[v])
     # Sorted so that the best of each vertex is the last to be written.
-    best = np.lexsort((place[q], place[p], place[r]))[::-1]
-    foretold[v[best]] = np.stack([p, q, r], axis=1)[best]
+    best = keep[np.lexsort((place[q[keep]], place[p[keep]], place[r[keep]]))][::-1]
+    for column, corner in enumerate((p, q, r)):
+        foretold[v[best], column] = corner[best]
