@@ -48,6 +48,7 @@ types: $(VENV)/.dev  ## mypy and pyright, both strict
 bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
+	@$(BIN)/python benchmarks/spectators.py
 
 results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py

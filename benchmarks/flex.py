@@ -33,9 +33,10 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from big_mesh import RING, SIZES, TUBE, held, ring, solid
+from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.tetrahedra import boundary
 from cohaptic_server.contact import nearest_point, pressure

@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from big_mesh import RING, SIZES, TUBE, ring, solid
+from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
+from cohaptic_server.bodies.soft_ring import RING, TUBE, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.world import advance

@@ -37,8 +37,10 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3
-from cohaptic_server.app import CLOSE_TIMEOUT, MAX_INBOUND_BYTES, CohapticServer
+from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.listener import MAX_INBOUND_BYTES
 from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.room import REPLACE_AFTER
 from cohaptic_server.session import HELLO_TIMEOUT
@@ -140,8 +142,8 @@ class Serving:
 
 
 @contextlib.asynccontextmanager
-async def serving(body: Balloon, max_users: int = 64) -> AsyncGenerator[Serving]:
-    settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users)
+async def serving(body: Body, max_users: int = 64, **more: Any) -> AsyncGenerator[Serving]:
+    settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users, **more)
     server = CohapticServer(body, settings)
     url = await server.start()
     served = Serving(server, url, asyncio.ensure_future(server.run()))
@@ -374,7 +376,7 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
             encode_control(Bye()),
             None,
             BAD,
-            "message is 'Bye'; expected Hello: waits for hello",
+            "message is 'Bye'; expected Hello or Watch: waits for hello",
             id="bye before hello",
         ),
         pytest.param(
@@ -557,11 +559,7 @@ def test_a_client_that_stops_reading_costs_little_and_delays_nobody(stage: Stage
             user = await client.join(slow)
             await client.play(3)
             client.ws.transport.pause_reading()
-            (at_server,) = (
-                c
-                for c in stage.server._connections  # pyright: ignore[reportPrivateUsage]
-                if c.user == user
-            )
+            (at_server,) = (c for c in stage.server.connections if c.user == user)
             outbox = at_server.session.outbox
             while outbox.patches_skipped < 20:
                 await asyncio.sleep(1.0 / SIMULATION_HZ)

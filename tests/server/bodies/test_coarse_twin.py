@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from benchmarks.big_mesh import RING, TUBE, held, ring
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +12,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin, spread_over
 from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.contact import nearest_point, pressure

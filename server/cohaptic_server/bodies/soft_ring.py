@@ -1,0 +1,71 @@
+"""A ring of soft tissue of any size: fine at its surface, coarse inside.
+
+What is touched is the surface, so that is where the vertices are; below, each layer has half as
+many. Tests and benchmarks press on it, as on `blocks.py`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.tetrahedra import TetMesh
+
+RING, TUBE = 0.06, 0.025  # m; radius of the middle of the tube, and of the tube
+FOOT = -0.9 * TUBE  # m; what is below stands on a table and is held
+
+_FLATNESS = 0.7  # depth of a layer over the width of its cells
+_CORE = 6  # vertices round the innermost tube
+
+
+def ring(along: int, across: int) -> TetMesh:
+    """A solid torus about the z axis, with that many vertices along its ring and round its tube."""
+    n, m, radius = along, across, TUBE
+    above = np.arange(n * m).reshape(n, m)
+    places, tets, count = [_torus(n, m, radius)], list[Ints](), n * m
+    while m > _CORE:
+        long, wide = 2.0 * np.pi * RING / n, 2.0 * np.pi * radius / m
+        radius -= _FLATNESS * (long * wide) ** 0.5
+        turn = wide < long or n % 2 == 1  # halve where vertices are closer together
+        n, m = (n, m // 2) if turn else (n // 2, m)
+        below = count + np.arange(n * m).reshape(n, m)
+        places.append(_torus(n, m, radius))
+        tets += _halved(above.T, below.T) if turn else _halved(above, below)
+        above, count = below, count + n * m
+    places.append(_torus(n, 1, 0.0))
+    middle = np.repeat(count + np.arange(n)[None], m, axis=0)
+    tets += _prisms(above.T, np.roll(above.T, -1, axis=0), middle)
+    return TetMesh.checked(np.concatenate(places), np.concatenate(tets))
+
+
+def held(mesh: TetMesh) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """What stands on the table, shape (n,)."""
+    return np.asarray(mesh.vertices[:, 2] < FOOT)
+
+
+def _torus(n: int, m: int, radius: float) -> Floats:
+    """Points of a torus, the angle of the ring first, shape (n m, 3) [m]."""
+    u, v = np.meshgrid(
+        2.0 * np.pi * np.arange(n) / n, 2.0 * np.pi * np.arange(m) / m, indexing="ij"
+    )
+    out = RING + radius * np.cos(v)
+    points = np.stack([out * np.cos(u), out * np.sin(u), radius * np.sin(v)], axis=-1)
+    return np.asarray(points.reshape(-1, 3))
+
+
+def _halved(above: Ints, below: Ints) -> list[Ints]:
+    """Tetrahedra between a layer (2 k, l) and one of half as many rows (k, l), both periodic."""
+    a, b, c = above[0::2], above[1::2], np.roll(above[0::2], -1, axis=0)
+    d, e = below, np.roll(below, -1, axis=0)
+    return [*_prisms(a, d, b), *_prisms(d, b, e), *_prisms(b, c, e)]
+
+
+def _prisms(a: Ints, b: Ints, c: Ints) -> list[Ints]:
+    """Triangles (k, l) drawn out along their second axis, which is periodic.
+
+    A side is cut from its earlier corner to the later one of the next triangle. The corners come
+    in one order everywhere (along rows, then down), so that neighbours cut it likewise.
+    """
+    d, e, f = (np.roll(p, -1, axis=1) for p in (a, b, c))
+    quads = ((a, b, c, f), (a, b, e, f), (a, d, e, f))
+    return [np.stack(quad, axis=-1).reshape(-1, 4) for quad in quads]
