@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { type ClientControl, decodeServerControl, encodeControl } from "../../src/protocol/control";
 import { ProtocolError } from "../../src/protocol/frame";
-import { vectors } from "./vectors";
+import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
 const fromClient = new Set(["hello", "set_law", "bye", "watch", "set_view", "set_latency"]);

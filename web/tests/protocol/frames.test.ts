@@ -3,7 +3,7 @@ import { type ContactSample, decodeContactSample, encodeContactSample } from "..
 import { ProtocolError } from "../../src/protocol/frame";
 import { decodePatch, type Patch } from "../../src/protocol/patch";
 import { decodeRestMesh } from "../../src/protocol/rest_mesh";
-import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "./vectors";
+import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
 
 const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
 const patches = vectors("patch") as BinaryVector<Patch>[];
