@@ -4,6 +4,7 @@ import { decodeServerControl, encodeControl, type ServerControl, type Watching }
 import { Kind, kindOf, ProtocolError } from "../protocol/frame";
 import { decodeRestMesh } from "../protocol/rest_mesh";
 import { decodeScene, type Scene } from "../protocol/scene";
+import { type Traversal, traversalOf } from "../protocol/traversal";
 import { PROTOCOL_VERSION } from "../protocol/version";
 import type { Encoding, RestMesh } from "../types";
 
@@ -26,7 +27,7 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
 /** One connection to a server, seen from the page that watches. */
 export class WatchSession {
   private state: State = "await_watching";
-  private vertices = 0;
+  private traversal: Traversal = { vertices: 0, order: new Uint32Array(), foretold: new Uint32Array() };
   private tick = 0;
 
   /** First message of the connection. */
@@ -58,7 +59,7 @@ export class WatchSession {
       return { type: "rest_mesh", mesh: decodeRestMesh(data) };
     }
     this.check("scene");
-    return { type: "scene", scene: decodeScene(data, this.vertices) };
+    return { type: "scene", scene: decodeScene(data, this.traversal) };
   }
 
   private check(type: string): void {
@@ -71,7 +72,7 @@ export class WatchSession {
     if (event.type === "error") this.state = "closed";
     if (event.type === "rest_mesh") {
       this.state = "watching";
-      this.vertices = event.mesh.vertices.length / 3;
+      this.traversal = traversalOf(event.mesh.vertices.length / 3, event.mesh.faces);
     }
     if (event.type === "scene") {
       if (event.scene.tick <= this.tick) {
