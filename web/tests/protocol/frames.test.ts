@@ -1,0 +1,147 @@
+import { describe, expect, test } from "vitest";
+import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
+import { ProtocolError } from "../../src/protocol/frame";
+import { decodePatch, type Patch } from "../../src/protocol/patch";
+import { encodeAck } from "../../src/protocol/ack";
+import { decodeRestMesh } from "../../src/protocol/rest_mesh";
+import { decodeScene, type Scene } from "../../src/protocol/scene";
+import { traversalOf } from "../../src/protocol/traversal";
+import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
+
+const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
+const patches = vectors("patch") as BinaryVector<Patch>[];
+const meshes = vectors("rest_mesh") as BinaryVector<{ vertices: number[][]; faces: number[][] }>[];
+
+interface SceneFields extends Omit<Scene, "surface"> {
+  readonly surface: { readonly scale: number; readonly units: number[][] } | null;
+}
+const scenes = vectors("scene") as BinaryVector<SceneFields>[];
+const acks = vectors("ack") as BinaryVector<{ tick: number; wants: 0 | 1 }>[];
+const traversals = vectors("traversal") as {
+  name: string;
+  vertices: number;
+  faces: number[][];
+  order: number[];
+  p: number[];
+  q: number[];
+  r: number[];
+}[];
+/** Of the rest mesh that the written scenes are of. */
+const OCTAHEDRON = traversals.find(({ name }) => name === "octahedron");
+const TRAVERSAL = traversalOf(OCTAHEDRON?.vertices ?? 0, Uint32Array.from(OCTAHEDRON?.faces.flat() ?? []));
+
+describe("golden vectors", () => {
+  test.each(samples)("contact_sample $name", ({ hex, fields }) => {
+    expect(decodeContactSample(fromHex(hex))).toEqual(fields);
+    expect(toHex(encodeContactSample(fields))).toBe(hex);
+  });
+
+  test.each(patches)("patch $name", ({ hex, fields }) => {
+    expect(decodePatch(fromHex(hex))).toEqual({ ...fields, compliance: fields.compliance ?? null });
+  });
+
+  test.each(meshes)("rest_mesh $name", ({ hex, fields }) => {
+    const mesh = decodeRestMesh(fromHex(hex));
+    expect(Array.from(mesh.vertices)).toEqual(fields.vertices.flat());
+    expect(Array.from(mesh.faces)).toEqual(fields.faces.flat());
+  });
+});
+
+describe("golden vectors of watching", () => {
+  test.each(scenes)("scene $name", ({ hex, fields }) => {
+    const { surface, ...scene } = decodeScene(fromHex(hex), TRAVERSAL);
+    expect({
+      ...scene,
+      surface: surface && { scale: surface.scale, units: Array.from(surface.units) },
+    }).toEqual({ ...fields, surface: fields.surface && { ...fields.surface, units: fields.surface.units.flat() } });
+  });
+
+  test.each(acks)("ack $name", ({ hex, fields }) => {
+    expect(toHex(encodeAck(fields.tick, fields.wants))).toBe(hex);
+  });
+
+  test.each(traversals)("traversal of $name", ({ vertices, faces, order, p, q, r }) => {
+    const found = traversalOf(vertices, Uint32Array.from(faces.flat()));
+    expect(Array.from(found.order)).toEqual(order);
+    expect(Array.from(found.foretold)).toEqual(p.flatMap((_, k) => [p[k], q[k], r[k]]));
+  });
+
+  test("a surface of another number of vertices is refused", () => {
+    const withSurface = scenes.find(({ fields }) => fields.surface !== null);
+    const frame = fromHex(withSurface?.hex ?? "");
+    const more = traversalOf(7, Uint32Array.from([0, 1, 2]));
+    const fewer = traversalOf(5, Uint32Array.from([0, 1, 2]));
+    expect(() => decodeScene(frame, more)).toThrow(/inflated size of a surface/);
+    expect(() => decodeScene(frame, fewer)).toThrow(/inflated size of a surface is "more"/);
+  });
+});
+
+describe("whatever the bytes, a message or a ProtocolError", () => {
+  const decoders = {
+    contact_sample: decodeContactSample,
+    patch: decodePatch,
+    rest_mesh: decodeRestMesh,
+    scene: (bytes: Uint8Array): Scene => decodeScene(bytes, TRAVERSAL),
+  };
+  const all = (Object.keys(decoders) as (keyof typeof decoders)[]).flatMap((kind) =>
+    (vectors(kind) as BinaryVector<unknown>[]).map(({ name, hex }) => ({ kind, name, frame: fromHex(hex) })),
+  );
+
+  test.each(all)("$kind $name of a wrong length", ({ kind, frame }) => {
+    for (const bytes of wrongLengths(frame)) expect(outcome(decoders[kind], bytes)).toBe("ProtocolError");
+  });
+
+  test.each(all)("$kind $name with one byte wrong", ({ kind, frame }) => {
+    for (const bytes of oneByteWrong(frame)) {
+      expect(["decoded", "ProtocolError"]).toContain(outcome(decoders[kind], bytes));
+    }
+  });
+});
+
+test("an error names the value and the limit", () => {
+  const [first] = samples;
+  if (first === undefined) throw new Error("no vectors");
+  const wrong = { ...first.fields, force: [0, 101, 0] as const };
+  expect(() => encodeContactSample(wrong)).toThrow("length of force is \"101.0 N\"; expected <= 100 N");
+  const other = fromHex(first.hex);
+  other[0] = 9;
+  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "2"));
+});
+
+test.each([
+  ["tick of a patch", 4, 0, "u32"],
+  ["sample_wait", 28, -1, "f32"],
+  ["length of x_free", 32, 11, "f32"],
+  ["length of normal", 44, 1.01, "f32"],
+  ["length of normal", 44, 0.99, "f32"],
+  ["time stamp", 56, Infinity, "f32"],
+  ["k_o", 60, -1, "f32"],
+  ["k_o_coupled", 64, 2e6, "f32"],
+  ["c_ii", 68, 11, "f32"],
+  ["k_h", 72, NaN, "f32"],
+  ["integral_gain", 76, 2e9, "f32"],
+  ["own_force", 80, 101, "f32"],
+  ["u_others", 84, -11, "f32"],
+  ["geometry of a frame", 2, 0x30, "u16"],
+  ["law of a frame", 2, 0x41, "u16"],
+])("a patch with a wrong %s is refused", (what, offset, value, type) => {
+  const frame = fromHex(patches[0]?.hex ?? "");
+  const view = new DataView(frame.buffer);
+  if (type === "u32") view.setUint32(offset, value, true);
+  else if (type === "u16") view.setUint16(offset, value, true);
+  else view.setFloat32(offset, value, true);
+  expect(() => decodePatch(frame)).toThrow(new RegExp(`^${what} is `));
+});
+
+test("a mesh that inflates to more, or to something else, is refused before it is kept", () => {
+  const [first] = meshes;
+  if (first === undefined) throw new Error("no vectors");
+  const frame = fromHex(first.hex);
+  const fewer = frame.slice();
+  fewer[8] = 3; // faces
+  expect(() => decodeRestMesh(fewer)).toThrow(/inflated size of a rest mesh is "more"/);
+  const spoilt = frame.slice();
+  const last = spoilt.length - 1;
+  spoilt[last] = (spoilt[last] ?? 0) ^ 1;
+  expect(() => decodeRestMesh(spoilt)).toThrow(/checksum/);
+});
