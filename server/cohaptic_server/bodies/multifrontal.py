@@ -1,44 +1,25 @@
 """Sparse Cholesky by fronts: K = L L', factored once, solved for many forces at a time.
 
-The multifrontal method (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is a
-dense front of its own nodes and the border to its ancestors, so that all arithmetic is LAPACK's.
-Two savings are ours to take, since only the surface is pushed and only the surface is seen: going
-up the tree, a force touches the fronts on its own path alone; going down, a front with no surface
-under it is left out.
+The multifrontal method (Duff, Reid 1983; Liu 1992) on the fronts of `fronts.py`, so that all
+arithmetic is LAPACK's. Two savings are ours to take, since only the surface is pushed and only the
+surface is seen: going up the tree, a force touches the fronts on its own path alone; going down, a
+front with no surface under it is left out.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import scipy.linalg
+import numpy.typing as npt
 import scipy.sparse as sp
+from scipy.linalg import blas, lapack
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.dissection import Part, dissect
+from cohaptic_server.bodies.fronts import Analysis, Child, analyse, dofs
 from cohaptic_server.bodies.mesh import Floats, Ints
 
 
-@dataclass(frozen=True, eq=False)
-class _Front:
-    """A dense block of the factor.
-
-    Args:
-        own: Degrees of freedom eliminated here, shape (a,).
-        border: Those of ancestors that they meet, shape (b,).
-        lower: Cholesky factor of the own block, shape (a, a).
-        below: L21, shape (b, a).
-        parent: Place of the parent; -1 at the root.
-        seen: Whether something under it is asked for.
-    """
-
-    own: Ints
-    border: Ints
-    lower: Floats
-    below: Floats
-    parent: int
-    seen: bool
+class Indefinite(BodyError):
+    """A matrix has no Cholesky factor."""
 
 
 class Factor:
@@ -50,27 +31,55 @@ class Factor:
         wanted: Nodes whose displacement is asked for, shape (n,) of bool.
 
     Raises:
-        BodyError: The matrix is not positive definite.
+        Indefinite: The matrix is not positive definite.
     """
 
-    def __init__(
-        self,
-        matrix: sp.csr_array,
-        points: Floats,
-        wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    ) -> None:
-        self.size = matrix.shape[0]
-        graph = _graph(matrix)
-        parts = dissect(points, graph)
-        self._fronts = _eliminate(matrix, parts, _borders(graph, parts), wanted)
-        self._front_of = np.empty(len(points), dtype=np.int64)
-        for k, part in enumerate(parts):
-            self._front_of[part.own] = k
+    def __init__(self, matrix: sp.csr_array, points: Floats, wanted: npt.NDArray[np.bool_]) -> None:
+        analysis = analyse(matrix, points, wanted)
+        self._eliminate(analysis, np.asarray(matrix.data[analysis.entries]))
+
+    @classmethod
+    def of(cls, analysis: Analysis, entries: Floats) -> Factor:
+        """A factor on a pattern known before.
+
+        Args:
+            analysis: Of the pattern.
+            entries: Of the matrix, in the order of `analysis.entries`, shape (e,).
+
+        Raises:
+            Indefinite: The matrix is not positive definite.
+        """
+        factor = cls.__new__(cls)
+        factor._eliminate(analysis, entries)
+        return factor
+
+    def _eliminate(self, analysis: Analysis, entries: Floats) -> None:
+        self._analysis = analysis
+        self.size = 3 * len(analysis.front_of)
+        self._lower, self._below = list[Floats](), list[Floats]()
+        updates: dict[int, Floats] = {}
+        for k, front in enumerate(analysis.fronts):
+            a, b = len(front.own), len(front.border)
+            both = np.zeros((a + b) * a)
+            both[front.places] = entries[front.entries]
+            own = both[: a * a].reshape((a, a), order="F")
+            below = both[a * a :].reshape((b, a), order="F")
+            rest = np.zeros((b, b), order="F")
+            for child in front.children:
+                _take_in(child, updates.pop(child.front), own, below, rest)
+            lower, failed = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
+            if failed:
+                raise Indefinite("the stiffness is not positive definite: the object can move")
+            if b:
+                below = blas.dtrsm(1.0, lower, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                updates[k] = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
+            self._lower.append(lower)
+            self._below.append(below)
 
     @property
     def bytes(self) -> int:
         """Memory of the factor."""
-        return sum(front.lower.nbytes + front.below.nbytes for front in self._fronts)
+        return sum(block.nbytes for block in self._lower + self._below)
 
     def solve(self, nodes: Ints, forces: Floats) -> Floats:
         """Displacement of the wanted nodes under forces on a few nodes.
@@ -83,103 +92,36 @@ class Factor:
             Shape (3 n, r) [m]; what is not wanted is not filled in.
         """
         x = np.zeros((self.size, forces.shape[1]))
-        np.add.at(x, (3 * nodes[:, None] + np.arange(3)).ravel(), forces)
+        np.add.at(x, dofs(nodes), forces)
+        fronts = self._analysis.fronts
         for k in self._path(nodes):
-            front = self._fronts[k]
-            y = scipy.linalg.solve_triangular(
-                front.lower, x[front.own], lower=True, check_finite=False
-            )
+            front = fronts[k]
+            y = blas.dtrsm(1.0, self._lower[k], x[front.own], lower=1)
             x[front.own] = y
-            x[front.border] -= front.below @ y
-        for front in reversed(self._fronts):
+            x[front.border] -= self._below[k] @ y
+        for front, lower, below in zip(
+            reversed(fronts), reversed(self._lower), reversed(self._below), strict=True
+        ):
             if front.seen:
-                right = x[front.own] - front.below.T @ x[front.border]
-                x[front.own] = scipy.linalg.solve_triangular(
-                    front.lower, right, lower=True, trans=1, check_finite=False
-                )
+                right = x[front.own] - below.T @ x[front.border]
+                x[front.own] = blas.dtrsm(1.0, lower, right, lower=1, trans_a=1)
         return x
 
     def _path(self, nodes: Ints) -> list[int]:
         """Fronts that forces on `nodes` reach, children before parents."""
         found: set[int] = set()
-        starts: list[int] = np.unique(self._front_of[nodes]).tolist()
+        starts: list[int] = np.unique(self._analysis.front_of[nodes]).tolist()
         for k in starts:
             while k >= 0 and k not in found:
                 found.add(k)
-                k = self._fronts[k].parent
+                k = self._analysis.fronts[k].parent
         return sorted(found)
 
 
-def _graph(matrix: sp.csr_array) -> sp.csr_array:
-    """Which nodes meet, from a matrix of 3x3 blocks."""
-    n = matrix.shape[0] // 3
-    rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
-    ones = np.ones(matrix.nnz, dtype=np.int8)
-    graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
-    return graph
-
-
-def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Nodes of ancestors that each part meets once its children are gone, by elimination order."""
-    place = np.empty(graph.shape[0], dtype=np.int64)
-    place[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])
-    last = -1
-    borders: list[Ints] = []
-    for part in parts:
-        last += len(part.own)
-        near = [np.asarray(graph[part.own].indices, dtype=np.int64)]
-        met = np.unique(np.concatenate(near + [borders[child] for child in part.children]))
-        met = met[place[met] > last]
-        borders.append(met[np.argsort(place[met])])
-    return borders
-
-
-def _dof(nodes: Ints) -> Ints:
-    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
-
-
-def _eliminate(
-    matrix: sp.csr_array,
-    parts: list[Part],
-    borders: list[Ints],
-    wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
-) -> list[_Front]:
-    parents = np.full(len(parts), -1)
-    for k, part in enumerate(parts):
-        for child in part.children:
-            parents[child] = k
-    local = np.full(matrix.shape[0], -1, dtype=np.int64)
-    updates: dict[int, Floats] = {}
-    fronts: list[_Front] = []
-    for k, (part, border_nodes) in enumerate(zip(parts, borders, strict=True)):
-        own, border = _dof(part.own), _dof(border_nodes)
-        both = np.concatenate([own, border])
-        local[both] = np.arange(len(both))
-        dense = np.zeros((len(both), len(both)))
-        rows = matrix[own]
-        at = local[rows.indices]
-        # Below the children lies what was eliminated there: their updates carry it.
-        kept = at >= 0
-        row = np.repeat(np.arange(len(own)), np.diff(rows.indptr))
-        dense[at[kept], row[kept]] = rows.data[kept]
-        for child in part.children:
-            where = local[fronts[child].border]
-            dense[np.ix_(where, where)] += updates.pop(child)
-        local[both] = -1
-        a = len(own)
-        try:
-            lower = np.asarray(
-                scipy.linalg.cholesky(dense[:a, :a], lower=True, check_finite=False),
-                dtype=np.float64,
-            )
-        except scipy.linalg.LinAlgError as error:
-            raise BodyError(
-                "the stiffness is not positive definite: the object can move"
-            ) from error
-        below = np.ascontiguousarray(
-            scipy.linalg.solve_triangular(lower, dense[a:, :a].T, lower=True, check_finite=False).T
-        )
-        updates[k] = dense[a:, a:] - below @ below.T
-        seen = bool(wanted[part.own].any()) or any(fronts[child].seen for child in part.children)
-        fronts.append(_Front(own, border, lower, below, int(parents[k]), seen))
-    return fronts
+def _take_in(child: Child, update: Floats, own: Floats, below: Floats, rest: Floats) -> None:
+    """Add a child's update to the blocks of its parent; only lower triangles count."""
+    k = len(child.own)
+    # Seen as transposed: the blocks lie column by column.
+    own.T[np.ix_(child.own, child.own)] += update[:k, :k].T
+    below.T[np.ix_(child.own, child.border)] += update[k:, :k].T
+    rest.T[np.ix_(child.border, child.border)] += update[k:, k:].T

@@ -1,0 +1,148 @@
+"""Which front of a sparse Cholesky factor holds what: all of it that the pattern alone decides.
+
+Each part of the tree of `dissection.py` is a dense front of its own nodes and of the border that
+they have to their ancestors. A matrix whose entries change and whose pattern does not, as the
+tangent of a nonlinear solid, is analysed once and factored (`multifrontal.py`) over and over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from cohaptic_server.bodies.dissection import Part, dissect
+from cohaptic_server.bodies.mesh import Floats, Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Child:
+    """A front whose update goes into its parent.
+
+    Args:
+        front: Its place in the list.
+        own: Places among the parent's own of the first of its border, rising, shape (k,).
+        border: Places in the parent's border of the others, rising, shape (l,).
+    """
+
+    front: int
+    own: Ints
+    border: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """A dense block of the factor, as a pattern.
+
+    Args:
+        own: Degrees of freedom eliminated here, shape (a,).
+        border: Those of ancestors that they meet, by order of elimination, shape (b,).
+        entries: Which of the analysis' entries are its own.
+        places: Where they go: first in the own block (a, a), then, counted on, in the block
+            below it (b, a), both column by column, shape (e,).
+        children: Whose updates it takes in.
+        parent: Place of the parent; -1 at the root.
+        seen: Whether something under it is asked for.
+    """
+
+    own: Ints
+    border: Ints
+    entries: slice
+    places: Ints
+    children: list[Child]
+    parent: int
+    seen: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """A pattern, ready for numbers.
+
+    Args:
+        fronts: Children before their parents.
+        entries: Places in the matrix' data of what a factorisation reads, shape (e,): each pair of
+            entries that are each other's mirror image is read once.
+        front_of: The front that each node is eliminated in, shape (n,).
+    """
+
+    fronts: list[Front]
+    entries: Ints
+    front_of: Ints
+
+
+def analyse(matrix: sp.csr_array, points: Floats, wanted: npt.NDArray[np.bool_]) -> Analysis:
+    """Fronts for a symmetric matrix of 3x3 blocks.
+
+    Args:
+        matrix: Shape (3 n, 3 n); only its pattern counts.
+        points: Place of each node, shape (n, 3) [m].
+        wanted: Nodes whose displacement is asked for, shape (n,).
+    """
+    graph = _graph(matrix)
+    parts = dissect(points, graph)
+    borders = [dofs(border) for border in _borders(graph, parts)]
+    parents = np.full(len(parts), -1)
+    for k, part in enumerate(parts):
+        for child in part.children:
+            parents[child] = k
+    local = np.full(matrix.shape[0], -1, dtype=np.int64)
+    front_of = np.empty(len(points), dtype=np.int64)
+    fronts: list[Front] = []
+    found: list[Ints] = []
+    count = 0
+    for k, (part, border) in enumerate(zip(parts, borders, strict=True)):
+        own = dofs(part.own)
+        front_of[part.own] = k
+        a, b = len(own), len(border)
+        local[own], local[border] = np.arange(a), a + np.arange(b)
+        starts, lengths = matrix.indptr[own], np.diff(matrix.indptr)[own]
+        first = np.repeat(starts - np.cumsum(lengths) + lengths, lengths)
+        entries = np.arange(int(lengths.sum())) + first
+        column = np.repeat(np.arange(a), lengths)
+        row = local[matrix.indices[entries]]
+        # Below the children lies what was eliminated there: their updates carry it.
+        kept = row >= column
+        entries, row, column = entries[kept], row[kept], column[kept]
+        places = np.where(row < a, row + a * column, a * a + row - a + b * column)
+        children: list[Child] = []
+        for child in part.children:
+            where = local[borders[child]]
+            children.append(Child(child, where[where < a], where[where >= a] - a))
+        local[own] = local[border] = -1
+        seen = bool(wanted[part.own].any()) or any(fronts[c].seen for c in part.children)
+        own_entries = slice(count, count + len(entries))
+        fronts.append(Front(own, border, own_entries, places, children, int(parents[k]), seen))
+        found.append(entries)
+        count += len(entries)
+    return Analysis(fronts, np.concatenate(found), front_of)
+
+
+def dofs(nodes: Ints) -> Ints:
+    """The three degrees of freedom of each node, shape (3 k,)."""
+    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
+
+
+def _graph(matrix: sp.csr_array) -> sp.csr_array:
+    """Which nodes meet, from a matrix of 3x3 blocks."""
+    n = matrix.shape[0] // 3
+    rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
+    ones = np.ones(matrix.nnz, dtype=np.int8)
+    graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
+    return graph
+
+
+def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
+    """Nodes of ancestors that each part meets once its children are gone, by elimination order."""
+    place = np.empty(graph.shape[0], dtype=np.int64)
+    place[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])
+    last = -1
+    borders: list[Ints] = []
+    for part in parts:
+        last += len(part.own)
+        near = [np.asarray(graph[part.own].indices, dtype=np.int64)]
+        met = np.unique(np.concatenate(near + [borders[child] for child in part.children]))
+        met = met[place[met] > last]
+        borders.append(met[np.argsort(place[met])])
+    return borders
