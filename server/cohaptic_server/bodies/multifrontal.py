@@ -66,7 +66,13 @@ class Factor:
             below = both[a * a :].reshape((b, a), order="F")
             rest = np.zeros((b, b), order="F")
             for child in front.children:
-                _take_in(child, updates.pop(child.front), own, below, rest)
+                update = updates.pop(child.front)
+                if child.table is None:
+                    _take_in(child, update, own, below, rest)
+                else:
+                    given = update.ravel(order="K")
+                    both[child.table.own] += given[child.table.own_from]
+                    rest.ravel(order="K")[child.table.rest] += given[child.table.rest_from]
             lower, failed = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
             if failed:
                 raise Indefinite("the stiffness is not positive definite: the object can move")

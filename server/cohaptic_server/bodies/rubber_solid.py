@@ -1,0 +1,109 @@
+"""A solid of rubber or tissue under large deformation: any object, held in some region.
+
+The nonlinear twin of `solid.py`, on the same mesh with the same small-strain moduli
+(`neo_hookean.py`), solved in each tick (`settling.py`) under the contacts' forces as dead loads,
+which keep their directions while the surface moves. `fields` and `compliance` are those of the
+tangent at the present state (science 3.6). While the body is in motion it may be a chord behind.
+
+With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.balloon import check_damping
+from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.neo_hookean import NeoHookean
+from cohaptic_server.bodies.rubber_tetrahedra import RubberTetrahedra, SolidState
+from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, Pace, Settled, Settling
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.viscous import lagged
+
+# One factorisation in a tick of a hand in motion: it is most of what a tick costs.
+_STEPS = 1
+_CHORD = 0.002  # of the body's size, where that is less than a balloon's
+_MOVE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class RubberSolidResponse(Response):
+    """A response that the next tick can start from.
+
+    Args:
+        settled: Where the solid came to, and its tangents.
+    """
+
+    settled: Settled[SolidState]
+
+
+class RubberSolid:
+    """The nonlinear solid behind the `Body` Protocol.
+
+    Args:
+        twin: The linear solid of the same mesh and material; what it says of the body at rest
+            holds for this one too.
+        damping: B_o over K_o, for the simulation period that it is served with.
+
+    Raises:
+        BodyError: It is not stable at rest.
+    """
+
+    def __init__(self, twin: Solid, *, damping: float = 0.0) -> None:
+        check_damping(damping)
+        self.twin, self.damping = twin, damping
+        material = NeoHookean.of(twin.settings.young, twin.settings.nu)
+        self.rubber = RubberTetrahedra(twin.tets, twin.nodes, twin.elements, twin.held, material)
+        size = twin.mesh.size
+        pace = Pace(_STEPS, min(MAX_MOVE, _MOVE * size), min(CHORD, _CHORD * size))
+        self._settling = Settling(self.rubber, pace)
+        state = self.rubber.at(twin.nodes)
+        rest = None if state is None else self._settling.at_rest(state)
+        if rest is None:
+            raise BodyError("the solid is not stable at rest: an element of it is inside out")
+        self._rest = rest
+
+    @property
+    def name(self) -> str:
+        """Name for people and for the wire."""
+        return self.twin.name
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting surface."""
+        return self.twin.mesh
+
+    @property
+    def contact_radius(self) -> float:
+        """Radius of the pressure under a contact [m]."""
+        return self.twin.contact_radius
+
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
+        """Go towards equilibrium with `loads`, from where `before` was left."""
+        start = before.settled if isinstance(before, RubberSolidResponse) else self._rest
+        surface = self.twin.surface
+        shares = np.zeros((len(loads), *self.twin.nodes.shape))
+        for i, load in enumerate(loads):
+            shares[i, surface[load.vertices]] = load.weights[:, None] * load.direction
+        push = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
+        if self.damping:
+            push = lagged(push, start.state.force, self.damping)
+        settled = self._settling.settle(start, push)
+        fields = self._settling.fields(settled.stable, shares)
+        C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
+        return RubberSolidResponse(
+            settled.state.x[surface] - self.mesh.vertices,
+            fields[:, surface],
+            0.5 * (C + C.T),
+            settled.state.energy - self._rest.state.energy,
+            settled,
+        )
+
+    def vertex_compliance(self) -> Floats:
+        """C_ii of a contact centred at each vertex of the body at rest, shape (n,) [m/N]."""
+        return self.twin.vertex_compliance()
