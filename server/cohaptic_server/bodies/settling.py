@@ -176,7 +176,8 @@ class Settling(Generic[S]):
             moved = self._search(state, step, start.state, push, slope)
             if moved is None:
                 # Too long a step, of a tangent next to singular: a stiffened one in the next tick.
-                tangent = self._tangent(state, body.stiffened) or tangent
+                if tangent.stable or tangent.x is not state.x:
+                    tangent = self._tangent(state, body.stiffened) or tangent
                 break
             state = moved
             tangent = self._tangent(state) or replace(tangent, stable=False)
