@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.dissection import Part, dissect
@@ -19,32 +18,17 @@ from cohaptic_server.bodies.mesh import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class Child:
-    """A front whose update goes into its parent.
+    """A front whose update goes into its parent, entry by entry of its lower triangle.
 
     Args:
         front: Its place in the list.
-        own: Places among the parent's own of the first of its border, rising, shape (k,).
-        border: Places in the parent's border of the others, rising, shape (l,).
-        table: For an analysis that is used again and again.
-    """
-
-    front: int
-    own: Ints
-    border: Ints
-    table: Table | None
-
-
-@dataclass(frozen=True, eq=False)
-class Table:
-    """Element by element where the lower triangle of an update goes; all column by column.
-
-    Args:
         own: Places in the parent's own block and, counted on, in the block below it.
         own_from: Where in the update they come from.
         rest: Places in the parent's own update.
         rest_from: Where they come from.
     """
 
+    front: int
     own: Ints
     own_from: Ints
     rest: Ints
@@ -62,8 +46,6 @@ class Front:
         places: Where they go: first in the own block (a, a), then, counted on, in the block
             below it (b, a), both column by column, shape (e,).
         children: Whose updates it takes in.
-        parent: Place of the parent; -1 at the root.
-        seen: Whether something under it is asked for.
     """
 
     own: Ints
@@ -71,8 +53,6 @@ class Front:
     entries: slice
     places: Ints
     children: list[Child]
-    parent: int
-    seen: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,45 +63,30 @@ class Analysis:
         fronts: Children before their parents.
         entries: Places in the matrix' data of what a factorisation reads, shape (e,): each pair of
             entries that are each other's mirror image is read once.
-        front_of: The front that each node is eliminated in, shape (n,).
+        size: How many unknowns there are.
     """
 
     fronts: list[Front]
     entries: Ints
-    front_of: Ints
+    size: int
 
 
-def analyse(
-    matrix: sp.csr_array,
-    points: Floats,
-    wanted: npt.NDArray[np.bool_],
-    *,
-    reused: bool = False,
-) -> Analysis:
-    """Fronts for a symmetric matrix of 3x3 blocks.
+def analyse(matrix: sp.csr_array, points: Floats) -> Analysis:
+    """Fronts for a symmetric matrix of 3x3 blocks; twice the memory of its factor.
 
     Args:
         matrix: Shape (3 n, 3 n); only its pattern counts.
         points: Place of each node, shape (n, 3) [m].
-        wanted: Nodes whose displacement is asked for, shape (n,).
-        reused: Whether to hold tables, twice the memory of a factor, that save it a quarter of its
-            time.
     """
-    graph = _graph(matrix)
+    graph = graph_of(matrix)
     parts = dissect(points, graph)
-    borders = [dofs(border) for border in _borders(graph, parts)]
-    parents = np.full(len(parts), -1)
-    for k, part in enumerate(parts):
-        for child in part.children:
-            parents[child] = k
+    borders = [dofs(border) for border in borders_of(graph, parts)]
     local = np.full(matrix.shape[0], -1, dtype=np.int64)
-    front_of = np.empty(len(points), dtype=np.int64)
     fronts: list[Front] = []
     found: list[Ints] = []
     count = 0
-    for k, (part, border) in enumerate(zip(parts, borders, strict=True)):
+    for part, border in zip(parts, borders, strict=True):
         own = dofs(part.own)
-        front_of[part.own] = k
         a, b = len(own), len(border)
         local[own], local[border] = np.arange(a), a + np.arange(b)
         starts, lengths = matrix.indptr[own], np.diff(matrix.indptr)[own]
@@ -136,18 +101,16 @@ def analyse(
         children: list[Child] = []
         for child in part.children:
             where = local[borders[child]]
-            table = _table(where, a, b) if reused else None
-            children.append(Child(child, where[where < a], where[where >= a] - a, table))
+            children.append(_child(child, where, a, b))
         local[own] = local[border] = -1
-        seen = bool(wanted[part.own].any()) or any(fronts[c].seen for c in part.children)
         own_entries = slice(count, count + len(entries))
-        fronts.append(Front(own, border, own_entries, places, children, int(parents[k]), seen))
+        fronts.append(Front(own, border, own_entries, places, children))
         found.append(entries)
         count += len(entries)
-    return Analysis(fronts, np.concatenate(found), front_of)
+    return Analysis(fronts, np.concatenate(found), matrix.shape[0])
 
 
-def _table(where: Ints, a: int, b: int) -> Table:
+def _child(front: int, where: Ints, a: int, b: int) -> Child:
     """Of an update whose rows go to the rows `where` of a front of a own and b bordering ones."""
     k = len(where)
     column, row = np.triu_indices(k)  # the lower triangle, column by column
@@ -155,7 +118,8 @@ def _table(where: Ints, a: int, b: int) -> Table:
     own = where[column] < a
     row, column = where[row], where[column]
     into = np.where(row < a, row + a * column, a * a + row - a + b * column)
-    return Table(into[own], source[own], (row - a + b * (column - a))[~own], source[~own])
+    rest = row - a + b * (column - a)
+    return Child(front, into[own], source[own], rest[~own], source[~own])
 
 
 def dofs(nodes: Ints) -> Ints:
@@ -163,7 +127,7 @@ def dofs(nodes: Ints) -> Ints:
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
-def _graph(matrix: sp.csr_array) -> sp.csr_array:
+def graph_of(matrix: sp.csr_array) -> sp.csr_array:
     """Which nodes meet, from a matrix of 3x3 blocks."""
     n = matrix.shape[0] // 3
     rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
@@ -172,7 +136,7 @@ def _graph(matrix: sp.csr_array) -> sp.csr_array:
     return graph
 
 
-def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
+def borders_of(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
     """Nodes of ancestors that each part meets once its children are gone, by elimination order."""
     place = np.empty(graph.shape[0], dtype=np.int64)
     place[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])

@@ -1,25 +1,52 @@
-"""Sparse Cholesky by fronts: K = L L', factored once, solved for many forces at a time.
+"""Sparse Cholesky by fronts: K = L D L', factored once, solved for many forces at a time.
 
-The multifrontal method (Duff, Reid 1983; Liu 1992) on the fronts of `fronts.py`, so that all
-arithmetic is LAPACK's. Two savings are ours to take, since only the surface is pushed and only the
-surface is seen: going up the tree, a force touches the fronts on its own path alone; going down, a
-front with no surface under it is left out.
+The multifrontal method (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is a
+dense front of its own nodes and the border to its ancestors, so that all arithmetic is LAPACK's.
+L has a block for each front, K21 K11^-1 of it, and D the blocks K11, as Cholesky factors: going
+down needs L alone, so D is read only where there is a force.
+
+Only the surface is pushed and only the surface is seen. Going up the tree, a force touches the
+fronts on its own path; going down, only fronts on the way to what is asked for count. Fronts
+without a surface under them are forgotten once they are eliminated.
 """
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import dataclass, replace
+
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg
 import scipy.sparse as sp
-from scipy.linalg import blas, lapack
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.fronts import Analysis, Child, analyse, dofs
+from cohaptic_server.bodies.dissection import Part, dissect
+from cohaptic_server.bodies.fronts import borders_of, dofs, graph_of
 from cohaptic_server.bodies.mesh import Floats, Ints
 
+AnyFloats = npt.NDArray[np.float32 | np.float64]
 
-class Indefinite(BodyError):
-    """A matrix has no Cholesky factor."""
+
+@dataclass(frozen=True, eq=False)
+class _Front:
+    """A dense block of the factor.
+
+    Args:
+        own: Degrees of freedom eliminated here, shape (a,).
+        border: Those of ancestors that they meet, shape (b,).
+        lower: Cholesky factor of the own block, shape (a, a).
+        carry: What a force on each own one does to the border, K21 K11^-1, shape (b, a).
+        parent: Place of the parent; -1 at the root.
+        seen: Whether something under it is asked for; if not, `lower` and `carry` are empty.
+    """
+
+    own: Ints
+    border: Ints
+    lower: AnyFloats
+    carry: AnyFloats
+    parent: int
+    seen: bool
 
 
 class Factor:
@@ -28,106 +55,142 @@ class Factor:
     Args:
         matrix: Shape (3 n, 3 n).
         points: Place of each node, shape (n, 3) [m].
-        wanted: Nodes whose displacement is asked for, shape (n,) of bool.
+        wanted: Nodes that are pushed and whose displacement is asked for, shape (n,) of bool.
 
     Raises:
-        Indefinite: The matrix is not positive definite.
+        BodyError: The matrix is not positive definite.
     """
 
-    def __init__(self, matrix: sp.csr_array, points: Floats, wanted: npt.NDArray[np.bool_]) -> None:
-        analysis = analyse(matrix, points, wanted)
-        self._eliminate(analysis, np.asarray(matrix.data[analysis.entries]))
-
-    @classmethod
-    def of(cls, analysis: Analysis, entries: Floats) -> Factor:
-        """A factor on a pattern known before.
-
-        Args:
-            analysis: Of the pattern.
-            entries: Of the matrix, in the order of `analysis.entries`, shape (e,).
-
-        Raises:
-            Indefinite: The matrix is not positive definite.
-        """
-        factor = cls.__new__(cls)
-        factor._eliminate(analysis, entries)
-        return factor
-
-    def _eliminate(self, analysis: Analysis, entries: Floats) -> None:
-        self._analysis = analysis
-        self.size = 3 * len(analysis.front_of)
-        self._lower, self._below = list[Floats](), list[Floats]()
-        updates: dict[int, Floats] = {}
-        for k, front in enumerate(analysis.fronts):
-            a, b = len(front.own), len(front.border)
-            both = np.zeros((a + b) * a)
-            both[front.places] = entries[front.entries]
-            own = both[: a * a].reshape((a, a), order="F")
-            below = both[a * a :].reshape((b, a), order="F")
-            rest = np.zeros((b, b), order="F")
-            for child in front.children:
-                update = updates.pop(child.front)
-                if child.table is None:
-                    _take_in(child, update, own, below, rest)
-                else:
-                    given = update.ravel(order="K")
-                    both[child.table.own] += given[child.table.own_from]
-                    rest.ravel(order="K")[child.table.rest] += given[child.table.rest_from]
-            lower, failed = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
-            if failed:
-                raise Indefinite("the stiffness is not positive definite: the object can move")
-            if b:
-                below = blas.dtrsm(1.0, lower, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                updates[k] = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
-            self._lower.append(lower)
-            self._below.append(below)
+    def __init__(
+        self,
+        matrix: sp.csr_array,
+        points: Floats,
+        wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    ) -> None:
+        self.size = matrix.shape[0]
+        graph = graph_of(matrix)
+        parts = _unwanted_first(dissect(points, graph), wanted)
+        self._fronts = _eliminate(matrix, parts, borders_of(graph, parts), wanted)
+        self._front_of = np.empty(len(points), dtype=np.int64)
+        for k, part in enumerate(parts):
+            self._front_of[part.own] = k
 
     @property
     def bytes(self) -> int:
         """Memory of the factor."""
-        return sum(block.nbytes for block in self._lower + self._below)
+        return sum(front.lower.nbytes + front.carry.nbytes for front in self._fronts)
 
-    def solve(self, nodes: Ints, forces: Floats) -> Floats:
-        """Displacement of the wanted nodes under forces on a few nodes.
+    def single(self) -> Factor:
+        """The same with half of the digits and of the memory, for solves in half of the time."""
+        rounded = copy(self)
+        rounded._fronts = [
+            replace(f, lower=f.lower.astype(np.float32), carry=f.carry.astype(np.float32))
+            for f in self._fronts
+        ]
+        return rounded
+
+    def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
+        """Displacement of the wanted nodes under forces on a few of them.
 
         Args:
             nodes: With a force, shape (k,).
             forces: On them, one column for each case, shape (3 k, r) [N].
+            at: Nodes whose displacement counts, shape (j,); all that are wanted if not given. A few
+                that lie together cost a fraction of all.
 
         Returns:
-            Shape (3 n, r) [m]; what is not wanted is not filled in.
+            Shape (3 n, r) [m]; what is not asked for is not filled in.
         """
-        x = np.zeros((self.size, forces.shape[1]))
-        np.add.at(x, dofs(nodes), forces)
-        fronts = self._analysis.fronts
-        for k in self._path(nodes):
-            front = fronts[k]
-            y = blas.dtrsm(1.0, self._lower[k], x[front.own], lower=1)
-            x[front.own] = y
-            x[front.border] -= self._below[k] @ y
-        for front, lower, below in zip(
-            reversed(fronts), reversed(self._lower), reversed(self._below), strict=True
-        ):
-            if front.seen:
-                right = x[front.own] - below.T @ x[front.border]
-                x[front.own] = blas.dtrsm(1.0, lower, right, lower=1, trans_a=1)
+        x = np.zeros((self.size, forces.shape[1]), dtype=self._fronts[-1].lower.dtype)
+        np.add.at(x, dofs(nodes), forces.astype(x.dtype, copy=False))
+        for front in self._path(nodes):
+            x[front.border] -= front.carry @ x[front.own]
+            x[front.own] = scipy.linalg.cho_solve(
+                (front.lower, True), x[front.own], check_finite=False
+            )
+        for front in reversed(self._fronts if at is None else self._path(at)):
+            if front.seen and len(front.border):
+                x[front.own] -= front.carry.T @ x[front.border]
         return x
 
-    def _path(self, nodes: Ints) -> list[int]:
-        """Fronts that forces on `nodes` reach, children before parents."""
+    def _path(self, nodes: Ints) -> list[_Front]:
+        """Fronts from `nodes` up to the root, children before parents."""
         found: set[int] = set()
-        starts: list[int] = np.unique(self._analysis.front_of[nodes]).tolist()
+        starts: list[int] = np.unique(self._front_of[nodes]).tolist()
         for k in starts:
             while k >= 0 and k not in found:
                 found.add(k)
-                k = self._analysis.fronts[k].parent
-        return sorted(found)
+                k = self._fronts[k].parent
+        return [self._fronts[k] for k in sorted(found)]
 
 
-def _take_in(child: Child, update: Floats, own: Floats, below: Floats, rest: Floats) -> None:
-    """Add a child's update to the blocks of its parent; only lower triangles count."""
-    k = len(child.own)
-    # Seen as transposed: the blocks lie column by column.
-    own.T[np.ix_(child.own, child.own)] += update[:k, :k].T
-    below.T[np.ix_(child.own, child.border)] += update[k:, :k].T
-    rest.T[np.ix_(child.border, child.border)] += update[k:, k:].T
+def _unwanted_first(
+    parts: list[Part], wanted: np.ndarray[tuple[int], np.dtype[np.bool_]]
+) -> list[Part]:
+    """Leaves cut in two: what nobody asks for under the rest, so that no solve goes there."""
+    out: list[Part] = []
+    place: list[int] = []
+    for part in parts:
+        own, children = part.own, tuple(place[child] for child in part.children)
+        if not children and 0 < wanted[own].sum() < len(own):
+            out.append(Part(own[~wanted[own]], ()))
+            own, children = own[wanted[own]], (len(out) - 1,)
+        place.append(len(out))
+        out.append(Part(own, children))
+    return out
+
+
+def _solved(lower: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    x = scipy.linalg.solve_triangular(
+        lower, right, lower=True, trans=1 if transposed else 0, check_finite=False
+    )
+    return np.asarray(x, dtype=np.float64)
+
+
+def _eliminate(
+    matrix: sp.csr_array,
+    parts: list[Part],
+    borders: list[Ints],
+    wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
+) -> list[_Front]:
+    parents = np.full(len(parts), -1)
+    for k, part in enumerate(parts):
+        for child in part.children:
+            parents[child] = k
+    local = np.full(matrix.shape[0], -1, dtype=np.int64)
+    updates: dict[int, Floats] = {}
+    fronts: list[_Front] = []
+    for k, (part, border_nodes) in enumerate(zip(parts, borders, strict=True)):
+        own, border = dofs(part.own), dofs(border_nodes)
+        both = np.concatenate([own, border])
+        local[both] = np.arange(len(both))
+        dense = np.zeros((len(both), len(both)))
+        rows = matrix[own]
+        at = local[rows.indices]
+        # Below the children lies what was eliminated there: their updates carry it.
+        kept = at >= 0
+        row = np.repeat(np.arange(len(own)), np.diff(rows.indptr))
+        dense[at[kept], row[kept]] = rows.data[kept]
+        for child in part.children:
+            where = local[fronts[child].border]
+            dense[np.ix_(where, where)] += updates.pop(child)
+        local[both] = -1
+        a = len(own)
+        try:
+            lower = np.asarray(
+                scipy.linalg.cholesky(dense[:a, :a], lower=True, check_finite=False),
+                dtype=np.float64,
+            )
+        except scipy.linalg.LinAlgError as error:
+            raise BodyError(
+                "the stiffness is not positive definite: the object can move"
+            ) from error
+        half = _solved(lower, dense[a:, :a].T).T
+        updates[k] = dense[a:, a:] - half @ half.T
+        seen = bool(wanted[part.own].any()) or any(fronts[child].seen for child in part.children)
+        if seen:
+            carry = np.ascontiguousarray(_solved(lower, half.T, transposed=True).T)
+        else:
+            lower, carry = np.empty((0, 0)), np.empty((0, 0))
+        fronts.append(_Front(own, border, lower, carry, int(parents[k]), seen))
+    return fronts

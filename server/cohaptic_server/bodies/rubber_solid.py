@@ -14,25 +14,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon import check_damping
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
 from cohaptic_server.bodies.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_tetrahedra import RubberTetrahedra, SolidState
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, Pace, Settled, Settling
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
+from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.bodies.viscous import lagged
+from cohaptic_server.contact import pressure
 
 # One factorisation in a tick of a hand in motion: it is most of what a tick costs.
 _STEPS = 1
 _CHORD = 0.002  # of the body's size, where that is less than a balloon's
 _MOVE = 0.2
+_BATCH = 32  # contacts solved for at once
 
 
 @dataclass(frozen=True, eq=False)
-class RubberSolidResponse(Response):
+class RubberSolidResponse(DenseResponse):
     """A response that the next tick can start from.
 
     Args:
@@ -46,48 +50,63 @@ class RubberSolid:
     """The nonlinear solid behind the `Body` Protocol.
 
     Args:
-        twin: The linear solid of the same mesh and material; what it says of the body at rest
-            holds for this one too.
+        tets: The object at rest.
+        held: Which of its vertices do not move, shape (n,) of bool.
+        settings: What it is made of; no columns are cached.
+        name: For people and for the wire.
         damping: B_o over K_o, for the simulation period that it is served with.
 
+    Attributes:
+        shape: Nodes, elements and surface.
+        rubber: Energy, forces and tangent.
+
     Raises:
-        BodyError: It is not stable at rest.
+        BodyError: Nothing is held, too little, or everything.
     """
 
-    def __init__(self, twin: Solid, *, damping: float = 0.0) -> None:
+    def __init__(
+        self,
+        tets: TetMesh,
+        held: npt.NDArray[np.bool_],
+        settings: SolidSettings | None = None,
+        name: str = "solid",
+        *,
+        damping: float = 0.0,
+    ) -> None:
         check_damping(damping)
-        self.twin, self.damping = twin, damping
-        material = NeoHookean.of(twin.settings.young, twin.settings.nu)
-        self.rubber = RubberTetrahedra(twin.tets, twin.nodes, twin.elements, twin.held, material)
-        size = twin.mesh.size
+        self.settings, self.damping, self._name = settings or SolidSettings(), damping, name
+        self.shape = shape_of(tets, held, self.settings)
+        material = NeoHookean.of(self.settings.young, self.settings.nu)
+        self.rubber = RubberTetrahedra(self.shape, material)
+        size = self.mesh.size
         pace = Pace(_STEPS, min(MAX_MOVE, _MOVE * size), min(CHORD, _CHORD * size))
         self._settling = Settling(self.rubber, pace)
-        state = self.rubber.at(twin.nodes)
+        state = self.rubber.at(self.shape.nodes)
         rest = None if state is None else self._settling.at_rest(state)
         if rest is None:
-            raise BodyError("the solid is not stable at rest: an element of it is inside out")
+            raise BodyError("the solid is not stable at rest: are its tetrahedra nearly flat?")
         self._rest = rest
 
     @property
     def name(self) -> str:
         """Name for people and for the wire."""
-        return self.twin.name
+        return self._name
 
     @property
     def mesh(self) -> SurfaceMesh:
         """The resting surface."""
-        return self.twin.mesh
+        return self.shape.mesh
 
     @property
     def contact_radius(self) -> float:
         """Radius of the pressure under a contact [m]."""
-        return self.twin.contact_radius
+        return self.shape.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
         """Go towards equilibrium with `loads`, from where `before` was left."""
         start = before.settled if isinstance(before, RubberSolidResponse) else self._rest
-        surface = self.twin.surface
-        shares = np.zeros((len(loads), *self.twin.nodes.shape))
+        surface = self.shape.surface
+        shares = np.zeros((len(loads), *self.shape.nodes.shape))
         for i, load in enumerate(loads):
             shares[i, surface[load.vertices]] = load.weights[:, None] * load.direction
         push = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
@@ -106,4 +125,14 @@ class RubberSolid:
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex of the body at rest, shape (n,) [m/N]."""
-        return self.twin.vertex_compliance()
+        mesh, surface = self.mesh, self.shape.surface
+        table: Floats = np.empty(len(surface))
+        for start in range(0, len(surface), _BATCH):
+            some = range(start, min(start + _BATCH, len(surface)))
+            shares = np.zeros((len(some), *self.shape.nodes.shape))
+            for i, k in enumerate(some):
+                vertices, weights = pressure(mesh, mesh.vertices[k], self.contact_radius)
+                shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
+            fields = self._settling.fields(self._rest.stable, shares)
+            table[some.start : some.stop] = (shares * fields).sum(axis=(1, 2))
+        return np.maximum(0.0, table)

@@ -4,34 +4,30 @@ What the mesh fixes is found once: gradients of the nodes' functions at the quad
 which entry of the factor each product of them goes to. A tick then does arithmetic on all points at
 a time, one small product for each element, and one sparse product.
 
-Straight ten-node tetrahedra have their strain at rest linear in space, so four inner points would
-do; ours are the corners and the middles of the faces (Keast's rule of degree 3, all weights
-positive), because a bent element turns inside out at a corner first, and there the barrier stands.
+No element turns inside out: `lattice.py` bounds J all over each, and no step is taken that brings
+the bound below `_FLOOR`.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.elements import gradients
 from cohaptic_server.bodies.fronts import Analysis, analyse, dofs
+from cohaptic_server.bodies.lattice import bounds, shape_gradients, weights
 from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.multifrontal import Factor, Indefinite
 from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
+from cohaptic_server.bodies.refactoring import Indefinite, Refactored
 from cohaptic_server.bodies.settling import Unstable
-from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.bodies.tetrahedra import volumes
 
-# Of a corner, a third of an edge, the middle of a face, the centre: 0.1 - 5 e / 27, e, 0.9 - 2 e and
-# 32 e / 27 over their numbers is of degree 3 for every e, and all of them are positive at 0.3.
-_WEIGHTS = (0.1 / 9.0, 0.3 / 12.0, 0.3 / 4.0, 3.2 / 9.0)
 # Of J that a step leaves at every point, as interior point methods keep off their barrier.
 _LEFT = 0.1
-_FLOOR = 0.01
+_FLOOR = 0.01  # of J, anywhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,49 +51,39 @@ class SolidState:
 class SolidTangent:
     """A factored tangent: a `Solver`."""
 
-    factor: Factor
+    factor: Refactored
 
     def displacements(self, b: Floats) -> Floats:
         """Of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
-        nodes: Ints = np.arange(b.shape[1] // 3, dtype=np.int64)
-        return np.asarray(self.factor.solve(nodes, np.ascontiguousarray(b.T)).T)
+        return np.ascontiguousarray(self.factor.solve(b.T).T)
 
 
 class RubberTetrahedra:
     """A held solid of one material: an `Elastic`.
 
     Args:
-        tets: Corners at rest.
-        nodes: At rest, shape (n, 3) [m].
-        elements: Nodes of each tetrahedron, shape (m, 4) or (m, 10).
-        held: Which nodes do not move, shape (n,).
+        shape: Nodes and elements at rest, and what is held.
         material: What it is made of.
     """
 
     # Of the part of the moduli below zero, that is taken away.
     stiffened = (1.0,)
 
-    def __init__(
-        self,
-        tets: TetMesh,
-        nodes: Floats,
-        elements: Ints,
-        held: npt.NDArray[np.bool_],
-        material: NeoHookean,
-    ) -> None:
-        self.material, self._elements, self._bounds = material, elements, _bounds()
+    def __init__(self, shape: SolidShape, material: NeoHookean) -> None:
+        tets, nodes, elements = shape.tets, shape.nodes, shape.elements
+        self.material, self._elements, self._bounds = material, elements, bounds()
         m, count = elements.shape
-        shape = _shape_gradients(count)  # (q, a, 4)
-        points = shape.shape[0]
-        g = np.einsum("qai,mip->maqp", shape, gradients(tets.vertices, tets.tets))
+        D = shape_gradients(count)  # (q, a, 4)
+        points = len(D)
+        g = np.einsum("qai,mip->maqp", D, gradients(tets.vertices, tets.tets))
         self._weights = np.repeat(volumes(tets.vertices, tets.tets), points) * np.tile(
-            _weights(points), m
+            weights(points), m
         )
         self._by_element = np.ascontiguousarray(g.reshape(m, count, 3 * points))
         self._by_point = np.ascontiguousarray(g.transpose(1, 3, 0, 2)).reshape(count, 3, -1)
         corners = (np.ones(elements.size), (elements.ravel(), np.arange(elements.size)))
         self._sum = sp.csr_array(corners, shape=(len(nodes), elements.size))
-        free = np.flatnonzero(~held)
+        free = np.flatnonzero(~shape.held)
         self.dof = dofs(free)
         self._analysis, self._same, self._crossed = _pattern(elements, nodes, free)
         self._steady = material.mu * self._between(self._by_point, self._weights)
@@ -149,7 +135,7 @@ class RubberTetrahedra:
         products = left.reshape(m, -1, rows.shape[2]) @ rows.swapaxes(1, 2)
         entries = entries + self._crossed @ products.ravel()
         try:
-            return SolidTangent(Factor.of(self._analysis, entries))
+            return SolidTangent(Refactored(self._analysis, entries))
         except Indefinite as error:
             raise Unstable("the tangent is indefinite") from error
 
@@ -160,63 +146,6 @@ class RubberTetrahedra:
         left = rows * moduli.reshape(m, 1, 1, -1)
         products = left.reshape(m, count, -1) @ rows.reshape(m, count, -1).swapaxes(1, 2)
         return np.asarray(self._same @ products.ravel())
-
-
-def _shape_gradients(count: int) -> Floats:
-    """dN_a/dL_i at the quadrature points, shape (q, a, 4); L are barycentric coordinates.
-
-    N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q with ten nodes.
-    """
-    if count == 4:
-        return np.eye(4)[None]
-    points = _lattice()
-    D = np.zeros((len(points), 10, 4))
-    for a in range(4):
-        D[:, a, a] = 4.0 * points[:, a] - 1.0
-    for e, (p, q) in enumerate(EDGES):
-        D[:, 4 + e, p] = 4.0 * points[:, q]
-        D[:, 4 + e, q] = 4.0 * points[:, p]
-    return D
-
-
-def _lattice() -> Floats:
-    """Barycentric coordinates of the points: a lattice of thirds, and the centre, shape (21, 4)."""
-    one = np.eye(4)
-    thirds = [(2.0 * one[a] + one[b]) / 3.0 for a in range(4) for b in range(4) if a != b]
-    return np.concatenate([one, thirds, (1.0 - one) / 3.0, np.full((1, 4), 0.25)])
-
-
-def _bounds() -> Floats:
-    """From a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
-
-    Those of the eight halves of the tetrahedron: the cubic lies between the least and the greatest.
-    """
-    corners = [np.eye(4)[k] for k in range(4)]
-    ab, bc, ac, ad, bd, cd = (0.5 * (corners[p] + corners[q]) for p, q in EDGES)
-    a, b, c, d = corners
-    halves = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
-    ring = [ab, bc, cd, ad]  # of the octahedron that is left, about the axis ac - bd
-    halves += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
-    lattice = _lattice()[:20]
-    to_coefficients = np.linalg.inv(_bernstein(lattice))
-    return np.concatenate(
-        [
-            to_coefficients @ _bernstein(lattice @ np.array(half)) @ to_coefficients
-            for half in halves
-        ]
-    )
-
-
-def _bernstein(points: Floats) -> Floats:
-    """Bernstein polynomials of degree 3 at points in barycentric coordinates, shape (p, 20)."""
-    powers = np.rint(3.0 * _lattice()[:20]).astype(np.int64)  # (20, 4), each of sum 3
-    multinomial = 6.0 / np.array([math.prod(map(math.factorial, p)) for p in powers.tolist()])
-    return np.asarray(multinomial * np.prod(points[:, None] ** powers, axis=2))
-
-
-def _weights(points: int) -> Floats:
-    """Share of the volume that each quadrature point stands for, shape (q,)."""
-    return np.ones(1) if points == 1 else np.repeat(_WEIGHTS, (4, 12, 4, 1))
 
 
 def _pattern(
@@ -238,7 +167,7 @@ def _pattern(
     loose = (row >= 0) & (column >= 0)
     ones = np.ones(int(loose.sum()))
     matrix = sp.csr_array((ones, (row[loose], column[loose])), shape=(size, size))
-    analysis = analyse(matrix, nodes[free], np.ones(len(free), dtype=np.bool_), reused=True)
+    analysis = analyse(matrix, nodes[free])
     rows = np.repeat(np.arange(size), np.diff(matrix.indptr))[analysis.entries]
     keys = rows * size + matrix.indices[analysis.entries]
     order = np.argsort(keys)
