@@ -75,7 +75,8 @@ def analyse(matrix: sp.csr_array, points: Floats) -> Analysis:
     """Fronts for a symmetric matrix of 3x3 blocks; twice the memory of its factor.
 
     Args:
-        matrix: Shape (3 n, 3 n); only its pattern counts.
+        matrix: Shape (3 n, 3 n); only its pattern counts, which is
+            symmetric too.
         points: Place of each node, shape (n, 3) [m].
     """
     graph = graph_of(matrix)

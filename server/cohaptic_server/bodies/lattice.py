@@ -28,7 +28,7 @@ def shape_gradients(count: int) -> Floats:
     """
     if count == 4:
         return np.eye(4)[None]
-    points = _lattice()
+    points = lattice()
     D = np.zeros((len(points), 10, 4))
     for a in range(4):
         D[:, a, a] = 4.0 * points[:, a] - 1.0
@@ -38,7 +38,7 @@ def shape_gradients(count: int) -> Floats:
     return D
 
 
-def _lattice() -> Floats:
+def lattice() -> Floats:
     """Barycentric coordinates of the points: a lattice of thirds, and the centre, shape (21, 4)."""
     one = np.eye(4)
     thirds = [(2.0 * one[a] + one[b]) / 3.0 for a in range(4) for b in range(4) if a != b]
@@ -56,19 +56,16 @@ def bounds() -> Floats:
     halves = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
     ring = [ab, bc, cd, ad]  # of the octahedron that is left, about the axis ac - bd
     halves += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
-    lattice = _lattice()[:20]
-    to_coefficients = np.linalg.inv(_bernstein(lattice))
+    thirds = lattice()[:20]
+    to_coefficients = np.linalg.inv(_bernstein(thirds))
     return np.concatenate(
-        [
-            to_coefficients @ _bernstein(lattice @ np.array(half)) @ to_coefficients
-            for half in halves
-        ]
+        [to_coefficients @ _bernstein(thirds @ np.array(half)) @ to_coefficients for half in halves]
     )
 
 
 def _bernstein(points: Floats) -> Floats:
     """Bernstein polynomials of degree 3 at points in barycentric coordinates, shape (p, 20)."""
-    powers = np.rint(3.0 * _lattice()[:20]).astype(np.int64)  # (20, 4), each of sum 3
+    powers = np.rint(3.0 * lattice()[:20]).astype(np.int64)  # (20, 4), each of sum 3
     multinomial = 6.0 / np.array([math.prod(map(math.factorial, p)) for p in powers.tolist()])
     return np.asarray(multinomial * np.prod(points[:, None] ** powers, axis=2))
 
