@@ -53,7 +53,10 @@ def serve(
         bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
     ] = False,
     nonlinear: Annotated[
-        bool, typer.Option("--nonlinear", help="Finite deformation: balloon only.")
+        bool,
+        typer.Option(
+            "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
+        ),
     ] = False,
     relaxation: Annotated[
         float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
@@ -87,7 +90,9 @@ def serve(
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with Console(stderr=True).status(f"preparing {body}"):
-        touched = build_body(body, solid, nonlinear=nonlinear, damping=damping)
+        touched = build_body(
+            body, solid, nonlinear=nonlinear, damping=damping, period=1.0 / simulation_hz
+        )
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
 

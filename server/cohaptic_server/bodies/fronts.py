@@ -2,7 +2,7 @@
 
 Each part of the tree of `dissection.py` is a dense front of its own nodes and of the border that
 they have to their ancestors. A matrix whose entries change and whose pattern does not, as the
-tangent of a nonlinear solid, is analysed once and factored (`multifrontal.py`) over and over.
+tangent of a nonlinear solid, is analysed once and factored (`refactoring.py`) over and over.
 """
 
 from __future__ import annotations

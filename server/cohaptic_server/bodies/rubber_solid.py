@@ -33,6 +33,13 @@ _STEPS = 1
 _CHORD = 0.002  # of the body's size, where that is less than a balloon's
 _MOVE = 0.2
 _BATCH = 32  # contacts solved for at once
+# A tick of two hands that slide takes so long, at the 99th percentile (docs/decisions/0015).
+_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 800, 0.016, 1.35
+
+
+def tick_seconds(nodes: int) -> float:
+    """What a tick of a solid of so many nodes takes, about, on the machine it was measured on."""
+    return float(_MEASURED_TICK * (nodes / _MEASURED_NODES) ** _GROWTH)
 
 
 @dataclass(frozen=True, eq=False)
