@@ -2,7 +2,7 @@
 
     python benchmarks/nonlinear_solid.py [--ticks 300]
 
-Two users press a ring of soft tissue 10 mm deep, opposite each other, and slide along it at 0.1 m/s.
+Two users press a ring of soft tissue 10 mm deep on opposite sides and slide along it at 0.1 m/s.
 Times are of the processor, one BLAS thread as on the server, so that other work on the machine
 counts little. Factors: ours with the pattern analysed before, ours made anew, SuperLU with minimum
 degree, LAPACK's band after reverse Cuthill-McKee.

@@ -34,7 +34,7 @@ _CHORD = 0.002  # of the body's size, where that is less than a balloon's
 _MOVE = 0.2
 _BATCH = 32  # contacts solved for at once
 # A tick of two hands that slide takes so long, at the 99th percentile (docs/decisions/0015).
-_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 800, 0.016, 1.35
+_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 600, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
