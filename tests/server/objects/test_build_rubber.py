@@ -45,7 +45,7 @@ def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
     nodes = len(body.shape.nodes)
     assert tick_seconds(nodes) <= 1.0 / 60.0
     assert nodes > 200
-    assert body.shape.tets.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.15)
+    assert body.shape.tets.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.2)
 
 
 def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> None:
