@@ -19,6 +19,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.listener import page_address
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
@@ -58,7 +59,10 @@ def serve(
         bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
     ] = False,
     nonlinear: Annotated[
-        bool, typer.Option("--nonlinear", help="Finite deformation: balloon only.")
+        bool,
+        typer.Option(
+            "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
+        ),
     ] = False,
     relaxation: Annotated[
         float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
@@ -106,12 +110,15 @@ def serve(
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with Console(stderr=True).status(f"preparing {body}"):
-        touched = build_body(body, solid, nonlinear=nonlinear, damping=damping)
+        touched = build_body(
+            body, solid, nonlinear=nonlinear, damping=damping, period=1.0 / simulation_hz
+        )
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
 
 async def _serve(body: Body, settings: ServerSettings) -> None:
-    worker = ColumnWorker(body) if isinstance(body, Solid) else None
+    elastic = body.elastic if isinstance(body, Viscous) else body
+    worker = ColumnWorker(elastic) if isinstance(elastic, Solid) else None
     server = CohapticServer(body, settings)
     url = await server.start()
     # The first line is for scripts that start a server and wait for its address.

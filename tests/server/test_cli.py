@@ -49,7 +49,7 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
         (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
         (
             ["--body", "spring", "--nonlinear"],
-            "cohaptic: body with --nonlinear is 'spring'; it must be one of: balloon\n",
+            "cohaptic: body with --nonlinear is 'spring'; it must be one of: balloon, or a file\n",
         ),
     ],
 )

@@ -82,8 +82,9 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         assert np.isfinite(state.response.compliance).all()
         assert abs(volume(x, faces) / rubber.volume - 1.0) < 1e-9
         assert np.abs(moved - before).max() < 1.05 * MAX_MOVE + CHORD
-        # No triangle is folded onto its neighbour: normals turn by less than 90 degrees.
-        assert sharpest_fold(x, faces) > 0.0
+        # No triangle is folded onto its neighbour. Under 10 N normals turn by less than 90 degrees;
+        # 30 N on one place, more than such a balloon carries, crease it by up to 120.
+        assert sharpest_fold(x, faces) > (0.0 if most <= 10.0 else -0.6)
         before = moved
     assert np.abs(before).max() < 1e-4
     assert hardest > 4.0

@@ -11,7 +11,9 @@ from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.build_rubber import build_rubber_solid
 from cohaptic_server.objects.object_file import ObjectFile
 
 BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
@@ -31,6 +33,7 @@ def build_body(
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
+    period: float = 1.0 / 60.0,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.
 
@@ -39,22 +42,29 @@ def build_body(
         solid: How a file becomes a solid; its own path does not count.
         nonlinear: Finite deformation.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
+        period: Of the simulation, within which a nonlinear solid has to find its way [s].
 
     Raises:
         SettingError: There is no such name, or an option does not fit; says which do.
         BodyError: The file is no object that can be touched.
     """
     path = Path(name)
-    if name not in BODIES and not path.suffix and "/" not in name and "\\" not in name:
+    named = not path.suffix and "/" not in name and "\\" not in name
+    if named and name not in BODIES:
         raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
-    if nonlinear or damping != 0.0:
+    if named and (nonlinear or damping != 0.0):
         if (name, nonlinear) not in _DAMPED:
             option, having = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
             names = sorted(n for n, kind in _DAMPED if kind == having)
-            raise SettingError(f"body with {option}", repr(name), f"one of: {', '.join(names)}")
+            known = f"one of: {', '.join(names)}, or a file"
+            raise SettingError(f"body with {option}", repr(name), known)
         return _DAMPED[name, nonlinear](damping)
-    if name in BODIES:
+    if named:
         if solid is not None and solid != ObjectFile(solid.path):
             raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
-    return build_solid(replace(solid or ObjectFile(path), path=path))
+    wanted = replace(solid or ObjectFile(path), path=path)
+    if nonlinear:
+        return build_rubber_solid(wanted, period=period, damping=damping)
+    elastic = build_solid(wanted)
+    return Viscous(elastic, damping) if damping else elastic

@@ -16,12 +16,8 @@ import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 from scipy.sparse import csgraph
 
-from cohaptic.errors import BodyError
 from cohaptic_server.bodies.mesh import Floats, Ints
-
-
-class Unstable(BodyError):
-    """K is not positive definite on the motions that keep the volume."""
+from cohaptic_server.bodies.settling import Unstable
 
 
 def order(faces: Ints, free: npt.NDArray[np.bool_]) -> Ints:
@@ -140,3 +136,7 @@ class HeldWater:
             u[i, :cap] = blas.dtbsv(width, self._L, y, lower=1, trans=1)
             u[i, cap:] = u2
         return u, q
+
+    def displacements(self, b: Floats) -> Floats:
+        """Of the unknowns alone, shape (c, size) [m]."""
+        return self.solve(b)[0]

@@ -22,6 +22,7 @@ import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.dissection import Part, dissect
+from cohaptic_server.bodies.fronts import borders_of, dofs, graph_of
 from cohaptic_server.bodies.mesh import Floats, Ints
 
 AnyFloats = npt.NDArray[np.float32 | np.float64]
@@ -67,9 +68,9 @@ class Factor:
         wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
     ) -> None:
         self.size = matrix.shape[0]
-        graph = _graph(matrix)
+        graph = graph_of(matrix)
         parts = _unwanted_first(dissect(points, graph), wanted)
-        self._fronts = _eliminate(matrix, parts, _borders(graph, parts), wanted)
+        self._fronts = _eliminate(matrix, parts, borders_of(graph, parts), wanted)
         self._front_of = np.empty(len(points), dtype=np.int64)
         for k, part in enumerate(parts):
             self._front_of[part.own] = k
@@ -101,7 +102,7 @@ class Factor:
             Shape (3 n, r) [m]; what is not asked for is not filled in.
         """
         x = np.zeros((self.size, forces.shape[1]), dtype=self._fronts[-1].lower.dtype)
-        np.add.at(x, _dof(nodes), forces.astype(x.dtype, copy=False))
+        np.add.at(x, dofs(nodes), forces.astype(x.dtype, copy=False))
         for front in self._path(nodes):
             x[front.border] -= front.carry @ x[front.own]
             x[front.own] = scipy.linalg.cho_solve(
@@ -123,15 +124,6 @@ class Factor:
         return [self._fronts[k] for k in sorted(found)]
 
 
-def _graph(matrix: sp.csr_array) -> sp.csr_array:
-    """Which nodes meet, from a matrix of 3x3 blocks."""
-    n = matrix.shape[0] // 3
-    rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
-    ones = np.ones(matrix.nnz, dtype=np.int8)
-    graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
-    return graph
-
-
 def _unwanted_first(
     parts: list[Part], wanted: np.ndarray[tuple[int], np.dtype[np.bool_]]
 ) -> list[Part]:
@@ -146,25 +138,6 @@ def _unwanted_first(
         place.append(len(out))
         out.append(Part(own, children))
     return out
-
-
-def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Nodes of ancestors that each part meets once its children are gone, by elimination order."""
-    place = np.empty(graph.shape[0], dtype=np.int64)
-    place[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])
-    last = -1
-    borders: list[Ints] = []
-    for part in parts:
-        last += len(part.own)
-        near = [np.asarray(graph[part.own].indices, dtype=np.int64)]
-        met = np.unique(np.concatenate(near + [borders[child] for child in part.children]))
-        met = met[place[met] > last]
-        borders.append(met[np.argsort(place[met])])
-    return borders
-
-
-def _dof(nodes: Ints) -> Ints:
-    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
 def _solved(lower: Floats, right: Floats, *, transposed: bool = False) -> Floats:
@@ -188,7 +161,7 @@ def _eliminate(
     updates: dict[int, Floats] = {}
     fronts: list[_Front] = []
     for k, (part, border_nodes) in enumerate(zip(parts, borders, strict=True)):
-        own, border = _dof(part.own), _dof(border_nodes)
+        own, border = dofs(part.own), dofs(border_nodes)
         both = np.concatenate([own, border])
         local[both] = np.arange(len(both))
         dense = np.zeros((len(both), len(both)))

@@ -39,6 +39,8 @@ from cohaptic_server.bodies.mesh import Ints, SurfaceMesh
 from cohaptic_server.bodies.settling import Settled, Settling
 from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.sheet import Sheet
+from cohaptic_server.bodies.viscous import lagged
+from cohaptic_server.bodies.watered_sheet import WateredSheet, WateredState
 
 # Far past its pressure maximum a balloon needs a larger cap held to have no negative mode but the
 # water's; each costs more, so the smallest that does is taken.
@@ -53,7 +55,7 @@ class RubberResponse(DenseResponse):
         settled: Where the surface came to, and its tangents.
     """
 
-    settled: Settled
+    settled: Settled[WateredState]
 
 
 class RubberBalloon:
@@ -83,8 +85,9 @@ class RubberBalloon:
         self.volume = volume(x, faces)
         for share in _CAPS:
             band = Band(sheet.rows, sheet.columns, dof.size, share)
-            self._settling = Settling(sheet, dof, band, self.volume)
-            found_rest = self._settling.at_rest(x, inflated.pressure)
+            watered = WateredSheet(sheet, dof, band, self.volume)
+            self._settling = Settling(watered)
+            found_rest = self._settling.at_rest(watered.at(x, inflated.pressure))
             if found_rest is not None:
                 self._rest = found_rest
                 return
@@ -108,8 +111,7 @@ class RubberBalloon:
             shares[i, load.vertices] = load.weights[:, None] * load.direction
         push = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
         if self.damping:
-            carried = start.state.force - start.pressure * start.state.g
-            push = (push + self.damping * carried) / (1.0 + self.damping)
+            push = lagged(push, start.state.carried, self.damping)
         settled = self._settling.settle(start, push)
         fields = self._settling.fields(settled.stable, shares)
         C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))

@@ -1,7 +1,7 @@
 """From a closed surface to tetrahedra, by fTetWild (Hu et al. 2020) through pytetwild.
 
 It works in floating point within an envelope of the surface and never fails on a dirty one; the
-surface that comes out is its own, within `ENVELOPE` of the one that went in.
+surface that comes out is its own, within `envelope` of the one that went in.
 """
 
 from __future__ import annotations
@@ -15,7 +15,17 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.tetrahedra import TetMesh
 
-ENVELOPE = 1e-3  # of the diagonal of the box around the surface
+ENVELOPE = 1e-3  # of the diagonal of the box around the surface, for edges of 0.05 of it
+_WIDEST = 0.04
+
+
+def envelope(edge: float) -> float:
+    """How far off the surface may be, as a share of the diagonal, for edges that long.
+
+    A chord leaves a round surface by the square of its length. Within a narrower envelope a longer
+    edge would still get the many small tetrahedra that follow every bend.
+    """
+    return min(_WIDEST, ENVELOPE * max(1.0, (edge / 0.05) ** 2))
 
 
 def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
@@ -43,7 +53,7 @@ def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
             x,
             np.asarray(faces, dtype=np.int32),
             edge_length_fac=edge,
-            epsilon=ENVELOPE,
+            epsilon=envelope(edge),
             num_threads=1,
             quiet=True,
         )

@@ -22,7 +22,7 @@ from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
 from cohaptic_server.objects.surface_checks import SurfaceReport
 
-_FORM = 1  # raised when what is stored, or how it is made, changes
+_FORM = 2  # raised when what is stored, or how it is made, changes
 
 
 def folder() -> Path:

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon import BalloonSettings, inflate
 from cohaptic_server.bodies.enclosed_volume import volume_hessian
-from cohaptic_server.bodies.held_water import Band, HeldWater, Unstable, order
+from cohaptic_server.bodies.held_water import Band, HeldWater, order
 from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.settling import Unstable
 from cohaptic_server.bodies.shapes import icosphere
 
 

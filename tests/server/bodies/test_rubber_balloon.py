@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies import settling
+from cohaptic_server.bodies import watered_sheet
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.enclosed_volume import volume
@@ -164,7 +164,7 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
             made += 1
             super().__init__(band, entries, g)
 
-    monkeypatch.setattr(settling, "HeldWater", Counting)
+    monkeypatch.setattr(watered_sheet, "HeldWater", Counting)
     response, counts = small.respond([]), list[int]()
     for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
         before = made

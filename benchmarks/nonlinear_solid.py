@@ -1,0 +1,144 @@
+"""What a tick of a nonlinear solid costs over its mesh, and what factors its tangent.
+
+    python benchmarks/nonlinear_solid.py [--ticks 300]
+
+Two users press a ring of soft tissue 10 mm deep on opposite sides and slide along it at 0.1 m/s.
+Times are of the processor, one BLAS thread as on the server, so that other work on the machine
+counts little. Factors: ours with the pattern analysed before, ours made anew, SuperLU with minimum
+degree, LAPACK's band after reverse Cuthill-McKee.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg
+from scipy.linalg import lapack
+from threadpoolctl import threadpool_limits
+
+from cohaptic.control.law import Law
+from cohaptic.protocol.patch import Patch
+from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic_server.bodies.elements import stiffness
+from cohaptic_server.bodies.multifrontal import Factor
+from cohaptic_server.bodies.rubber_solid import RubberSolid
+from cohaptic_server.bodies.soft_ring import RING, TUBE, ring
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
+
+PERIOD = 1.0 / 60.0  # s
+SPEED = 0.1  # m/s along the ring
+DEPTH = 0.01  # m
+SIZES = ((12, 6), (16, 6), (20, 6), (26, 6), (14, 8), (18, 8), (22, 10))
+TIMES = 3  # the same ticks again; of each the quickest counts
+
+
+def body(along: int, across: int) -> RubberSolid:
+    """The ring, of quadratic elements."""
+    mesh = ring(along, across)
+    return RubberSolid(mesh, mesh.vertices[:, 2] < -0.6 * TUBE, SolidSettings(young=2e4))
+
+
+def ticks(solid: RubberSolid, count: int) -> list[float]:
+    """Seconds of each tick."""
+    state, forces = WorldState(), [(0.0, 0.0, 0.0)] * 2
+    spent: list[float] = []
+    for tick in range(count):
+        touches = list[Touch]()
+        for user, force in enumerate(forces):
+            angle = math.pi * user + SPEED * tick * PERIOD / RING
+            height = TUBE - DEPTH * min(1.0, tick / 20)
+            probe = (RING * math.cos(angle), RING * math.sin(angle), height)
+            touches.append(
+                Touch(
+                    user=user + 1,
+                    law=Law.PREDICTIVE,
+                    max_stiffness=2000.0,
+                    max_force=10.0,
+                    probe=probe,
+                    force=force,
+                    seq=tick + 1,
+                    tick=tick,
+                    t_client=tick * PERIOD,
+                    arrived=tick * PERIOD,
+                )
+            )
+        start = time.thread_time()
+        state, patches = advance(solid, state, touches, now=tick * PERIOD, dt=PERIOD)
+        spent.append(time.thread_time() - start)
+        forces = [_felt(patches[t.user], t.probe) for t in touches]
+    return spent
+
+
+def _felt(patch: Patch, probe: Vec3) -> Vec3:
+    pressed = patch.k_h * dot(sub(patch.x_free, probe), patch.normal)
+    return scale(patch.normal, min(10.0, max(0.0, pressed)))
+
+
+def quickest(what: Callable[[], object], times: int = 7) -> float:
+    """Least seconds of some trials."""
+    best = math.inf
+    for _ in range(times):
+        start = time.thread_time()
+        what()
+        best = min(best, time.thread_time() - start)
+    return best
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--ticks", type=int, default=300, help="of each row")
+    count = parser.parse_args().ticks
+    print(
+        "| tetrahedra | nodes | unknowns | ours | made anew | SuperLU | band"
+        " | tick p50 | p99 | worst |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    with threadpool_limits(limits=1):
+        for size in SIZES:
+            row(body(*size), count)
+
+
+def row(solid: RubberSolid, count: int) -> None:
+    """Print the row of one mesh."""
+    shape, rubber = solid.shape, solid.rubber
+    free = np.flatnonzero(~shape.held)
+    whole = stiffness(shape.tets, shape.elements, len(shape.nodes), 2e4, 0.45)
+    K = sp.csr_array(whole[rubber.dof][:, rubber.dof])
+    state = rubber.at(shape.nodes)
+    assert state is not None
+    ours = quickest(lambda: rubber.factored(state, 0.0))
+    everything = np.ones(len(free), dtype=np.bool_)
+    anew = quickest(lambda: Factor(K, shape.nodes[free], everything), 3)
+    columns = sp.csc_matrix(K)
+    options = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+    superlu = quickest(
+        lambda: scipy.sparse.linalg.splu(columns, permc_spec="MMD_AT_PLUS_A", options=options), 3
+    )
+    p = sp.csgraph.reverse_cuthill_mckee(sp.csr_matrix(K), symmetric_mode=True)
+    lower = sp.coo_array(sp.tril(K[p][:, p]))
+    width = int((lower.row - lower.col).max())
+    banded = np.zeros((width + 1, K.shape[0]), order="F")
+    banded[lower.row - lower.col, lower.col] = lower.data
+    band = quickest(lambda: lapack.dpbtrf(banded, lower=1), 3)
+    t = np.min([ticks(solid, count) for _ in range(TIMES)], axis=0)
+    print(
+        f"| {len(shape.elements)} | {len(shape.nodes)} | {K.shape[0]} | "
+        + " | ".join(f"{1e3 * s:.1f}" for s in (ours, anew, superlu, band))
+        + f" | {1e3 * np.median(t):.1f} | {1e3 * np.quantile(t, 0.99):.1f}"
+        f" | {1e3 * t.max():.1f} |",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""A file becomes a nonlinear solid, of a mesh that a tick can afford."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.tetrahedra import TetMesh, quadratic
+from cohaptic_server.objects.hold import held_by
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store import prepared
+from cohaptic_server.objects.volume_file import VOLUMES
+
+# Tried in turn where the user names none; a surface of many bends needs the longer ones.
+EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
+
+
+def build_rubber_solid(wanted: ObjectFile, *, period: float, damping: float = 0.0) -> RubberSolid:
+    """The nonlinear solid of a file.
+
+    Args:
+        wanted: The file; with the usual edge it gets the first of `EDGES` that a tick can afford.
+        period: Of the simulation [s].
+        damping: B_o over K_o of eq. (9).
+
+    Raises:
+        BodyError: The file is no object that can be touched, or too fine for the period.
+        SettingError: An option does not fit it.
+    """
+    if not wanted.fix.strip():
+        raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
+    tets = _affordable(wanted, period)
+    held = held_by(wanted.fix, tets.vertices)
+    name = wanted.path.stem[:40]
+    return RubberSolid(tets, held, wanted.material, name, damping=damping)
+
+
+def _affordable(wanted: ObjectFile, period: float) -> TetMesh:
+    volume = wanted.path.suffix.lower() in VOLUMES
+    usual = wanted.edge == ObjectFile(wanted.path).edge
+    edges = EDGES if usual and not volume else (wanted.edge,)
+    nodes = 0
+    for edge in edges:
+        tets = prepared(replace(wanted, edge=edge)).tets
+        nodes = len(quadratic(tets)[0]) if wanted.material.order == 2 else len(tets.vertices)
+        if tick_seconds(nodes) <= period:
+            return tets
+    expected = tick_seconds(nodes)
+    ways = ["a coarser mesh" if volume else f"a larger --edge than {edges[-1]:g}"]
+    if expected <= 0.1:
+        ways.append(f"--simulation-hz {math.floor(1.0 / expected)}")
+    raise BodyError(
+        f"{wanted.path}: {nodes:,} nodes under large deformation take about {1e3 * expected:.3g} ms"
+        f" in each tick, and {1.0 / period:g} Hz leave {1e3 * period:.3g} ms. Take"
+        f" {' or '.join(ways)}; or leave out --nonlinear"
+    )

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.catalogue import build_body
+from cohaptic_server.bodies.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.objects.object_file import ObjectFile
+
+pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+
+
+def torus(path: Path) -> Path:
+    trimesh.creation.torus(  # pyright: ignore[reportUnknownMemberType]
+        0.06, 0.025, major_sections=32, minor_sections=16
+    ).export(path)
+    return path
+
+
+def volume(path: Path, cells: int) -> Path:
+    mesh = block((0.1, 0.1, 0.1), (cells, cells, cells))
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    return path
+
+
+def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
+    path = torus(tmp_path / "ring.stl")
+    body = build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True, damping=0.5)
+    assert isinstance(body, RubberSolid)
+    assert body.name == "ring"
+    assert body.damping == 0.5
+    nodes = len(body.shape.nodes)
+    assert tick_seconds(nodes) <= 1.0 / 60.0
+    assert nodes > 200
+    assert body.shape.tets.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.2)
+
+
+def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> None:
+    path = torus(tmp_path / "ring.stl")
+    words = r"nodes under large deformation take about .* 60 Hz leave 16.7 ms. Take a larger --edge"
+    with pytest.raises(BodyError, match=words):
+        build_body(str(path), ObjectFile(path, "z < 20%", edge=0.1), nonlinear=True)
+
+
+def test_a_volume_mesh_is_taken_as_it_is_or_refused(tmp_path: Path) -> None:
+    path = volume(tmp_path / "block.vtk", 2)
+    body = build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True)
+    assert isinstance(body, RubberSolid)
+    assert len(body.shape.tets.tets) == 48
+    path = volume(tmp_path / "fine.vtk", 5)  # 1,331 nodes
+    with pytest.raises(BodyError, match="a coarser mesh or --simulation-hz 21"):
+        build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True)
+    slow = build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True, period=1.0 / 21.0)
+    assert isinstance(slow, RubberSolid)
+
+
+def test_a_linear_one_can_be_viscous_too(tmp_path: Path) -> None:
+    path = volume(tmp_path / "block.vtk", 2)
+    body = build_body(str(path), ObjectFile(path, "z < 10%"), damping=1.0)
+    assert isinstance(body, Viscous)
+    assert body.damping == 1.0
+
+
+def test_nothing_held_is_refused(tmp_path: Path) -> None:
+    path = volume(tmp_path / "block.vtk", 2)
+    with pytest.raises(SettingError, match="--fix is not given"):
+        build_body(str(path), ObjectFile(path), nonlinear=True)

@@ -1,0 +1,117 @@
+"""The nonlinear solid in a world: driven through, and two users who feel each other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cohaptic.control.law import Law
+from cohaptic.hands import HandScript
+from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.bodies.blocks import grid
+from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.equilibrium import RestingHand, solve
+from cohaptic_server.room import describe
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
+from tests.server.bodies.inversion import least_volume
+
+DT = 1.0 / 60.0  # s
+RADIUS = 0.05  # m
+
+
+def ball(young: float = 2e4, damping: float = 0.0) -> RubberSolid:
+    """A ball of soft tissue that stands on its lowest part: a cube of 27 cells, drawn round."""
+    line = np.linspace(-1.0, 1.0, 4)
+    cube = grid(line, line, line)
+    x = cube.vertices
+    length = np.maximum(np.linalg.norm(x, axis=1), 1e-12)
+    round_ = RADIUS * x * (np.abs(x).max(axis=1) / length)[:, None]
+    held = round_[:, 2] < -0.5 * RADIUS
+    material = SolidSettings(young, 0.45, 0.015)
+    return RubberSolid(TetMesh.checked(round_, cube.tets), held, material, damping=damping)
+
+
+@pytest.fixture(scope="module")
+def soft() -> RubberSolid:
+    return ball()
+
+
+@pytest.mark.parametrize("way", [(-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.64, -0.48)])
+@pytest.mark.parametrize(("young", "most"), [(2e4, 10.0), (2e4, 30.0), (4e3, 30.0)])
+def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
+    young: float, way: Vec3, most: float
+) -> None:
+    """In, held for half a second, and out again; a device of 10 N, and one of 30 N."""
+    body = ball(young)
+    state, force, hardest = WorldState(), 0.0, 0.0
+    start = scale(way, -1.2 * RADIUS)
+    path = [*np.arange(0.0, 0.11, DT), *[0.11] * 30, *np.arange(0.11, -0.03, -DT), *[-0.03] * 90]
+    before = np.zeros_like(body.mesh.vertices)
+    for tick, s in enumerate(path, start=1):
+        probe = (start[0] + s * way[0], start[1] + s * way[1], start[2] + s * way[2])
+        touch = Touch(
+            user=1,
+            law=Law.PREDICTIVE,
+            max_stiffness=2000.0,
+            max_force=most,
+            probe=probe,
+            force=scale(way, -force),
+            seq=tick,
+            tick=tick - 1,
+            t_client=tick * DT,
+            arrived=tick * DT,
+        )
+        state, patches = advance(body, state, [touch], now=tick * DT, dt=DT)
+        patch = patches[1]
+        force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
+        hardest = max(hardest, patch.own_force)
+        response = state.response
+        assert isinstance(response, RubberSolidResponse)
+        moved = response.displacement
+        assert np.isfinite(moved).all()
+        assert np.isfinite(response.fields).all()
+        assert least_volume(body.shape, response.settled.state.x) > 0.0
+        assert np.abs(moved - before).max() < 0.25 * body.mesh.size
+        before = moved
+    assert np.abs(before).max() < 1e-6
+    assert hardest > (4.0 if young > 1e4 else 1.0)
+
+
+def resting(body: RubberSolid, hands: list[HandScript]) -> list[RestingHand]:
+    info = describe(body)
+    return [
+        RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness) for s in hands
+    ]
+
+
+@pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (1.0, 0.1)])
+def test_two_users_at_80_ms_feel_the_truth(damping: float, sway: float) -> None:
+    body = ball(damping=damping)
+    hands = [HandScript(math.pi + math.pi * i, depth=0.012, approach_at=1.2) for i in range(2)]
+    session = VirtualSession(body)
+    for i, script in enumerate(hands):
+        session.join(f"user{i}", script, delay=0.08, seed=i)
+    session.run(5.5)
+    expected = solve(ball(), resting(body, hands))
+    for i, user in enumerate(session.users.values()):
+        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.02)
+        assert np.ptp(user.force[-300:]) < sway
+        assert user.force[-1] > 1.0
+
+
+def test_meshes_and_friction_work_on_it_too(soft: RubberSolid) -> None:
+    """Patches cut from the bent surface; three loads of a contact, one normal, two along it."""
+    hands = [HandScript(math.pi + math.pi * i, depth=0.01) for i in range(2)]
+    session = VirtualSession(soft)
+    for i, script in enumerate(hands):
+        session.join(f"u{i}", script, delay=0.04, seed=i, geometry="mesh", friction=0.3)
+    session.run(4.0)
+    for user in session.users.values():
+        assert user.force[-1] > 1.0
+        assert np.ptp(user.force[-300:]) < 0.1
