@@ -31,6 +31,7 @@ def build_body(
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.
 
@@ -39,6 +40,7 @@ def build_body(
         solid: How a file becomes a solid; its own path does not count.
         nonlinear: Finite deformation.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
+        progress: Is told the phase of preparing a file, and the share of it that is done.
 
     Raises:
         SettingError: There is no such name, or an option does not fit; says which do.
@@ -57,4 +59,4 @@ def build_body(
         if solid is not None and solid != ObjectFile(solid.path):
             raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
-    return build_solid(replace(solid or ObjectFile(path), path=path))
+    return build_solid(replace(solid or ObjectFile(path), path=path), progress)

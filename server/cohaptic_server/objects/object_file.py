@@ -35,6 +35,8 @@ class ObjectFile:
         edge: Length of an edge of a tetrahedron wanted, as a share of the diagonal of the box.
         repair: Whether an open or tangled surface is closed and untangled as fTetWild sees fit.
         material: What it is made of.
+        fix_mesh: Closed surface, of the same scale; what lies in it is held.
+        simplify: Triangles that the surface is brought down to first; 0 leaves it as it is.
     """
 
     path: Path
@@ -43,6 +45,8 @@ class ObjectFile:
     edge: float = 0.05
     repair: bool = False
     material: SolidSettings = field(default_factory=SolidSettings)
+    fix_mesh: Path | None = None
+    simplify: int = 0
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
