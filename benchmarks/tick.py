@@ -23,7 +23,8 @@ from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.contact import Contact, locate
-from cohaptic_server.world import Touch, WorldState, advance
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
 
 PERIOD = 1.0 / 60.0  # s
 
@@ -74,9 +75,10 @@ def run(body: Body, users: int, ticks: int) -> dict[str, float]:
         if before.response is not None:
             contacts: list[Contact] = []
             start = time.perf_counter()
-            for i, user in enumerate(now):
+            for user in now:
                 old = before.users[user.user]
-                free = before.response.free(i, old.force)
+                free = old.free
+                assert free is not None
                 probe = np.array(user.probe)
                 contacts.append(
                     locate(body.mesh, probe, free, radius=body.contact_radius, hint=old.contact)

@@ -21,6 +21,7 @@ import numpy as np
 
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.mesh import SPLIT, Floats, Ints, SurfaceMesh, cross
+from cohaptic_server.field import Field
 
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
 _CLOSE = 1e-5  # m along the surface; a hand that moves is followed again in the next tick
@@ -48,15 +49,15 @@ class Contact:
         """A frictionless press of `force` [N] here."""
         return Load(self.vertices, self.weights, -self.normal, force)
 
-    def moved(self, displacement: Floats) -> Floats:
-        """The contact point on the surface displaced by `displacement` (n, 3), shape (3,) [m]."""
+    def moved(self, displacement: Field) -> Floats:
+        """The contact point on the surface displaced by `displacement`, shape (3,) [m]."""
         return np.asarray(self.point + self.weights @ displacement[self.vertices])
 
 
 def locate(
     mesh: SurfaceMesh,
     probe: Floats,
-    free: Floats,
+    free: Field,
     *,
     radius: float,
     hint: Contact | None = None,
@@ -66,7 +67,7 @@ def locate(
     Args:
         mesh: Resting surface.
         probe: Tip, shape (3,) [m].
-        free: Displacement of the vertices without this probe's own force, shape (n, 3) [m].
+        free: Displacement of the vertices without this probe's own force.
         radius: Of the pressure [m].
         hint: The contact of the tick before.
     """
@@ -82,12 +83,17 @@ def locate(
         if np.abs(slide).max() < _CLOSE:
             break
         # Above a round body the way along the surface is shorter than it looks from the probe.
-        slide /= 1.0 + max(0.0, height) / mesh.size
+        # Below, steps grow shorter towards its middle: beyond that, what is nearest lies on the
+        # other side, and a hand that was driven through stays with the wall that it came from.
+        if height >= 0.0:
+            slide /= 1.0 + height / mesh.size
+        else:
+            slide *= max(0.0, 1.0 + height / mesh.size)
         contact = _contact_at(mesh, nearest_point(mesh, contact.foot + slide), free, radius)
     return contact
 
 
-def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Floats, radius: float) -> Contact:
+def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Field, radius: float) -> Contact:
     vertices, weights = pressure(mesh, foot, radius)
     point = smooth_point(mesh, foot, vertices, weights)
     return Contact(foot, point, vertices, weights, _normal(mesh, vertices, weights, free))
@@ -113,7 +119,7 @@ def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Float
     return np.asarray(foot + height * n)
 
 
-def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Floats) -> Floats:
+def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Field) -> Floats:
     """Unit normal of the displaced surface, averaged over the pressure, shape (3,)."""
     faces = np.unique(mesh.rings[vertices])
     table = np.zeros(len(mesh.vertices))

@@ -53,21 +53,9 @@ def fit_curvature(points: Floats, at: Floats, normal: Floats, reach: float) -> f
     return min(2.0 / reach, max(-2.0 / reach, curvature))
 
 
-def contact_curvature(
-    mesh: SurfaceMesh, free: Floats, at: Floats, normal: Floats, contact_radius: float
-) -> float:
-    """Curvature of the displaced surface around a contact [1/m].
-
-    Args:
-        mesh: Resting surface.
-        free: Displacement without this contact's own force, shape (n, 3) [m].
-        at: Contact point on that surface, shape (3,) [m].
-        normal: Outward unit normal there, shape (3,).
-        contact_radius: Of the pressure [m].
-    """
-    return fit_curvature(
-        mesh.vertices + free, at, normal, max(REACH * contact_radius, _SPACINGS * spacing(mesh))
-    )
+def reach(mesh: SurfaceMesh, contact_radius: float) -> float:
+    """How far round a contact the sphere is fitted [m]."""
+    return max(REACH * contact_radius, _SPACINGS * spacing(mesh))
 
 
 def spacing(mesh: SurfaceMesh) -> float:

@@ -71,7 +71,8 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
     intention = np.array([hand.intention for hand in hands])
     hand_compliance = np.diag([1.0 / hand.stiffness for hand in hands])
     force, tip = np.zeros(n), intention.copy()
-    free = [np.zeros_like(body.mesh.vertices)] * n
+    free: list[Floats] = [np.zeros_like(body.mesh.vertices)] * n
+    every = np.arange(len(body.mesh.vertices))
     contacts: list[Contact | None] = [None] * n
     response: Response | None = None
     for _ in range(200):
@@ -91,7 +92,10 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
         pushed = intention + normals * (force / np.array([h.stiffness for h in hands]))[:, None]
         # Half steps: with many neighbours the contacts slide to and fro over a face otherwise.
         tip = 0.5 * (tip + pushed)
-        free = [0.5 * (was + response.free(i, force[i])) for i, was in enumerate(free)]
+        free = [
+            0.5 * (was + response.without(slice(i, i + 1), force[i : i + 1], every))
+            for i, was in enumerate(free)
+        ]
         contacts = list(now)
         if change < _TOLERANCE and np.abs(pushed - tip).max() < _TOLERANCE * 1e-3:
             C = response.compliance

@@ -59,12 +59,6 @@ def spans(presses: Sequence[Press]) -> list[slice]:
     return [slice(a, b) for a, b in itertools.pairwise(ends)]
 
 
-def free_of(response: Response, press: Press, span: slice) -> Floats:
-    """Displacement without one user's own force (science 3.3), shape (n, 3) [m]."""
-    forces = np.array([load.force for load in press.loads()])
-    return np.asarray(response.displacement - np.tensordot(forces, response.fields[span], axes=1))
-
-
 def compliance_between(response: Response, where: Sequence[slice]) -> Floats:
     """C between users as gains see it, shape (users, users) [m/N].
 

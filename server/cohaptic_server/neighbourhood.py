@@ -17,6 +17,7 @@ from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
 from cohaptic_server.curvature import spacing
+from cohaptic_server.field import Window
 
 # Round the contact, and the width of the client's weights on top.
 REACH = 0.04  # m
@@ -55,43 +56,65 @@ def vertex_compliance(body: Body) -> Floats:
     return _TABLES[body]
 
 
+def reach(mesh: SurfaceMesh, speed: float, horizon: float) -> float:
+    """How far from a contact a vertex of its neighbourhood can be [m].
+
+    Args:
+        mesh: Resting surface.
+        speed: Of the probe [m/s].
+        horizon: For how long the patch will be in use [s].
+    """
+    return min(_FURTHEST, speed * horizon) + _beside(mesh, horizon)
+
+
+def _beside(mesh: SurfaceMesh, horizon: float) -> float:
+    """How far from the way of a contact [m]."""
+    return max(REACH, SPEEDING_UP * horizon) + _WIDTH * spacing(mesh)
+
+
 def cut_neighbourhood(
-    body: Body, free: Floats, at: Floats, normal: Floats, velocity: Floats, horizon: float
+    body: Body, free: Window, at: Floats, normal: Floats, velocity: Floats, horizon: float
 ) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:
         body: That is touched.
-        free: Displacement without this user's own force, shape (n, 3) [m].
+        free: Displacement round the contact without this user's own force.
         at: Contact point on that surface, shape (3,) [m].
         normal: Outward unit normal there, shape (3,).
         velocity: Of the probe, shape (3,) [m/s].
         horizon: For how long this patch will be in use [s].
     """
-    mesh = body.mesh
-    points = mesh.vertices + free
-    chosen = choose_vertices(mesh, points, at, velocity - (velocity @ normal) * normal, horizon)
-    table = vertex_compliance(body)
+    slide = velocity - (velocity @ normal) * normal
+    chosen = choose_vertices(body.mesh, free, at, slide, horizon)
+    vertices = free.vertices[chosen]
     return Neighbourhood.of(
-        chosen.tolist(), [(x, y, z) for x, y, z in free[chosen].tolist()], table[chosen].tolist()
+        vertices.tolist(),
+        [(x, y, z) for x, y, z in free.values[chosen].tolist()],
+        vertex_compliance(body)[vertices].tolist(),
     )
 
 
 def choose_vertices(
-    mesh: SurfaceMesh, points: Floats, at: Floats, slide: Floats, horizon: float
+    mesh: SurfaceMesh, free: Window, at: Floats, slide: Floats, horizon: float
 ) -> Ints:
-    """Vertices nearest to the way of a sliding contact, rising, at most `MAX_VERTICES`.
+    """Which vertices of a window are nearest to the way of a sliding contact.
 
     Args:
         mesh: Resting surface.
-        points: Its vertices as displaced, shape (n, 3) [m].
+        free: Displacement round the contact.
         at: Contact point, shape (3,) [m].
         slide: Velocity along the surface, shape (3,) [m/s].
         horizon: How long the way is [s].
+
+    Returns:
+        Places in `free.vertices`, rising, at most `MAX_VERTICES`.
     """
-    apart = spacing(mesh)
+    if not len(free.vertices):
+        return np.zeros(0, dtype=np.int64)
+    points = mesh.vertices[free.vertices] + free.values
     # Points of the way as far apart as vertices leave no gap between the discs round them.
-    stops = way(mesh, points, at, slide, horizon, apart)
+    stops = way(points, mesh.normals[free.vertices], at, slide, horizon, spacing(mesh))
     squares = (
         np.einsum("ni,ni->n", points, points)[:, None]
         + np.einsum("wi,wi->w", stops, stops)
@@ -99,14 +122,22 @@ def choose_vertices(
     ).min(axis=1)
     most = min(MAX_VERTICES, len(squares))
     nearest = np.argpartition(squares, most - 1)[:most]
-    reach = max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart
-    return np.sort(nearest[squares[nearest] <= reach * reach])
+    return np.sort(nearest[squares[nearest] <= _beside(mesh, horizon) ** 2])
 
 
 def way(
-    mesh: SurfaceMesh, points: Floats, at: Floats, slide: Floats, horizon: float, step: float
+    points: Floats, normals: Floats, at: Floats, slide: Floats, horizon: float, step: float
 ) -> Floats:
-    """Points along the surface from a contact in the direction of its slide, shape (w, 3) [m]."""
+    """Points along the surface from a contact in the direction of its slide, shape (w, 3) [m].
+
+    Args:
+        points: Of the surface round the contact, shape (k, 3) [m].
+        normals: There, of the resting surface, shape (k, 3).
+        at: Contact point, shape (3,) [m].
+        slide: Velocity along the surface, shape (3,) [m/s].
+        horizon: How long the way is [s].
+        step: Between two points [m].
+    """
     length = min(_FURTHEST, math.sqrt(slide @ slide) * horizon)
     here, found, heading = at, [at], slide
     squares = np.einsum("ni,ni->n", points, points)
@@ -116,7 +147,7 @@ def way(
         here = here + (stride / max(1e-12, math.sqrt(heading @ heading))) * heading
         # Back onto the surface, and along it, by the vertex nearest to here.
         k = int((squares - 2.0 * (points @ here)).argmin())
-        n = mesh.normals[k]
+        n = normals[k]
         here = here + ((points[k] - here) @ n) * n
         heading = heading - (heading @ n) * n
         found.append(here)

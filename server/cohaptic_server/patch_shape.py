@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic_server import curvature, neighbourhood
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
-from cohaptic_server.curvature import contact_curvature
-from cohaptic_server.neighbourhood import cut_neighbourhood
+from cohaptic_server.field import Window
+
+_AROUND = 0.01  # m beyond the pressure, for a contact that moves before the next tick
+_SPACINGS = 4.0  # the same in distances between vertices
+# A surface that is displaced may bring vertices nearer than they are at rest.
+_STRAIN = 1.5
+
+
+def seen_radius(body: Body, geometry: Geometry, velocity: Floats, horizon: float) -> float:
+    """How far round a contact a tick looks at the free surface [m].
+
+    Args:
+        body: That is touched.
+        geometry: Of the patch.
+        velocity: Of the probe, shape (3,) [m/s].
+        horizon: For how long the patch will be in use [s].
+    """
+    mesh = body.mesh
+    radius = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
+    if geometry is not Geometry.PLANE:
+        radius = max(radius, _STRAIN * curvature.reach(mesh, body.contact_radius))
+    if geometry is Geometry.MESH:
+        speed = math.sqrt(float(velocity @ velocity))
+        radius = max(radius, _STRAIN * neighbourhood.reach(mesh, speed, horizon))
+    return radius
 
 
 def with_shape(
-    patch: Patch, geometry: Geometry, body: Body, free: Floats, velocity: Floats, horizon: float
+    patch: Patch, geometry: Geometry, body: Body, free: Window, velocity: Floats, horizon: float
 ) -> Patch:
     """The patch with the surface round its contact, as it is without the user's own force.
 
@@ -24,15 +49,17 @@ def with_shape(
         patch: A plane.
         geometry: Wanted.
         body: The deformable object.
-        free: Displacement without the user's own force, shape (n, 3) [m].
+        free: The surface round the contact without the user's own force.
         velocity: Of the probe, shape (3,) [m/s].
         horizon: For how long the patch will be in use [s].
     """
     if geometry is Geometry.PLANE:
         return patch
     at, normal = np.array(patch.x_free), np.array(patch.normal)
-    curvature = contact_curvature(body.mesh, free, at, normal, body.contact_radius)
+    points = body.mesh.vertices[free.vertices] + free.values
+    reach = curvature.reach(body.mesh, body.contact_radius)
+    bending = curvature.fit_curvature(points, at, normal, reach)
     if geometry is Geometry.SPHERE:
-        return replace(patch, geometry=geometry, curvature=curvature)
-    near = cut_neighbourhood(body, free, at, normal, velocity, horizon)
-    return replace(patch, geometry=geometry, curvature=curvature, neighbourhood=near)
+        return replace(patch, geometry=geometry, curvature=bending)
+    near = neighbourhood.cut_neighbourhood(body, free, at, normal, velocity, horizon)
+    return replace(patch, geometry=geometry, curvature=bending, neighbourhood=near)

@@ -25,7 +25,8 @@ from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world import Touch, WorldState, advance
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
 
 STALE_AFTER = 0.5  # s without a sample: the user's force is let go until the next one
 REPLACE_AFTER = 2.0  # s without a sample: another client may take the name over

@@ -13,6 +13,7 @@ from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.contact import locate
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
+from tests.server.fields import free_of
 from tests.system.spectral import random_compliance
 
 RADIUS = 0.1  # m, of the balloons
@@ -48,7 +49,7 @@ def height_over(body: Balloon, found: Equilibrium, i: int) -> float:
             for tip, field in zip(found.tip, free, strict=True)
         ]
         response = body.respond([c.load(f) for c, f in zip(contacts, found.force, strict=True)])
-        free = [response.free(j, f) for j, f in enumerate(found.force)]
+        free = [free_of(response, j, f) for j, f in enumerate(found.force)]
         surface = contacts[i].moved(response.displacement)
         height = float(contacts[i].normal @ (found.tip[i] - surface))
     return height

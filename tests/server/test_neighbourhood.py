@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.contact import pressure
+from cohaptic_server.field import Window
 from cohaptic_server.neighbourhood import (
     REACH,
     choose_vertices,
@@ -46,7 +47,7 @@ def test_compliance_is_found_once_for_each_body() -> None:
     class Counting(Balloon):
         responses = 0
 
-        def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
+        def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
             self.responses += 1
             return super().respond(loads, before)
 
@@ -65,6 +66,12 @@ def test_a_body_of_another_kind_has_a_table_too() -> None:
     assert vertex_compliance(plate) == pytest.approx(expected)
 
 
+def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
+    """All of a surface as one window, at rest unless a displacement is given."""
+    still = np.zeros_like(mesh.vertices)
+    return Window.of(still if field is None else field, np.arange(len(mesh.vertices)))
+
+
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
 @settings(max_examples=40, deadline=None)
 def test_the_chosen_are_round_the_contact_and_along_the_way(
@@ -77,7 +84,7 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
     first /= np.linalg.norm(first)
     heading = np.cos(towards) * first + np.sin(towards) * np.cross(normal, first)
     at, slide = RADIUS * normal, speed * heading
-    chosen = choose_vertices(mesh, mesh.vertices, at, slide, horizon)
+    chosen = choose_vertices(mesh, everywhere(mesh), at, slide, horizon)
     assert 0 < len(chosen) <= MAX_VERTICES
     assert (np.diff(chosen) > 0).all()
     # Whatever the way, there is room for the client's weights on both sides of it.
@@ -90,14 +97,14 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
 
 def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
     at = RADIUS * OUT
-    chosen = choose_vertices(balloon.mesh, balloon.mesh.vertices, at, np.zeros(3), 0.2)
+    chosen = choose_vertices(balloon.mesh, everywhere(balloon.mesh), at, np.zeros(3), 0.2)
     assert gap(balloon.mesh, chosen, at) > REACH + 0.02
     assert len(chosen) < MAX_VERTICES
 
 
 def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
     mesh = balloon.mesh
-    stops = way(mesh, mesh.vertices, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.5, 0.014)
+    stops = way(mesh.vertices, mesh.normals, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.5, 0.014)
     assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
     assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)
     assert np.abs(stops[:, 2]).max() < 0.005
@@ -106,7 +113,9 @@ def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> No
 def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None:
     rng = np.random.default_rng(1)
     free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
-    near = cut_neighbourhood(balloon, free, RADIUS * OUT, OUT, np.zeros(3), 0.2)
+    near = cut_neighbourhood(
+        balloon, everywhere(balloon.mesh, free), RADIUS * OUT, OUT, np.zeros(3), 0.2
+    )
     chosen = np.array(near.indices)
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(balloon)[chosen]

@@ -15,7 +15,8 @@ from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.room import rest_mesh
-from cohaptic_server.world import Touch
+from cohaptic_server.world_state import Touch
+from tests.server.fields import free_of
 from tests.server.test_world import RADIUS, play, side, touch
 
 angles = st.floats(-math.pi, math.pi)
@@ -52,7 +53,7 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
     surface = SurfaceMaker(rest_mesh(balloon))(patches(balloon, hand, other)[Geometry.MESH])
     state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
     assert state.response is not None
-    free = state.response.free(0, 2.0)
+    free = free_of(state.response, 0, 2.0)
     probe = scale(side(slid), RADIUS - depth)
     contact = locate(balloon.mesh, np.array(probe), free, radius=balloon.contact_radius)
     truth = float(contact.normal @ (contact.moved(free) - np.array(probe)))

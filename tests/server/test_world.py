@@ -16,15 +16,10 @@ from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.world import (
-    NEAR,
-    REACH,
-    RELEASE_TIME,
-    RIGID,
-    Touch,
-    WorldState,
-    advance,
-)
+from cohaptic_server.cutting import NEAR, RIGID
+from cohaptic_server.placing import REACH
+from cohaptic_server.world import RELEASE_TIME, advance
+from cohaptic_server.world_state import Touch, WorldState
 
 DT = 1.0 / 60.0  # s
 RADIUS = 0.1  # m, of the balloons

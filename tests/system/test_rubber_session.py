@@ -18,7 +18,8 @@ from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.room import describe
-from cohaptic_server.world import Touch, WorldState, advance
+from cohaptic_server.world import advance
+from cohaptic_server.world_state import Touch, WorldState
 
 DT = 1.0 / 60.0  # s
 

@@ -23,7 +23,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.bodies.membrane import Membrane
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
@@ -117,7 +117,7 @@ class Balloon:
         """Radius of the pressure under a contact [m]."""
         return self.settings.contact_radius
 
-    def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Superposition of the Green's functions of what is touched; damping holds `before`."""
         n = len(self._mesh.vertices)
         fields = np.zeros((len(loads), n, 3))
@@ -132,12 +132,12 @@ class Balloon:
             C[i] = fields[:, load.vertices] @ load.direction @ load.weights
         displacement = np.tensordot(forces, fields, axes=1) if loads else np.zeros((n, 3))
         if self.damping == 0.0:
-            return Response(displacement, fields, C, 0.5 * float(forces @ C @ forces))
+            return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
         was = 0.0 if before is None else before.displacement
         x = np.asarray((displacement + self.damping * was) / (1.0 + self.damping))
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
         # C of the steady state: the one within the tick is too stiff to be safe under delay.
-        return Response(x, fields, C, energy)
+        return DenseResponse(x, fields, C, energy)
 
 
 def check_damping(damping: float) -> None:

@@ -28,16 +28,54 @@ class Load:
     force: float
 
 
+class Response(Protocol):
+    """The body under loads. What it says of a vertex may be found when it is asked for."""
+
+    @property
+    def compliance(self) -> Floats:
+        """Contact compliance C, shape (c, c) [m/N].
+
+        Displacement of contact i along its direction per force at contact j, both weighted by the
+        pressure profile.
+        """
+        ...
+
+    @property
+    def energy(self) -> float:
+        """Stored by the loads [J]."""
+        ...
+
+    @property
+    def displacement(self) -> Floats:
+        """Of every vertex under all loads, shape (n, 3) [m]; on a large body not for every tick."""
+        ...
+
+    def at(self, vertices: Ints) -> Floats:
+        """Displacement of some vertices under all loads, shape (k, 3) [m]."""
+        ...
+
+    def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
+        """Displacement of some vertices without some of the loads (science 3.3).
+
+        Args:
+            loads: Whose share is left out.
+            forces: Of those loads, shape (l,) [N].
+            vertices: Shape (k,).
+
+        Returns:
+            Shape (k, 3) [m].
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
-class Response:
-    """The body under loads.
+class DenseResponse:
+    """A response that has every vertex, for bodies of a few thousand.
 
     Args:
         displacement: Of every vertex under all loads, shape (n, 3) [m].
-        fields: Displacement of every vertex per unit of each load's force (the body's tangent
-            Green's functions, seen through the contacts), shape (c, n, 3) [m/N].
-        compliance: Contact compliance C: displacement of contact i along its direction per force
-            at contact j, both weighted by the pressure profile, shape (c, c) [m/N].
+        fields: Displacement of every vertex per unit of each load's force, shape (c, n, 3) [m/N].
+        compliance: Between contacts, shape (c, c) [m/N].
         energy: Stored by the loads [J].
     """
 
@@ -46,9 +84,14 @@ class Response:
     compliance: Floats
     energy: float
 
-    def free(self, i: int, force: float) -> Floats:
-        """Displacement without the force of load i (science 3.3), shape (n, 3) [m]."""
-        return np.asarray(self.displacement - force * self.fields[i])
+    def at(self, vertices: Ints) -> Floats:
+        """Displacement of some vertices, shape (k, 3) [m]."""
+        return np.asarray(self.displacement[vertices])
+
+    def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
+        """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
+        own = np.tensordot(forces, self.fields[loads][:, vertices], axes=1)
+        return np.asarray(self.displacement[vertices] - own)
 
 
 class Body(Protocol):

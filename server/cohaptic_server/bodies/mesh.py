@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
+from cohaptic.vec import Vec3
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -52,6 +53,7 @@ class SurfaceMesh:
         quadrature: Points on the faces.
         normals: Outward unit normal of each vertex, shape (n, 3).
         size: Radius of the sphere of the same area [m].
+        tree: Of `vertices`.
     """
 
     vertices: Floats
@@ -61,11 +63,13 @@ class SurfaceMesh:
     quadrature: Quadrature = field(init=False)
     normals: Floats = field(init=False)
     size: float = field(init=False)
+    tree: cKDTree = field(init=False)
 
     def __post_init__(self) -> None:
         x, faces = self.vertices, self.faces
         if x.ndim != 2 or x.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
             raise BodyError(f"a surface needs (n, 3) vertices and faces: {x.shape}, {faces.shape}")
+        object.__setattr__(self, "tree", cKDTree(x))
         object.__setattr__(self, "rings", _rings(faces, len(x)))
         object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
         object.__setattr__(self, "quadrature", _quadrature(x, faces))
@@ -74,6 +78,10 @@ class SurfaceMesh:
         object.__setattr__(self, "size", (area / (4.0 * np.pi)) ** 0.5)
         for array in (x, faces, self.rings, self.around, self.normals):
             array.setflags(write=False)
+
+    def near(self, point: Floats, radius: float) -> Ints:
+        """Vertices of the resting surface within `radius` of a point, rising, shape (k,)."""
+        return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
 
 
 def face_area_vectors(x: Floats, faces: Ints) -> Floats:
@@ -102,6 +110,11 @@ def vertex_normals(x: Floats, faces: Ints) -> Floats:
 def cross(a: Floats, b: Floats) -> Floats:
     """Cross product of rows, shape (m, 3); a fifth of the time of numpy's for a few of them."""
     return np.asarray(a[:, _YZX] * b[:, _ZXY] - a[:, _ZXY] * b[:, _YZX])
+
+
+def vec3(a: Floats) -> Vec3:
+    """Three plain numbers of an array."""
+    return (float(a[0]), float(a[1]), float(a[2]))
 
 
 def _rings(faces: Ints, n: int) -> Ints:

@@ -31,7 +31,7 @@ from cohaptic_server.bodies.balloon import (
     held_by_base,
     inflate,
 )
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.enclosed_volume import volume
 from cohaptic_server.bodies.held_water import Band, order
 from cohaptic_server.bodies.membrane import Membrane
@@ -46,7 +46,7 @@ _CAPS = (0.14, 0.3, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
-class RubberResponse(Response):
+class RubberResponse(DenseResponse):
     """A response that the next tick can start from.
 
     Args:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.green_columns import GreenColumns
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
@@ -158,7 +158,7 @@ class Solid:
             C[i] = whole[:, load.vertices] @ load.direction @ load.weights
         forces = np.array([load.force for load in loads])
         displacement = (forces @ fields).reshape(n, 3) if loads else np.zeros((n, 3))
-        return Response(displacement, whole, C, 0.5 * float(forces @ C @ forces))
+        return DenseResponse(displacement, whole, C, 0.5 * float(forces @ C @ forces))
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 
 _INTO = np.array([-1.0, 0.0, 0.0])  # the way a press moves the plate
@@ -72,7 +72,7 @@ class Spring:
         """Radius of the pressure under a contact [m]."""
         return self.settings.contact_radius
 
-    def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Position one simulation period later under `loads`, from where `before` left it."""
         k_o, b_o = self.settings.k_o, self.settings.b_o
         n = len(self._mesh.vertices)
@@ -82,7 +82,7 @@ class Spring:
         was = 0.0 if before is None else float(before.displacement[0] @ _INTO)
         depth = (float(along @ forces) + b_o * was) / (k_o + b_o)
         unit = np.broadcast_to(_INTO, (n, 3))
-        return Response(
+        return DenseResponse(
             depth * unit,
             (along / (k_o + b_o))[:, None, None] * unit,
             np.outer(along, along) / (k_o + b_o),

@@ -14,7 +14,8 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Timeline
-from cohaptic_server.world import RELEASE_TIME, Touch, WorldState, advance
+from cohaptic_server.world import RELEASE_TIME, advance
+from cohaptic_server.world_state import Touch, WorldState
 
 TICK = 0.005  # s
 

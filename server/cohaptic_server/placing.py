@@ -1,0 +1,106 @@
+"""Where a user touches in this tick, and with what force."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic.control.delay import LoopDelay
+from cohaptic.control.friction import tangential
+from cohaptic.vec import scale
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.mesh import Floats, vec3
+from cohaptic_server.contact import locate
+from cohaptic_server.field import Field, FreeOf, Still, Window
+from cohaptic_server.world_state import Touch, UserState, WorldState
+
+REACH = 0.03  # m above the surface: further off a probe carries no force
+_AT_ONCE = 0.001  # s between two samples that say nothing of a velocity
+_SMOOTHING = 0.3  # share of a new velocity in the running mean
+# Share of the way that the surface on which a contact is found follows the body in a tick. Several
+# contacts that each slide to where the last tick's forces took the surface would throw each other
+# to and fro, on a body that softens under load; `equilibrium` takes half steps as well.
+FOLLOW = 0.5
+
+
+def place(
+    body: Body, state: WorldState, touch: Touch, presence: float, *, now: float, dt: float
+) -> UserState:
+    """Find the contact on the surface of the last tick, and the force that counts there.
+
+    Args:
+        body: That is touched.
+        state: The world after the last tick.
+        touch: Newest of this user.
+        presence: Share of its force that counts, from 0 to 1.
+        now: Time of this tick on the server's clock [s].
+        dt: Simulation period N T [s].
+    """
+    probe = np.array(touch.probe)
+    before = state.users.get(touch.user)
+    free = _free_before(state, before)
+    surface: Field = free
+    followed: Window | None = None
+    if before is not None and before.surface is not None and before.free is not None:
+        surface = followed = _follow(before.surface, before.free)
+    elif before is not None:
+        followed = before.free
+    contact = locate(
+        body.mesh,
+        probe,
+        surface,
+        radius=body.contact_radius,
+        hint=None if before is None else before.contact,
+    )
+    height = contact.normal @ (probe - contact.moved(free))
+    pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
+    force = presence * pressed if height < REACH else 0.0
+    along: Floats | None = None
+    if touch.friction:
+        along = np.array(tangential(scale(touch.force, presence), vec3(contact.normal), force))
+    return UserState(
+        touch,
+        contact,
+        presence,
+        force,
+        along,
+        _measure(state, before, touch, now=now, dt=dt),
+        _velocity(before, touch),
+        followed,
+    )
+
+
+def _velocity(before: UserState | None, touch: Touch) -> Floats:
+    """Of the probe after the newest sample, shape (3,) [m/s]: where its patch has to reach."""
+    if before is None:
+        return np.zeros(3)
+    passed = touch.t_client - before.touch.t_client
+    if passed < _AT_ONCE:
+        return before.velocity if touch.fresh else np.zeros(3)
+    new = (np.array(touch.probe) - np.array(before.touch.probe)) / passed
+    return np.asarray(before.velocity + _SMOOTHING * (new - before.velocity))
+
+
+def _measure(
+    state: WorldState, before: UserState | None, touch: Touch, *, now: float, dt: float
+) -> LoopDelay:
+    """The user's loop delay after the sample of this tick, if it is a new one."""
+    delay = LoopDelay() if before is None else before.delay
+    seen = before is not None and before.touch.seq == touch.seq
+    if seen or not 0 < touch.tick <= state.tick:
+        return delay
+    return delay.measured((state.tick + 1 - touch.tick) * dt, now)
+
+
+def _follow(surface: Window, free: Window) -> Window:
+    """The surface that a contact is found on, a part of the way after the body."""
+    was = surface[free.vertices]
+    return Window(free.vertices, was + FOLLOW * (free.values - was), free.beyond)
+
+
+def _free_before(state: WorldState, before: UserState | None) -> Field:
+    """Displacement of the last tick without the user's own force."""
+    if before is not None and before.free is not None:
+        return before.free
+    if state.response is None:
+        return Still()
+    return FreeOf(state.response, np.zeros(0), slice(0, 0))

@@ -1,0 +1,103 @@
+"""What the world remembers between two ticks. Frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from cohaptic.control.delay import LoopDelay
+from cohaptic.control.law import Gains, Law
+from cohaptic.protocol.patch import Geometry
+from cohaptic.vec import Vec3
+from cohaptic_server.bodies.body import Response
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.contact import Contact
+from cohaptic_server.field import Window
+from cohaptic_server.loads import Press
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The newest that is known of one user.
+
+    Args:
+        user: Its number.
+        law: Local model it runs.
+        max_stiffness: Of its device [N/m].
+        max_force: Of its device [N].
+        probe: Tip [m].
+        force: On the hand [N].
+        seq: Of the sample; 0 before the first.
+        tick: Of the patch that the sample was made with; 0 for none.
+        t_client: Stamp of the sample, on the client's clock [s].
+        arrived: When the sample came, on the server's clock [s].
+        fresh: Whether samples still come; the force of a stale one is let go.
+        fixed_gains: That the user chose itself, where the server allows it.
+        geometry: Of the patches that it wants.
+        friction: Whether its force may have a part along the surface.
+    """
+
+    user: int
+    law: Law
+    max_stiffness: float
+    max_force: float
+    probe: Vec3
+    force: Vec3
+    seq: int
+    tick: int
+    t_client: float
+    arrived: float
+    fresh: bool = True
+    fixed_gains: Gains | None = None
+    geometry: Geometry = Geometry.PLANE
+    friction: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class UserState:
+    """What the world remembers of a user between ticks.
+
+    Args:
+        touch: Its newest sample.
+        contact: Where it was.
+        presence: Share of its force that the body carries, from 0 to 1.
+        force: Normal force that the body carries [N].
+        along: Force along the surface that it carries, shape (3,) [N]; None without friction.
+        delay: Of its loop, as measured.
+        velocity: Of its probe, smoothed, shape (3,) [m/s].
+        surface: The free surface that its contact was found on; None before the first contact.
+        free: Displacement without its own force; None until the tick is over.
+    """
+
+    touch: Touch
+    contact: Contact
+    presence: float
+    force: float
+    along: Floats | None = None
+    delay: LoopDelay = field(default_factory=LoopDelay)
+    velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    surface: Window | None = None
+    free: Window | None = None
+
+    @property
+    def press(self) -> Press:
+        """What the user does to the body."""
+        return Press(self.contact, self.force, self.along)
+
+
+@dataclass(frozen=True, slots=True)
+class WorldState:
+    """The world between two ticks.
+
+    Args:
+        tick: Number of the last tick; 0 before the first.
+        users: By number, in the order of the response's loads.
+        response: Of the body at that tick.
+    """
+
+    tick: int = 0
+    users: Mapping[int, UserState] = field(default_factory=lambda: MappingProxyType({}))
+    response: Response | None = None

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.contact import locate
+from cohaptic_server.field import FreeOf, Still, Window
+
+vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
+
+
+class Counted:
+    """A field that counts what it is asked for."""
+
+    def __init__(self, values: Floats) -> None:
+        self.values = values
+        self.asked = 0
+
+    def __getitem__(self, vertices: Ints, /) -> Floats:
+        self.asked += vertices.size
+        return np.asarray(self.values[vertices])
+
+
+@given(vertices, vertices)
+def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
+    known: list[int], asked: list[int]
+) -> None:
+    values = np.random.default_rng(1).normal(size=(162, 3))
+    field = Counted(values)
+    window = Window.of(field, np.unique(known))
+    field.asked = 0
+    at = np.array(asked)
+    assert (window[at] == values[at]).all()
+    assert field.asked == sum(v not in known for v in asked)
+    pairs = np.stack([at, at[::-1]], axis=1)  # any shape, as a list of faces has one
+    assert (window[pairs] == values[pairs]).all()
+
+
+def test_an_empty_window_asks_for_everything() -> None:
+    values = np.random.default_rng(1).normal(size=(9, 3))
+    window = Window.of(values, np.zeros(0, dtype=np.int64))
+    assert (window[np.array([3, 1])] == values[[3, 1]]).all()
+
+
+def test_a_body_that_nobody_touched_is_still() -> None:
+    assert (Still()[np.array([[0, 1], [2, 5]])] == np.zeros((2, 2, 3))).all()
+
+
+@given(st.floats(0.0, 3.0), st.floats(0.0, 8.0), st.floats(0.0, 8.0), vertices)
+@settings(max_examples=20, deadline=None)
+def test_free_of_one_user_is_the_body_under_the_others(
+    small_balloon: Balloon, angle: float, mine: float, theirs: float, asked: list[int]
+) -> None:
+    at_rest = np.zeros_like(small_balloon.mesh.vertices)
+    one, two = (
+        locate(small_balloon.mesh, 0.09 * np.array([np.cos(a), np.sin(a), 0.0]), at_rest, radius=r)
+        for a, r in ((0.0, 0.02), (angle, 0.02))
+    )
+    both = small_balloon.respond([one.load(mine), two.load(theirs)])
+    alone = small_balloon.respond([two.load(theirs)]).displacement
+    at = np.array(asked)
+    free = FreeOf(both, np.array([mine]), slice(0, 1))[at]
+    assert np.abs(free - alone[at]).max() < 1e-12
+    whole = FreeOf(both, np.zeros(0), slice(0, 0))[at]
+    assert np.abs(whole - both.displacement[at]).max() < 1e-15
