@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from threadpoolctl import threadpool_limits
+
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid_parts import PartedSolid as Solid
 from cohaptic_server.objects.hold import held_by
@@ -41,7 +43,10 @@ def build(wanted: ObjectFile, progress: Progress | None = None) -> Built:
     tell("tetrahedra", 0.0)
     made = prepared(wanted)
     held = held_by(wanted.fix, made.tets.vertices)
-    parts = parts_of(made.tets, held, wanted.material, tell)
+    # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
+    # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
+    with threadpool_limits(limits=1):
+        parts = parts_of(made.tets, held, wanted.material, tell)
     name = wanted.path.stem[:40]
     return Built(Solid(made.tets, held, wanted.material, name=name, parts=parts), made)
 
