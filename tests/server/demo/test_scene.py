@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.demo.scene import MEASURE, PRESS_DEPTH, REST_DEPTH, Scene, truth
+from cohaptic_server.demo.scene import MEASURE, PRESS_DEPTH, Scene, truth
 
 users = st.integers(2, 16)
 
@@ -37,7 +37,7 @@ def test_right_is_opposite_left_or_as_near_to_it_as_an_odd_crowd_lets_it(n: int)
 def test_the_first_hand_presses_and_the_others_rest() -> None:
     scene = Scene(3)
     scripts = [scene.script(user) for user in range(3)]
-    assert [s.depth for s in scripts] == [PRESS_DEPTH, REST_DEPTH, REST_DEPTH]
+    assert [s.depth for s in scripts] == [PRESS_DEPTH, 0.5 * PRESS_DEPTH, 0.5 * PRESS_DEPTH]
     assert [s.rhythm for s in scripts] == [scene.rhythm, None, None]
     assert tuple(s.angle for s in scripts) == scene.angles
 
