@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.bodies.solid import SolidSettings
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.cache import folder
 from cohaptic_server.objects.object_file import ObjectFile

@@ -16,7 +16,7 @@ from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
-from cohaptic_server.bodies.solid import SolidSettings
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
 from cohaptic_server.progress_bar import progress_bar
 from cohaptic_server.settings import ServerSettings

@@ -49,8 +49,11 @@ class FreeOf:
     def __getitem__(self, vertices: Ints, /) -> Floats:
         """Of some vertices, shape (..., 3) [m]."""
         where = np.unique(vertices)
-        found = self.response.without(self.loads, self.forces, where)
-        return np.asarray(found[np.searchsorted(where, vertices)])
+        return np.asarray(self.on(where)[np.searchsorted(where, vertices)])
+
+    def on(self, vertices: Ints) -> Floats:
+        """Of vertices that rise, shape (k, 3) [m]."""
+        return self.response.without(self.loads, self.forces, vertices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +81,3 @@ class Window:
         if missing.any():
             found[missing] = self.beyond[vertices[missing]]
         return np.asarray(found)
-
-    @classmethod
-    def of(cls, field: Field, vertices: Ints) -> Window:
-        """The part of a field at `vertices`, which rise."""
-        return cls(vertices, field[vertices], field)

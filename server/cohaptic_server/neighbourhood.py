@@ -24,6 +24,7 @@ REACH = 0.04  # m
 SPEEDING_UP = 0.15  # m/s that a hand may be faster before the next news than it was
 _WIDTH = 1.8  # distances between vertices (`mesh_surface.SUPPORT`)
 _FURTHEST = 0.3  # m ahead of the contact
+_ROOMY = 1.3  # over the disc of as many vertices as a frame holds: they may lie further apart
 
 
 @runtime_checkable
@@ -68,8 +69,13 @@ def reach(mesh: SurfaceMesh, speed: float, horizon: float) -> float:
 
 
 def _beside(mesh: SurfaceMesh, horizon: float) -> float:
-    """How far from the way of a contact [m]."""
-    return max(REACH, SPEEDING_UP * horizon) + _WIDTH * spacing(mesh)
+    """How far from the way of a contact: what is reached, or what a frame holds if it is less [m].
+
+    A disc of `MAX_VERTICES` is the widest that can be sent.
+    """
+    apart = spacing(mesh)
+    widest = _ROOMY * apart * (MAX_VERTICES / math.pi) ** 0.5
+    return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
 
 
 def cut_neighbourhood(

@@ -16,7 +16,7 @@ from cohaptic_server.field import Window
 _AROUND = 0.01  # m beyond the pressure, for a contact that moves before the next tick
 _SPACINGS = 4.0  # the same in distances between vertices
 # A surface that is displaced may bring vertices nearer than they are at rest.
-_STRAIN = 1.5
+_STRAIN = 1.3
 
 
 def seen_radius(body: Body, geometry: Geometry, velocity: Floats, horizon: float) -> float:

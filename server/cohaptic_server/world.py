@@ -8,14 +8,15 @@ cut one patch per user (`cutting.py`). A user who is gone, or whose samples stop
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from cohaptic.protocol.patch import Patch
-from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.body import Body, Foreseeing
+from cohaptic_server.bodies.mesh import Ints
 from cohaptic_server.cutting import cut, nearness, row_of
 from cohaptic_server.field import FreeOf, Window
 from cohaptic_server.loads import compliance_between, contact_compliance, spans
@@ -24,6 +25,8 @@ from cohaptic_server.placing import place
 from cohaptic_server.world_state import Touch, UserState, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
+AHEAD = 0.2  # s that a body is told of what will be touched before it is
+_SLIDES = 0.1  # of the contact's radius within that time: below it a finger presses where it is
 
 
 def advance(
@@ -47,6 +50,8 @@ def advance(
     presses = [user.press for user in placed]
     where = spans(presses)
     loads = [load for press in presses for load in press.loads()]
+    if isinstance(body, Foreseeing):
+        body.expect(_ahead(body, placed))
     response = body.respond(loads, state.response)
     # In use until the patch after the next sample is here, and while the loop moves on.
     horizons = [user.delay.value + 2.0 * dt for user in placed]
@@ -55,7 +60,8 @@ def advance(
         forces = np.array([load.force for load in press.loads()])
         radius = seen_radius(body, user.touch.geometry, user.velocity, horizon)
         seen = body.mesh.near(user.contact.foot, radius)
-        windows.append(Window.of(FreeOf(response, forces, span), seen))
+        beyond = FreeOf(response, forces, span)
+        windows.append(Window(seen, beyond.on(seen), beyond))
     free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
     near = np.array([nearness(u, point) for u, point in zip(placed, free, strict=True)])
     C = compliance_between(response, where) * near
@@ -74,6 +80,17 @@ def advance(
         {u.touch.user: replace(u, free=seen) for u, seen in zip(placed, windows, strict=True)}
     )
     return WorldState(tick, after, response), patches
+
+
+def _ahead(body: Body, users: Sequence[UserState]) -> Ints:
+    """Vertices that fingers will press after `AHEAD` if they slide on, shape (k,)."""
+    found = [np.zeros(0, dtype=np.int64)]
+    for user in users:
+        n = user.contact.normal
+        along = AHEAD * (user.velocity - (user.velocity @ n) * n)
+        if along @ along > (_SLIDES * body.contact_radius) ** 2:
+            found.append(body.mesh.near(user.contact.foot + along, body.contact_radius))
+    return np.concatenate(found)
 
 
 @dataclass(frozen=True, slots=True)

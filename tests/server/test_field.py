@@ -30,7 +30,8 @@ def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
 ) -> None:
     values = np.random.default_rng(1).normal(size=(162, 3))
     field = Counted(values)
-    window = Window.of(field, np.unique(known))
+    at_once = np.unique(known)
+    window = Window(at_once, field[at_once], field)
     field.asked = 0
     at = np.array(asked)
     assert (window[at] == values[at]).all()
@@ -41,7 +42,7 @@ def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
 
 def test_an_empty_window_asks_for_everything() -> None:
     values = np.random.default_rng(1).normal(size=(9, 3))
-    window = Window.of(values, np.zeros(0, dtype=np.int64))
+    window = Window(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), values)
     assert (window[np.array([3, 1])] == values[[3, 1]]).all()
 
 

@@ -69,7 +69,8 @@ def test_a_body_of_another_kind_has_a_table_too() -> None:
 def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
     """All of a surface as one window, at rest unless a displacement is given."""
     still = np.zeros_like(mesh.vertices)
-    return Window.of(still if field is None else field, np.arange(len(mesh.vertices)))
+    values = still if field is None else field
+    return Window(np.arange(len(mesh.vertices)), values, values)
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -123,4 +123,13 @@ class Body(Protocol):
             loads: The present contacts; a load of zero force still gets its compliance.
             before: Response of the tick before, from which an iterative body starts.
         """
+        ...
+
+
+@runtime_checkable
+class Foreseeing(Protocol):
+    """A body that does better if it knows what will be touched soon."""
+
+    def expect(self, vertices: Ints) -> None:
+        """Say which vertices lie ahead of fingers that slide, shape (k,)."""
         ...

@@ -10,6 +10,7 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.object_file import ObjectFile
@@ -31,7 +32,7 @@ def build_body(
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress = lambda phase, share: None,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.
 

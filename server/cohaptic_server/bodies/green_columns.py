@@ -1,22 +1,43 @@
-"""Green's functions of a solid's surface, found when they are touched and kept while they are used.
+"""Green's functions of a solid's surface: found when they are touched, kept while they are used.
 
-A column is the displacement of every surface vertex for unit forces on one of them, in the three
+A column is the displacement of surface vertices for unit forces on one of them, in the three
 directions. A contact is a weighted sum of the columns under it, so a finger that slides needs only
 the few vertices that it newly covers. Columns are per vertex and not per contact: a contact changes
-with every tick, its vertices do not. The cache is bounded in bytes; the least recently used go.
+with every tick, its vertices do not. They lie in one slab of single precision, bounded in bytes, so
+that a tick gathers from all of them at once; the least recently used go.
 """
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.multifrontal import Factor
 
 _BATCH = 16  # vertices in one solve: more of them cost less each, and hold more memory
+LEAST = 256  # columns that fit whatever the budget: more than one tick of a full room touches
+_IN_USE = 4  # ticks for which a column that was used stays: what is known of a tick may be asked
+
+Narrow = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One that was found.
+
+    Args:
+        vertex: With the unit force.
+        rows: Vertices whose displacement is known, shape (k,).
+        values: For a force in x, y, z: displacement in x, y, z; shape (k, 9) [m/N].
+    """
+
+    vertex: int
+    rows: Ints
+    values: Narrow
 
 
 class GreenColumns:
@@ -29,50 +50,124 @@ class GreenColumns:
 
     Attributes:
         found: Columns solved for so far.
+        slot: Place of each vertex's column in the slab, -1 for none, shape (n,).
+        share: How far each slot counts, from 0 when it is new to 1, shape (slots,).
     """
 
     def __init__(self, factor: Factor, nodes: Ints, budget: int) -> None:
-        self._factor = factor
+        self.factor = factor
         self._nodes = nodes
         self._free = np.flatnonzero(nodes >= 0)
         self._rows = (3 * nodes[self._free, None] + np.arange(3)).ravel()
-        self.capacity = max(1, budget // self.column_bytes)
-        self._kept: OrderedDict[int, Floats] = OrderedDict()
+        self.column_bytes = 9 * len(nodes) * 4
+        self.capacity = max(min(LEAST, len(nodes)), min(budget // self.column_bytes, len(nodes)))
         self.found = 0
+        self._allocate()
 
-    @property
-    def column_bytes(self) -> int:
-        """Memory of one column."""
-        return 9 * len(self._nodes) * 8
-
-    @property
-    def bytes(self) -> int:
-        """Memory of all that are kept."""
-        return len(self._kept) * self.column_bytes
+    def _allocate(self) -> None:
+        self.slot: Ints = np.full(len(self._nodes), -1, dtype=np.int64)
+        # Not filled: memory is taken as columns come.
+        self._slab = np.empty((self.capacity, len(self._nodes), 9), dtype=np.float32)
+        self.share = np.zeros(self.capacity)
+        self._holds = np.full(self.capacity, -1, dtype=np.int64)
+        self._used = np.full(self.capacity, -_IN_USE - 1, dtype=np.int64)
+        self._now = 0
 
     def __contains__(self, vertex: int) -> bool:
-        return vertex in self._kept
+        return bool(self.slot[vertex] >= 0)
+
+    @property
+    def kept(self) -> int:
+        """How many there are."""
+        return int((self._holds >= 0).sum())
+
+    def tick(self, touched: Ints, step: float) -> None:
+        """Note what this tick touches.
+
+        Args:
+            touched: Vertices.
+            step: By how much the share of every column grows.
+        """
+        self._now += 1
+        slots = self.slot[touched]
+        self._used[slots[slots >= 0]] = self._now
+        np.minimum(1.0, self.share + step, out=self.share)
+
+    def put(self, column: Column, share: float, keep: int = _IN_USE) -> bool:
+        """Keep a column, in the place of the least recently used.
+
+        Args:
+            column: It.
+            share: How far it counts at first.
+            keep: Ticks for which a column that was used must stay.
+
+        Returns:
+            Whether there was a place: none is, if all are in use.
+        """
+        if self.slot[column.vertex] >= 0:
+            return True
+        place = int(self._used.argmin())
+        if self._used[place] >= self._now - keep and self._holds[place] >= 0:
+            return False
+        if self._holds[place] >= 0:
+            self.slot[self._holds[place]] = -1
+        self._slab[place, column.rows] = column.values
+        self._holds[place], self.slot[column.vertex] = column.vertex, place
+        self.share[place], self._used[place] = share, self._now
+        return True
 
     def ensure(self, vertices: Iterable[int]) -> None:
-        """Solve for what is missing of `vertices`, and keep all of them over others."""
-        wanted = list(dict.fromkeys(vertices))
-        for vertex in wanted:
-            if vertex in self._kept:
-                self._kept.move_to_end(vertex)
-        missing = [vertex for vertex in wanted if vertex not in self._kept]
+        """Solve for what is missing of `vertices`, at once, and keep all of them over others."""
+        wanted = np.unique(np.fromiter(vertices, dtype=np.int64))
+        if len(wanted) > self.capacity:
+            self.capacity = len(wanted)  # what one tick needs stays, even beyond the budget
+            self._allocate()
+        self.tick(wanted, 1.0)
+        missing = wanted[self.slot[wanted] < 0]
         for start in range(0, len(missing), _BATCH):
-            batch = missing[start : start + _BATCH]
-            self._kept.update(zip(batch, self._solve(np.array(batch)), strict=True))
-            self.found += len(batch)
-        # What one tick needs stays, even beyond the budget.
-        while len(self._kept) > max(self.capacity, len(wanted)):
-            self._kept.popitem(last=False)
+            for column in self.solve(missing[start : start + _BATCH]):
+                self.put(column, 1.0, 0)
 
-    def column(self, vertex: int) -> Floats:
-        """Displacement per unit force on `vertex` along x, y, z, shape (3, 3 n) [m/N]."""
-        if vertex not in self._kept:
-            self.ensure([vertex])
-        return self._kept[vertex]
+    def pull(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
+        """Displacement of some vertices under a weighted sum of columns, shape (k, 3) [m/N].
+
+        Args:
+            slots: Of the columns, shape (s,).
+            weights: Share of a unit force on each, shape (s,).
+            direction: Of the force, shape (3,).
+            rows: Vertices, shape (k,).
+        """
+        narrow = weights.astype(np.float32)
+        if len(rows) * 2 > len(self._nodes):
+            sums = np.zeros((len(self._nodes), 9), dtype=np.float32)
+            for slot, weight in zip(slots.tolist(), narrow.tolist(), strict=True):
+                sums += np.float32(weight) * self._slab[slot]
+            sums = sums[rows]
+        else:
+            sums = np.tensordot(narrow, self._slab[slots[:, None], rows], axes=(0, 0))
+        return np.einsum("kdc,d->kc", sums.reshape(-1, 3, 3).astype(np.float64), direction)
+
+    def solve(self, vertices: Ints, rows: Ints | None = None) -> list[Column]:
+        """Columns of some vertices; they are not kept. It may run beside everything else.
+
+        Args:
+            vertices: Shape (k,).
+            rows: Vertices whose displacement counts, rising; all if not given.
+        """
+        k, n = len(vertices), len(self._nodes)
+        every = np.arange(n) if rows is None else rows
+        values = np.zeros((k, len(every), 9), dtype=np.float32)
+        nodes, seen = self._nodes[vertices], self._nodes[every]
+        loose, free = np.flatnonzero(nodes >= 0), np.flatnonzero(seen >= 0)
+        if len(loose) and len(free):
+            unit = np.eye(3 * len(loose), dtype=np.float32)
+            at = None if rows is None else seen[free]
+            x = self.factor.solve(nodes[loose], unit, at)
+            found = x[(3 * seen[free, None] + np.arange(3)).ravel()]  # (3 free, 3 loose)
+            found = found.reshape(len(free), 3, len(loose), 3).transpose(2, 0, 3, 1)
+            values[loose[:, None], free] = found.reshape(len(loose), len(free), 9)
+        self.found += k
+        return [Column(vertex, every, values[i]) for i, vertex in enumerate(vertices.tolist())]
 
     def respond(self, vertices: Ints, forces: Floats) -> Floats:
         """Displacement under whole cases of forces, solved directly and not kept.
@@ -89,15 +184,6 @@ class GreenColumns:
         r = forces.shape[2]
         out = np.zeros((r, len(self._nodes), 3))
         if loose.any():
-            x = self._factor.solve(nodes[loose], forces[loose].reshape(-1, r))
+            x = self.factor.solve(nodes[loose], forces[loose].reshape(-1, r))
             out[:, self._free] = x[self._rows].T.reshape(r, -1, 3)
         return out.reshape(r, -1)
-
-    def _solve(self, vertices: Ints) -> list[Floats]:
-        k = len(vertices)
-        unit = np.eye(3 * k).reshape(k, 3, 3 * k)
-        columns = self.respond(vertices, unit).reshape(k, 3, -1)
-        for column in columns:
-            column.setflags(write=False)
-        # Copies: a view would keep its whole batch in memory.
-        return [column.copy() for column in columns]

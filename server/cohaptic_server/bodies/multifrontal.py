@@ -1,16 +1,20 @@
-"""Sparse Cholesky by fronts: K = L L', factored once, solved for many forces at a time.
+"""Sparse Cholesky by fronts: K = L D L', factored once, solved for many forces at a time.
 
 The multifrontal method (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is a
 dense front of its own nodes and the border to its ancestors, so that all arithmetic is LAPACK's.
-Two savings are ours to take, since only the surface is pushed and only the surface is seen: going
-up the tree, a force touches the fronts on its own path alone; going down, a front with no surface
-under it is left out.
+L has a block for each front, K21 K11^-1 of it, and D the blocks K11, as Cholesky factors: going
+down needs L alone, so D is read only where there is a force.
+
+Only the surface is pushed and only the surface is seen. Going up the tree, a force touches the
+fronts on its own path; going down, only fronts on the way to what is asked for count. Fronts
+without a surface under them are forgotten once they are eliminated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +26,8 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.dissection import Part, dissect
 from cohaptic_server.bodies.mesh import Floats, Ints
 
+AnyFloats = npt.NDArray[np.float32 | np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class _Front:
@@ -31,15 +37,15 @@ class _Front:
         own: Degrees of freedom eliminated here, shape (a,).
         border: Those of ancestors that they meet, shape (b,).
         lower: Cholesky factor of the own block, shape (a, a).
-        below: L21, shape (b, a).
+        carry: What a force on each own one does to the border, K21 K11^-1, shape (b, a).
         parent: Place of the parent; -1 at the root.
-        seen: Whether something under it is asked for.
+        seen: Whether something under it is asked for; if not, `lower` and `carry` are empty.
     """
 
     own: Ints
     border: Ints
-    lower: Floats
-    below: Floats
+    lower: AnyFloats
+    carry: AnyFloats
     parent: int
     seen: bool
 
@@ -50,7 +56,7 @@ class Factor:
     Args:
         matrix: Shape (3 n, 3 n).
         points: Place of each node, shape (n, 3) [m].
-        wanted: Nodes whose displacement is asked for, shape (n,) of bool.
+        wanted: Nodes that are pushed and whose displacement is asked for, shape (n,) of bool.
         progress: Is told the share of the arithmetic that is done, from 0 to 1.
 
     Raises:
@@ -62,11 +68,11 @@ class Factor:
         matrix: sp.csr_array,
         points: Floats,
         wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
-        progress: Callable[[float], None] | None = None,
+        progress: Callable[[float], None] = lambda share: None,
     ) -> None:
         self.size = matrix.shape[0]
         graph = _graph(matrix)
-        parts = dissect(points, graph)
+        parts = _unwanted_first(dissect(points, graph), wanted)
         self._fronts = _eliminate(matrix, parts, _borders(graph, parts), wanted, progress)
         self._front_of = np.empty(len(points), dtype=np.int64)
         for k, part in enumerate(parts):
@@ -75,24 +81,30 @@ class Factor:
     @property
     def bytes(self) -> int:
         """Memory of the factor."""
-        return sum(front.lower.nbytes + front.below.nbytes for front in self._fronts)
+        return sum(front.lower.nbytes + front.carry.nbytes for front in self._fronts)
+
+    def single(self) -> Factor:
+        """The same with half of the digits and of the memory, for solves in half of the time."""
+        rounded = copy(self)
+        rounded._fronts = [
+            replace(f, lower=f.lower.astype(np.float32), carry=f.carry.astype(np.float32))
+            for f in self._fronts
+        ]
+        return rounded
 
     def to_arrays(self) -> dict[str, npt.NDArray[Any]]:
         """All there is of it, by name, for `from_arrays`; the blocks are not copied."""
         fronts = self._fronts
+        table = [[len(f.own), len(f.border), f.parent, f.seen] for f in fronts]
         arrays: dict[str, npt.NDArray[Any]] = {
-            "size": np.array([self.size], dtype=np.int64),
+            "fronts": np.array(table, dtype=np.int64),
             "front_of": self._front_of,
             "own": np.concatenate([front.own for front in fronts]),
             "border": np.concatenate([front.border for front in fronts]),
-            # Own, border, parent and seen, of each front.
-            "fronts": np.array(
-                [[len(f.own), len(f.border), f.parent, f.seen] for f in fronts], dtype=np.int64
-            ),
         }
         for k, front in enumerate(fronts):
-            arrays[f"lower{k}"] = front.lower
-            arrays[f"below{k}"] = front.below
+            if front.seen:
+                arrays[f"lower{k}"], arrays[f"carry{k}"] = front.lower, front.carry
         return arrays
 
     @classmethod
@@ -104,54 +116,48 @@ class Factor:
         """
         factor = cls.__new__(cls)
         try:
-            factor.size = int(arrays["size"][0])
             factor._front_of = np.asarray(arrays["front_of"], dtype=np.int64)
+            factor.size = 3 * len(factor._front_of)
             factor._fronts = _fronts(arrays, factor.size)
         except (KeyError, ValueError, IndexError) as error:
             raise BodyError(f"this is no factor: {error}") from error
-        if 3 * len(factor._front_of) != factor.size or not _within(
-            factor._front_of, len(factor._fronts)
-        ):
-            raise BodyError("this is no factor: its nodes and its fronts do not fit")
+        if not _within(factor._front_of, len(factor._fronts)):
+            raise BodyError("this is no factor: a node is in a front that is not there")
         return factor
 
-    def solve(self, nodes: Ints, forces: Floats, *, everywhere: bool = False) -> Floats:
-        """Displacement of the wanted nodes under forces on a few nodes.
+    def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
+        """Displacement of the wanted nodes under forces on a few of them.
 
         Args:
             nodes: With a force, shape (k,).
             forces: On them, one column for each case, shape (3 k, r) [N].
-            everywhere: Whether all nodes are wanted now, those inside too.
+            at: Nodes whose displacement counts, shape (j,); all that are wanted if not given. A few
+                that lie together cost a fraction of all.
 
         Returns:
-            Shape (3 n, r) [m]; what is not wanted is not filled in.
+            Shape (3 n, r) [m]; what is not asked for is not filled in.
         """
-        x = np.zeros((self.size, forces.shape[1]))
-        np.add.at(x, (3 * nodes[:, None] + np.arange(3)).ravel(), forces)
-        for k in self._path(nodes):
-            front = self._fronts[k]
-            y = scipy.linalg.solve_triangular(
-                front.lower, x[front.own], lower=True, check_finite=False
+        x = np.zeros((self.size, forces.shape[1]), dtype=self._fronts[-1].lower.dtype)
+        np.add.at(x, _dof(nodes), forces.astype(x.dtype, copy=False))
+        for front in self._path(nodes):
+            x[front.border] -= front.carry @ x[front.own]
+            x[front.own] = scipy.linalg.cho_solve(
+                (front.lower, True), x[front.own], check_finite=False
             )
-            x[front.own] = y
-            x[front.border] -= front.below @ y
-        for front in reversed(self._fronts):
-            if front.seen or everywhere:
-                right = x[front.own] - front.below.T @ x[front.border]
-                x[front.own] = scipy.linalg.solve_triangular(
-                    front.lower, right, lower=True, trans=1, check_finite=False
-                )
+        for front in reversed(self._fronts if at is None else self._path(at)):
+            if front.seen and len(front.border):
+                x[front.own] -= front.carry.T @ x[front.border]
         return x
 
-    def _path(self, nodes: Ints) -> list[int]:
-        """Fronts that forces on `nodes` reach, children before parents."""
+    def _path(self, nodes: Ints) -> list[_Front]:
+        """Fronts from `nodes` up to the root, children before parents."""
         found: set[int] = set()
         starts: list[int] = np.unique(self._front_of[nodes]).tolist()
         for k in starts:
             while k >= 0 and k not in found:
                 found.add(k)
                 k = self._fronts[k].parent
-        return sorted(found)
+        return [self._fronts[k] for k in sorted(found)]
 
 
 def _graph(matrix: sp.csr_array) -> sp.csr_array:
@@ -161,6 +167,22 @@ def _graph(matrix: sp.csr_array) -> sp.csr_array:
     ones = np.ones(matrix.nnz, dtype=np.int8)
     graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
     return graph
+
+
+def _unwanted_first(
+    parts: list[Part], wanted: np.ndarray[tuple[int], np.dtype[np.bool_]]
+) -> list[Part]:
+    """Leaves cut in two: what nobody asks for under the rest, so that no solve goes there."""
+    out: list[Part] = []
+    place: list[int] = []
+    for part in parts:
+        own, children = part.own, tuple(place[child] for child in part.children)
+        if not children and 0 < wanted[own].sum() < len(own):
+            out.append(Part(own[~wanted[own]], ()))
+            own, children = own[wanted[own]], (len(out) - 1,)
+        place.append(len(out))
+        out.append(Part(own, children))
+    return out
 
 
 def _borders(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
@@ -182,16 +204,22 @@ def _dof(nodes: Ints) -> Ints:
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
+def _solved(lower: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    x = scipy.linalg.solve_triangular(
+        lower, right, lower=True, trans=1 if transposed else 0, check_finite=False
+    )
+    return np.asarray(x, dtype=np.float64)
+
+
 def _eliminate(
     matrix: sp.csr_array,
     parts: list[Part],
     borders: list[Ints],
     wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    progress: Callable[[float], None] | None,
+    progress: Callable[[float], None],
 ) -> list[_Front]:
-    work = np.cumsum(
-        [_work(3 * len(p.own), 3 * len(b)) for p, b in zip(parts, borders, strict=True)]
-    )
+    sizes = [(3 * len(part.own), 3 * len(b)) for part, b in zip(parts, borders, strict=True)]
+    work = np.cumsum([a**3 / 3 + a * a * b + a * b * b for a, b in sizes])
     parents = np.full(len(parts), -1)
     for k, part in enumerate(parts):
         for child in part.children:
@@ -224,38 +252,36 @@ def _eliminate(
             raise BodyError(
                 "the stiffness is not positive definite: the object can move"
             ) from error
-        below = np.ascontiguousarray(
-            scipy.linalg.solve_triangular(lower, dense[a:, :a].T, lower=True, check_finite=False).T
-        )
-        updates[k] = dense[a:, a:] - below @ below.T
+        half = _solved(lower, dense[a:, :a].T).T
+        updates[k] = dense[a:, a:] - half @ half.T
         seen = bool(wanted[part.own].any()) or any(fronts[child].seen for child in part.children)
-        fronts.append(_Front(own, border, lower, below, int(parents[k]), seen))
-        if progress is not None:
-            progress(float(work[k] / work[-1]))
+        if seen:
+            carry = np.ascontiguousarray(_solved(lower, half.T, transposed=True).T)
+        else:
+            lower, carry = np.empty((0, 0)), np.empty((0, 0))
+        fronts.append(_Front(own, border, lower, carry, int(parents[k]), seen))
+        progress(float(work[k] / work[-1]))
     return fronts
 
 
-def _work(a: int, b: int) -> float:
-    """Multiplications in a front of so many own and border degrees of freedom, about."""
-    return a**3 / 3.0 + float(a) * a * b + float(a) * b * b
-
-
 def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[_Front]:
-    """Fronts of a stored factor; raises ValueError or KeyError where they do not fit together."""
+    """Fronts of a stored factor; ValueError or KeyError where they do not fit together."""
     table = np.asarray(arrays["fronts"], dtype=np.int64).reshape(-1, 4)
     owns = np.split(np.asarray(arrays["own"], dtype=np.int64), np.cumsum(table[:, 0])[:-1])
     borders = np.split(np.asarray(arrays["border"], dtype=np.int64), np.cumsum(table[:, 1])[:-1])
+    nothing: Floats = np.empty((0, 0))
     fronts: list[_Front] = []
     for k, (own, border) in enumerate(zip(owns, borders, strict=True)):
         a, b, parent, seen = table[k].tolist()
-        lower, below = arrays[f"lower{k}"], arrays[f"below{k}"]
-        if lower.shape != (a, a) or below.shape != (b, a) or (len(own), len(border)) != (a, b):
-            raise ValueError(f"front {k} has blocks of {lower.shape} and {below.shape}")
+        lower, carry = (arrays[f"lower{k}"], arrays[f"carry{k}"]) if seen else (nothing, nothing)
+        shapes = ((a, a), (b, a)) if seen else ((0, 0), (0, 0))
+        if (len(own), len(border), lower.shape, carry.shape) != (a, b, *shapes):
+            raise ValueError(f"front {k} has blocks of {lower.shape} and {carry.shape}")
         if parent != -1 and not k < parent < len(owns):
             raise ValueError(f"front {k} has front {parent} above it")
         if not (_within(own, size) and _within(border, size)):
             raise ValueError(f"front {k} has places outside of the matrix")
-        fronts.append(_Front(own, border, lower, below, parent, bool(seen)))
+        fronts.append(_Front(own, border, lower, carry, parent, bool(seen)))
     return fronts
 
 

@@ -1,40 +1,32 @@
-"""What of a solid takes long to make, as a value that can be stored."""
+"""The heavy part of a solid, done once: its factor and its coarse twin."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
+from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
+from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.green_columns import GreenColumns
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.multifrontal import Factor
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid_shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
 
-
-@dataclass(frozen=True, eq=False)
-class CoarseTwin:
-    """Stand-in: the table of compliances."""
-
-    table: Floats
-
-    def to_arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """By name."""
-        return {"table": self.table}
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> CoarseTwin:
-        """Of `to_arrays`."""
-        return cls(np.asarray(arrays["table"], dtype=np.float64))
+Progress = Callable[[str, float], None]  # a phase, and the share of it that is done
 
 
 @dataclass(frozen=True, eq=False)
 class SolidParts:
-    """Factor and twin."""
+    """What a solid is made from in a moment.
+
+    Args:
+        factor: Of the stiffness over the nodes that are free.
+        twin: The solid as seen from afar.
+    """
 
     factor: Factor
     twin: CoarseTwin
@@ -44,37 +36,41 @@ def make_parts(
     tets: TetMesh,
     held: npt.NDArray[np.bool_],
     settings: SolidSettings,
-    progress: Callable[[str, float], None],
+    progress: Progress = lambda phase, share: None,
 ) -> SolidParts:
-    """The long way."""
-    progress("factor", 0.0)
-    solid = Solid(tets, held, settings)
-    progress("survey", 0.0)
-    columns: Any = solid.columns
-    return SolidParts(columns._factor, CoarseTwin(solid.vertex_compliance()))
+    """Factor the stiffness, press on every place of the twin.
+
+    Raises:
+        BodyError: Nothing is held, too little, or everything.
+    """
+    progress("factoring", 0.0)
+    shape = shape_of(tets, held, settings)
+    factor = factor_of(shape, settings, lambda share: progress("factoring", share))
+    columns = GreenColumns(factor, shape.place, 1)
+    twin = make_twin(
+        shape.mesh,
+        shape.contact_radius,
+        columns.respond,
+        lambda share: progress("pressing", share),
+    )
+    return SolidParts(factor, twin)
 
 
-class PartedSolid(Solid):
-    """Stand-in for `Solid(parts=...)`."""
+def factor_of(
+    shape: SolidShape,
+    settings: SolidSettings,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Factor:
+    """The factor of a solid's stiffness over the nodes that are free."""
+    K = stiffness_of(shape, settings)
+    free = np.flatnonzero(~shape.held)
+    dof = (3 * free[:, None] + np.arange(3)).ravel()
+    shown = np.zeros(len(shape.nodes), dtype=np.bool_)
+    shown[shape.surface] = True
+    return Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], shown[free], progress)
 
-    def __init__(
-        self,
-        tets: TetMesh,
-        held: npt.NDArray[np.bool_],
-        settings: SolidSettings,
-        name: str,
-        parts: SolidParts,
-    ) -> None:
-        self.parts = parts
-        super().__init__(tets, held, settings, name)
 
-    def _factored(self) -> GreenColumns:
-        place = np.full(len(self.nodes), -1, dtype=np.int64)
-        free = np.flatnonzero(~self.held)
-        place[free] = np.arange(len(free))
-        self.factor_bytes = self.parts.factor.bytes
-        return GreenColumns(self.parts.factor, place[self.surface], self.settings.cache)
-
-    def vertex_compliance(self) -> Floats:
-        """Of the table."""
-        return self.parts.twin.table
+def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:
+    """Of all nodes, nothing held, shape (3 nodes, 3 nodes) [N/m]."""
+    n = len(shape.nodes)
+    return stiffness(shape.tets, shape.elements, n, settings.young, settings.nu)

@@ -18,7 +18,7 @@ from cohaptic.errors import BodyError
 from cohaptic.hands import Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
-from cohaptic_server.bodies.survey import spread
+from cohaptic_server.bodies.coarse_twin import spread_over
 from cohaptic_server.contact import pressure
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.neighbourhood import vertex_compliance
@@ -64,7 +64,7 @@ def stand(body: Body, held: npt.NDArray[np.bool_], users: int) -> Standing:
     mesh = body.mesh
     room = min(_FINGER, 0.5 * mesh.size)
     apart = max(room, 3.0 * body.contact_radius)
-    looked = spread(mesh.vertices, _LOOKED_AT)
+    looked = spread_over(mesh.vertices, _LOOKED_AT)
     under = depth_under(mesh, looked)
     fit = is_open(mesh, looked, room) & (under > 0.5 * np.median(under))
     fit &= supported(mesh, looked, held, 2.0 * body.contact_radius)
@@ -76,7 +76,7 @@ def stand(body: Body, held: npt.NDArray[np.bool_], users: int) -> Standing:
             f"{body.name}: there is no place for {users} hands: {len(free)} of {len(looked)} places"
             " looked at are open, thick enough and away from what is held. Hold less of it"
         )
-    pressed = free[spread(mesh.vertices[free], _PRESSED)]
+    pressed = free[spread_over(mesh.vertices[free], _PRESSED)]
     C_ii, C_ij = _felt(body, pressed, free)
     ratio = C_ij / C_ii[:, None]
     gap = np.linalg.norm(mesh.vertices[free][None] - mesh.vertices[pressed][:, None], axis=2)

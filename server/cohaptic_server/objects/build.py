@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid_parts import PartedSolid as Solid
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.objects.hold import held_by
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.store import Progress, parts_of, prepared
+from cohaptic_server.objects.store import parts_of, prepared
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class Built:
     prepared: Prepared
 
 
-def build(wanted: ObjectFile, progress: Progress | None = None) -> Built:
+def build(wanted: ObjectFile, progress: Progress = lambda phase, share: None) -> Built:
     """The solid body of a file; what takes long comes from the store, or goes there.
 
     Args:
@@ -37,24 +38,19 @@ def build(wanted: ObjectFile, progress: Progress | None = None) -> Built:
         BodyError: The file is no object that can be touched.
         SettingError: An option does not fit it.
     """
-    tell = progress or _quietly
     if not wanted.fix.strip():
         raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
-    tell("tetrahedra", 0.0)
+    progress("tetrahedra", 0.0)
     made = prepared(wanted)
     held = held_by(wanted.fix, made.tets.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):
-        parts = parts_of(made.tets, held, wanted.material, tell)
+        parts = parts_of(made.tets, held, wanted.material, progress)
     name = wanted.path.stem[:40]
     return Built(Solid(made.tets, held, wanted.material, name=name, parts=parts), made)
 
 
-def build_solid(wanted: ObjectFile, progress: Progress | None = None) -> Solid:
+def build_solid(wanted: ObjectFile, progress: Progress = lambda phase, share: None) -> Solid:
     """The solid of `build`."""
     return build(wanted, progress).solid
-
-
-def _quietly(phase: str, share: float) -> None:
-    del phase, share

@@ -9,7 +9,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.solid import SolidSettings
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects.fill import fill
 from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards

@@ -6,7 +6,6 @@ become; the tetrahedra, what of them is held, and the material.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import astuple
 from typing import Any
 
@@ -14,15 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
+from cohaptic_server.bodies.coarse_twin import CoarseTwin
 from cohaptic_server.bodies.multifrontal import Factor
-from cohaptic_server.bodies.solid import SolidSettings
-from cohaptic_server.bodies.solid_parts import CoarseTwin, SolidParts, make_parts
+from cohaptic_server.bodies.solid_parts import Progress, SolidParts, make_parts
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects.cache import damaged, fetch, keep, place
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
 from cohaptic_server.objects.surface_checks import SurfaceReport
-
-Progress = Callable[[str, float], None]
 
 _FORM = 2  # raised when what is stored, or how it is made, changes
 

@@ -29,28 +29,30 @@ def displacement(body: Solid, loads: list[Load], folder: Path) -> Floats:
         if len(line.split()) == 4 and line.split()[0].isdigit()
     ]
     table = np.array(rows)
-    u = np.full((len(body.nodes), 3), np.nan)
+    u = np.full((len(body.shape.nodes), 3), np.nan)
     u[table[:, 0].astype(int) - 1] = table[:, 1:]
     return u
 
 
 def deck(body: Solid, loads: list[Load]) -> str:
     """The same nodes, elements, material, held nodes and forces, as CalculiX reads them."""
-    kind = {4: "C3D4", 10: "C3D10"}[body.elements.shape[1]]
-    forces = np.zeros((len(body.nodes), 3))
+    kind = {4: "C3D4", 10: "C3D10"}[body.shape.elements.shape[1]]
+    forces = np.zeros((len(body.shape.nodes), 3))
     for load in loads:
         share = load.force * load.weights[:, None] * load.direction
-        np.add.at(forces, body.surface[load.vertices], share)
+        np.add.at(forces, body.shape.surface[load.vertices], share)
     lines = ["*NODE, NSET=ALL"]
-    lines += [f"{k + 1}, {x:.11e}, {y:.11e}, {z:.11e}" for k, (x, y, z) in enumerate(body.nodes)]
+    lines += [
+        f"{k + 1}, {x:.11e}, {y:.11e}, {z:.11e}" for k, (x, y, z) in enumerate(body.shape.nodes)
+    ]
     lines.append(f"*ELEMENT, TYPE={kind}, ELSET=SOLID")
     lines += [
         ", ".join(str(k) for k in (number + 1, *(element + 1).tolist()))
-        for number, element in enumerate(body.elements)
+        for number, element in enumerate(body.shape.elements)
     ]
     lines += ["*MATERIAL, NAME=SOFT", "*ELASTIC", f"{body.settings.young}, {body.settings.nu}"]
     lines += ["*SOLID SECTION, ELSET=SOLID, MATERIAL=SOFT", "*BOUNDARY"]
-    lines += [f"{k + 1}, 1, 3" for k in np.flatnonzero(body.held)]
+    lines += [f"{k + 1}, 1, 3" for k in np.flatnonzero(body.shape.held)]
     lines += ["*STEP", "*STATIC", "*CLOAD"]
     lines += [
         f"{k + 1}, {axis + 1}, {forces[k, axis]:.11e}" for k, axis in np.argwhere(forces).tolist()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.contact import locate
 from tests.server.bodies import calculix
 
@@ -31,7 +32,7 @@ def test_calculix_has_the_same_displacement(order: int, nu: float, tmp_path: Pat
         for at, force in (((0.01, 0.01, 0.1), 1.0), ((0.1, 0.0, 0.04), 2.0))
     ]
     ours = body.respond(loads).displacement
-    theirs = calculix.displacement(body, loads, tmp_path)[body.surface]
+    theirs = calculix.displacement(body, loads, tmp_path)[body.shape.surface]
     assert np.abs(ours - theirs).max() < 0.005 * np.abs(theirs).max()
     for load in loads:
         moved = [load.weights @ (u[load.vertices] @ load.direction) for u in (ours, theirs)]

@@ -9,7 +9,8 @@ import pytest
 
 from cohaptic_server.bodies.blocks import half_ball
 from cohaptic_server.bodies.mesh import Floats, Ints, face_area_vectors
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
 
 A = 0.01  # m, radius of the punch
 FAR = 300 * A  # where the half ball is held: a thousandth of the displacement is lost there

@@ -12,7 +12,8 @@ from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.catalogue import build_body
 from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.shapes import icosphere
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import quadratic as with_middles
 from cohaptic_server.objects import object_file
 from cohaptic_server.objects.build import build_solid
@@ -44,9 +45,9 @@ def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> N
     body = build_body(str(path), ObjectFile(path, "z < 20%", edge=0.15))
     assert isinstance(body, Solid)
     assert body.name == "ball"
-    assert body.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.08)
+    assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.08)
     assert np.abs(body.mesh.vertices).max() == pytest.approx(0.05, rel=0.02)
-    assert body.held[body.surface].any()
+    assert body.shape.held[body.shape.surface].any()
 
 
 def test_a_printers_file_is_in_millimetres_and_3mf(tmp_path: Path) -> None:
@@ -70,8 +71,8 @@ def test_a_volume_of_every_kind_becomes_a_solid(kind: str, quadratic: bool, tmp_
     form = {"file_format": "gmsh"} if kind == "msh" else {}
     meshio.Mesh(x, [(name, cells)]).write(path, **form)
     body = build_solid(ObjectFile(path, "z < 10%", material=SolidSettings(order=1)))
-    assert body.tets.volume == pytest.approx(1e-3)
-    assert len(body.tets.tets) == len(mesh.tets)
+    assert body.shape.tets.volume == pytest.approx(1e-3)
+    assert len(body.shape.tets.tets) == len(mesh.tets)
 
 
 def test_a_surface_inside_out_is_turned(tmp_path: Path) -> None:
@@ -157,7 +158,7 @@ def test_a_torus_in_single_precision_does_not_cross_itself(sections: int, tmp_pa
 def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None:
     path = broken("open", tmp_path)
     body = build_solid(ObjectFile(path, "z < 20%", edge=0.2, repair=True))
-    assert body.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
+    assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
 
 
 def test_a_volume_file_without_tetrahedra_says_what_is_in_it(tmp_path: Path) -> None:

@@ -1,0 +1,236 @@
+"""A solid as seen from afar: its compliance between a few hundred places of its surface.
+
+    C(x, y) ~ psi(x)' G psi(y),    G_pq: place p moves so far for a unit force at place q
+
+G is exact, between contacts centred at places that are spread over the surface; psi carries a
+force to the places round it and a displacement back, keeping force and moment (moving least squares
+with linear precision), so that what is a few places away is right to second order. What it smooths
+is the dent under the force itself: the compliance of a contact at its own place is therefore taken
+from the places round it, where it is exact, and not from psi' G psi, which is less.
+
+It stands in for columns that nobody has found yet, and for what lies too far from a contact for
+them to matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.contact import pressure
+
+PLACES = 600
+_AROUND = 16  # places that carry a vertex
+_FACING = 0.3  # cosine between normals below which a place belongs to another side of the body
+_BATCH = 16  # places in one solve
+_ASKEW = 1e-4  # weight of a place of another side: it counts where there is no other
+
+Solve = Callable[[Ints, Floats], Floats]  # as `GreenColumns.respond`
+Narrow = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseTwin:
+    """What is known of a solid from afar.
+
+    Args:
+        places: Vertices of the surface, shape (m,).
+        normals: Of the surface there, shape (m, 3).
+        near: Places that carry each vertex, as indices into `places`, shape (n, k).
+        shares: Of them, each row sums to 1, shape (n, k).
+        compliance: G, displacement of a place in x, y, z per unit force at another, averaged
+            over the contacts' pressures, shape (3 m, 3 m) [m/N].
+        spacing: Mean distance between places next to each other [m].
+    """
+
+    places: Ints
+    normals: Floats
+    near: Ints
+    shares: Floats
+    compliance: Narrow
+    spacing: float
+
+    def spread(self, vertices: Ints, weights: Floats) -> Floats:
+        """Shares of the places in a force on vertices, shape (m,)."""
+        shares = weights[:, None] * self.shares[vertices]
+        found = np.bincount(self.near[vertices].ravel(), shares.ravel(), len(self.places))
+        return np.asarray(found, dtype=np.float64)
+
+    def pushed(self, spread: Floats, direction: Floats) -> Floats:
+        """Displacement of the places per unit force, shape (m, 3) [m/N]."""
+        used = np.flatnonzero(spread)
+        rows = (3 * used[:, None] + np.arange(3)).ravel()
+        force = (spread[used, None] * direction).ravel().astype(np.float32)
+        return np.asarray(force @ self.compliance[rows], dtype=np.float64).reshape(-1, 3)
+
+    def at(self, moved: Floats, vertices: Ints) -> Floats:
+        """Displacement of vertices from that of the places, shape (k, 3)."""
+        return np.asarray(
+            np.einsum("vk,vki->vi", self.shares[vertices], moved[self.near[vertices]])
+        )
+
+    def own(self, spread: Floats, direction: Floats, normal: Floats) -> float:
+        """Compliance of a contact, from the contacts at the places round it [m/N].
+
+        The surface is stiffer along its normal than across: a direction is turned with it.
+
+        Args:
+            spread: Shares of the places in the contact, shape (m,).
+            direction: Of its force, shape (3,).
+            normal: Of the surface there, shape (3,).
+        """
+        used = np.flatnonzero(spread)
+        turned = _turn(direction, normal, self.normals[used])  # (u, 3)
+        along = np.einsum("ui,uij,uj->u", turned, self._own(used), turned)
+        return max(0.0, float(spread[used] @ along))
+
+    def table(self) -> Floats:
+        """Compliance of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        along = np.einsum(
+            "pi,pij,pj->p", self.normals, self._own(np.arange(len(self.places))), self.normals
+        )
+        return np.maximum(0.0, (self.shares * along[self.near]).sum(axis=1))
+
+    def _own(self, places: Ints) -> Floats:
+        """Compliance of each place at itself, shape (p, 3, 3) [m/N]."""
+        rows = 3 * places[:, None] + np.arange(3)
+        return self.compliance[rows[:, :, None], rows[:, None, :]].astype(np.float64)
+
+    def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        """For a file."""
+        return {
+            "places": self.places,
+            "normals": self.normals,
+            "near": self.near,
+            "shares": self.shares,
+            "compliance": self.compliance,
+            "spacing": np.array(self.spacing),
+        }
+
+    @classmethod
+    def from_arrays(cls, found: dict[str, npt.NDArray[np.generic]]) -> CoarseTwin:
+        """From a file; raises BodyError for one that is no twin."""
+        try:
+            return cls(
+                np.asarray(found["places"], dtype=np.int64),
+                np.asarray(found["normals"], dtype=np.float64),
+                np.asarray(found["near"], dtype=np.int64),
+                np.asarray(found["shares"], dtype=np.float64),
+                np.asarray(found["compliance"], dtype=np.float32),
+                float(np.asarray(found["spacing"], dtype=np.float64)),
+            )
+        except KeyError as error:
+            raise BodyError(f"a stored object lacks {error}") from error
+
+
+def make_twin(
+    mesh: SurfaceMesh,
+    radius: float,
+    solve: Solve,
+    progress: Callable[[float], None] = lambda share: None,
+    places: int = PLACES,
+) -> CoarseTwin:
+    """Press on every place once.
+
+    Args:
+        mesh: Resting surface.
+        radius: Of the pressure under a contact [m].
+        solve: Displacement of all vertices under forces on some, as `GreenColumns.respond`.
+        progress: Told the share done.
+        places: How many at most.
+    """
+    chosen = spread_over(mesh.vertices, places)
+    under = [pressure(mesh, mesh.vertices[k], radius) for k in chosen]
+    G = np.empty((3 * len(chosen), 3 * len(chosen)), dtype=np.float32)
+    for start in range(0, len(chosen), _BATCH):
+        batch = under[start : start + _BATCH]
+        vertices = np.unique(np.concatenate([v for v, _ in batch]))
+        forces = np.zeros((len(vertices), 3, 3 * len(batch)))
+        for r, (v, w) in enumerate(batch):
+            at = np.searchsorted(vertices, v)
+            for axis in range(3):
+                forces[at, axis, 3 * r + axis] = w
+        moved = solve(vertices, forces).reshape(3 * len(batch), -1, 3)
+        for p, (v, w) in enumerate(under):
+            G[3 * start : 3 * (start + len(batch)), 3 * p : 3 * p + 3] = np.tensordot(
+                moved[:, v], w, axes=(1, 0)
+            )
+        progress(min(1.0, (start + len(batch)) / len(chosen)))
+    near, shares = _carriers(mesh, chosen)
+    area = 4.0 * np.pi * mesh.size**2
+    return CoarseTwin(
+        chosen,
+        mesh.normals[chosen],
+        near,
+        shares,
+        0.5 * (G + G.T),
+        float((area / len(chosen)) ** 0.5),
+    )
+
+
+def _carriers(mesh: SurfaceMesh, chosen: Ints) -> tuple[Ints, Floats]:
+    """Places that carry each vertex, and shares that reproduce linear functions, both (n, k)."""
+    x, n = mesh.vertices, mesh.normals
+    k = min(_AROUND, len(chosen))
+    # An array of neighbours, so that one of them still has an axis.
+    near = np.asarray(cKDTree(x[chosen]).query(x, k=np.arange(1, k + 1))[1], dtype=np.int64)
+    off = x[chosen][near] - x[:, None, :]  # (n, k, 3)
+    distance = np.sqrt(np.einsum("vki,vki->vk", off, off))
+    # All but zero at the farthest, so that places come and go without a step.
+    reach = np.maximum(distance[:, -1:], 1e-12) * (1.0 + 1e-6)
+    part = distance / reach
+    weights = (1.0 - part) ** 4 * (4.0 * part + 1.0) + 1e-9
+    facing = np.einsum("vki,vi->vk", n[chosen][near], n)
+    weights *= np.clip((facing - _FACING) / (1.0 - _FACING), _ASKEW, 1.0)
+    # A basis of 1 and the two directions in the tangent plane.
+    helper = np.eye(3)[np.abs(n).argmin(axis=1)]
+    one = np.cross(n, helper)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    two = np.cross(n, one)
+    basis = np.stack(
+        [
+            np.ones_like(distance),
+            np.einsum("vki,vi->vk", off, one) / reach,
+            np.einsum("vki,vi->vk", off, two) / reach,
+        ],
+        axis=2,
+    )  # (n, k, 3)
+    weighted = basis * weights[:, :, None]
+    moments = np.einsum("vka,vkb->vab", weighted, basis)
+    # Places in a row leave a direction open: it then counts as flat.
+    moments += 1e-6 * np.trace(moments, axis1=1, axis2=2)[:, None, None] * np.diag([0.0, 1.0, 1.0])
+    first = np.zeros((len(x), 3, 1))
+    first[:, 0] = 1.0
+    shares = (weighted @ np.linalg.solve(moments, first))[:, :, 0]
+    return near, np.asarray(shares / shares.sum(axis=1, keepdims=True))
+
+
+def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:
+    """A direction turned as a normal is turned into others, the short way, shape (u, 3)."""
+    cosine = others @ normal
+    axis = np.cross(normal, others)
+    # Rodrigues; opposite normals have no short way, and no place of the other side counts.
+    along = axis @ direction
+    scale = along / np.maximum(1.0 + cosine, 1e-3)
+    return np.asarray(
+        cosine[:, None] * direction + np.cross(axis, direction) + scale[:, None] * axis
+    )
+
+
+def spread_over(points: Floats, count: int) -> Ints:
+    """Points far from each other, each the farthest from those before it, shape (<= count,)."""
+    if len(points) <= count:
+        return np.arange(len(points), dtype=np.int64)
+    chosen = [int(np.argmin(points[:, 0]))]
+    gap = np.full(len(points), np.inf)
+    while len(chosen) < count:
+        off = points - points[chosen[-1]]
+        gap = np.minimum(gap, np.einsum("ni,ni->n", off, off))
+        chosen.append(int(gap.argmax()))
+    return np.array(chosen, dtype=np.int64)
