@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 from cohaptic.errors import BodyError
 from cohaptic.hands import Place
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.coarse_twin import spread_over
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.neighbourhood import vertex_compliance

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 from threadpoolctl import threadpool_limits
 
-from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import Progress
-from cohaptic_server.objects.hold import held_by
+from cohaptic_server.objects.hold import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.store import parts_of, prepared
 
@@ -38,11 +37,10 @@ def build(wanted: ObjectFile, progress: Progress = lambda phase, share: None) ->
         BodyError: The file is no object that can be touched.
         SettingError: An option does not fit it.
     """
-    if not wanted.fix.strip():
-        raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
+    check_said(wanted)
     progress("tetrahedra", 0.0)
     made = prepared(wanted)
-    held = held_by(wanted.fix, made.tets.vertices)
+    held = held_in(wanted, made.tets.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):

@@ -83,13 +83,9 @@ def parts_of(
     return parts
 
 
-def _over(
-    prefix: str, arrays: dict[str, npt.NDArray[Any]]
-) -> dict[str, npt.NDArray[Any]]:
+def _over(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def _under(
-    prefix: str, arrays: dict[str, npt.NDArray[Any]]
-) -> dict[str, npt.NDArray[Any]]:
+def _under(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
     return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
