@@ -22,6 +22,7 @@ from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.neighbourhood import vertex_compliance
+from cohaptic_server.objects.quality import depth_under
 
 _LOOKED_AT = 400  # places, spread over the surface
 _PRESSED = 6  # of them, to find what feels the press
@@ -101,14 +102,6 @@ def is_open(mesh: SurfaceMesh, vertices: Ints, room: float) -> npt.NDArray[np.bo
     steps = room * np.array([0.25, 0.5, 1.0, 1.5])
     out = mesh.vertices[vertices][:, None] + steps[:, None] * mesh.normals[vertices][:, None]
     return np.asarray((_distance(mesh, out) >= 0.6 * steps).all(axis=1))
-
-
-def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
-    """How far under each vertex its own surface is still the nearest, shape (k,) [m]."""
-    steps = mesh.size * np.linspace(0.05, 1.0, 20)
-    into = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]
-    own = _distance(mesh, into) >= 0.9 * steps
-    return np.asarray((np.cumprod(own, axis=1) * steps).max(axis=1))
 
 
 def supported(

@@ -32,6 +32,7 @@ from cohaptic_server.demo.scene import Scene, truth
 MAX_FORCE = 10.0  # N; what a simulated device gives
 GOOD_ERROR = 0.05  # of a force, that nobody feels: half of the least difference a hand can tell
 _PUNCTUAL = 0.8  # of the patches must come for a result to say something about the method
+_REPLAYED = 4  # presses and releases from which delays are found; each is seconds of ticks
 _LONGEST = 0.25  # s on top of the injected delay, up to which a felt delay is looked for
 
 
@@ -146,10 +147,10 @@ def evaluate(
 
 
 def _delays(timeline: Timeline, body: Body, injected: float) -> Floats:
-    """Median over presses and releases of how late each user felt the others [s], (users,)."""
+    """Median over the last presses of how late each user felt the others [s], shape (users,)."""
     felt = timeline.columns["u_others"]
     found: list[list[float]] = []
-    for window in press_windows(timeline, injected=injected):
+    for window in press_windows(timeline, injected=injected)[-_REPLAYED:]:
         at_once = felt_at_once(timeline, body, window)
         found.append(
             [

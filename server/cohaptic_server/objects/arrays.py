@@ -21,7 +21,7 @@ import zlib
 from collections.abc import Mapping
 from math import prod
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -115,7 +115,7 @@ def load_arrays(path: Path, *, mapped: bool = True) -> dict[str, Array]:
     return found
 
 
-def _write(file: BinaryIO, header: bytes, flat: list[Array]) -> None:
+def _write(file: IO[bytes], header: bytes, flat: list[Array]) -> None:
     file.write(_START.pack(_MAGIC, len(header), zlib.crc32(header), 0))
     file.write(header)
     file.write(bytes(_aligned(file.tell()) - file.tell()))

@@ -29,14 +29,16 @@ def prepared(wanted: ObjectFile) -> Prepared:
     """Tetrahedra from the store, or made and stored; raises as `object_file.prepare`."""
     if not wanted.path.is_file():
         return prepare(wanted)  # which says what is wrong
-    words = (_FORM, wanted.path.suffix.lower(), wanted.scale, wanted.edge, wanted.repair)
+    shape = (wanted.scale, wanted.edge, wanted.repair, wanted.simplify)
+    words = (_FORM, wanted.path.suffix.lower(), *shape)
     where = place(repr(words).encode(), wanted.path.read_bytes())
     arrays = fetch(where, f"tetrahedra of {wanted.path.name}", mapped=False)
     if arrays is not None:
         try:
             tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
-            return Prepared(tets, _report(arrays["report"].tolist()))
-        except (KeyError, TypeError, BodyError) as error:
+            triangles, left = arrays["triangles"].tolist()
+            return Prepared(tets, _report(arrays["report"].tolist()), triangles, left)
+        except (KeyError, TypeError, ValueError, BodyError) as error:
             damaged(f"tetrahedra of {wanted.path.name}", error)
     found = prepare(wanted)
     report = () if found.surface is None else astuple(found.surface)
@@ -47,6 +49,7 @@ def prepared(wanted: ObjectFile) -> Prepared:
             "vertices": found.tets.vertices,
             "tets": found.tets.tets,
             "report": np.array(report, dtype=np.float64),
+            "triangles": np.array([found.triangles, found.simplified], dtype=np.int64),
         },
     )
     return found
