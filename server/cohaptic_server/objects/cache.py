@@ -106,7 +106,8 @@ def make_room(where: Path, needed: int) -> None:
     allowed = limit()
     if needed > allowed:
         raise OSError(f"{needed / 1e9:.3g} GB; COHAPTIC_CACHE_GB allows {allowed / 1e9:g}")
-    found = [(path.stat(), path) for path in (*where.glob(f"*{SUFFIX}"), *where.glob("*.npz"))]
+    kinds = (SUFFIX, ".part", ".npz")  # half written; of versions before this one
+    found = [(path.stat(), path) for kind in kinds for path in where.glob(f"*{kind}")]
     total = sum(stat.st_size for stat, _ in found)
     for stat, path in sorted(found, key=lambda entry: entry[0].st_mtime):
         if total + needed <= allowed:
