@@ -20,9 +20,10 @@ from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.coarse_twin import spread_over
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
+from cohaptic_server.cutting import RIGID
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.neighbourhood import vertex_compliance
-from cohaptic_server.objects.quality import depth_under
+from cohaptic_server.objects.quality import depth_under, is_smooth
 
 _LOOKED_AT = 400  # places, spread over the surface
 _PRESSED = 6  # of them, to find what feels the press
@@ -67,10 +68,11 @@ def stand(body: Body, held: npt.NDArray[np.bool_], users: int) -> Standing:
     apart = max(room, 3.0 * body.contact_radius)
     looked = spread_over(mesh.vertices, _LOOKED_AT)
     under = depth_under(mesh, looked)
-    fit = is_open(mesh, looked, room) & (under > 0.5 * np.median(under))
+    fit = is_smooth(mesh)[looked] & is_open(mesh, looked, room)
+    fit &= under > 0.5 * np.median(under)
     fit &= supported(mesh, looked, held, 2.0 * body.contact_radius)
     soft = vertex_compliance(body)[looked]
-    fit &= soft <= _SOFT * np.median(soft[soft > 0.0])
+    fit &= (soft > RIGID) & (soft <= _SOFT * np.median(soft[soft > RIGID]))
     free = looked[fit]
     if len(free) < users:
         raise BodyError(

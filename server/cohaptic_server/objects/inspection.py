@@ -17,7 +17,7 @@ from cohaptic_server.bodies.solid_shape import SolidShape
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.fill import ENVELOPE
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.quality import Quality, depth_under, quality
+from cohaptic_server.objects.quality import Quality, is_smooth, quality, thickness
 from cohaptic_server.objects.tick_cost import USERS, TickCost, tick_cost
 
 HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass
@@ -144,7 +144,9 @@ def inspect(
         shape, wanted.material, density, lambda share: progress("lowest natural frequency", share)
     )
     progress("cost of a tick", 0.0)
-    looked = spread_over(mesh.vertices, _LOOKED_AT)
+    # At an edge or a tip it is not thin, it ends.
+    smooth = np.flatnonzero(is_smooth(mesh))
+    looked = smooth[spread_over(mesh.vertices[smooth], _LOOKED_AT)]
     return Inspection(
         solid,
         built.prepared,
@@ -152,7 +154,7 @@ def inspect(
         density,
         frequency,
         stiffness,
-        2.0 * float(depth_under(mesh, looked).min()),
+        float(thickness(mesh, looked).min(initial=2.0 * mesh.size)),
         tick_cost(solid, clock),
     )
 
@@ -177,8 +179,8 @@ def what_came(wanted: ObjectFile, prepared: Prepared) -> list[str]:
     change = prepared.tets.volume / was - 1.0
     diagonal = float(np.linalg.norm(np.ptp(prepared.tets.vertices, axis=0)))
     found.append(
-        f"its tetrahedra follow it within {1e3 * ENVELOPE * diagonal:.2g} mm and have"
-        f" {change:+.1%} of its volume"
+        f"its tetrahedra follow it within {1e3 * ENVELOPE * diagonal:.2g} mm and its volume"
+        f" to {change:+.1%}"
     )
     return found
 

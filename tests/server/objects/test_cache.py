@@ -73,5 +73,5 @@ def test_a_limit_that_is_none_says_so(
 ) -> None:
     del folder
     monkeypatch.setenv("COHAPTIC_CACHE_GB", told)
-    with pytest.raises(SettingError, match="COHAPTIC_CACHE_GB is '.*'; it must be a number of"):
+    with pytest.raises(SettingError, match=r"COHAPTIC_CACHE_GB is '.*'; it must be a number of"):
         limit()
