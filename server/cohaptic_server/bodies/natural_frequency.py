@@ -8,6 +8,7 @@ A force that changes at f' moves the body 1 / (1 - (f' / f)^2) times as far as o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -39,7 +40,8 @@ def lumped_mass(shape: SolidShape, density: float) -> Floats:
     shares = np.full(shape.elements.shape[1], middle)
     shares[:4] = corner
     mass = density * volumes(shape.tets.vertices, shape.tets.tets)[:, None] * shares
-    return np.bincount(shape.elements.ravel(), mass.ravel(), len(shape.nodes))
+    total = np.bincount(shape.elements.ravel(), mass.ravel(), len(shape.nodes))
+    return np.asarray(total, dtype=np.float64)
 
 
 def lowest_frequency(
@@ -64,12 +66,12 @@ def lowest_frequency(
     factor = Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], every, progress)
     M = np.repeat(lumped_mass(shape, density)[free], 3)[:, None]
     X = np.random.default_rng(0).normal(size=(len(dof), _VECTORS))
-    last = np.inf
+    lowest, last = 0.0, np.inf
     for _ in range(_ITERATIONS):
         Y = np.asarray(factor.solve(np.arange(len(free)), M * X), dtype=np.float64)
         squares, Q = scipy.linalg.eigh(Y.T @ (M * X), Y.T @ (M * Y))
         X = Y @ Q
-        lowest = float(squares[0]) ** 0.5 / (2.0 * np.pi)
+        lowest = math.sqrt(float(squares[0])) / (2.0 * math.pi)
         if abs(lowest - last) < _CLOSE * lowest:
             break
         last = lowest

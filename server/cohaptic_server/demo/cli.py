@@ -22,6 +22,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
 from cohaptic.view import status_table
+from cohaptic_server.bodies.catalogue import BODIES
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.scene import Scene
@@ -81,7 +82,7 @@ def demo(
     """Watch users feel each other on a balloon or an object of yours, over a network with delay.
 
     A server and simulated users run as separate processes on this machine. The first user presses
-    and releases; the others rest round the balloon and feel it. At the end the forces are compared
+    and releases; the others rest on the body and feel it. At the end the forces are compared
     with the truth: body and hands in equilibrium, without any network.
 
     On an object from a file (--body; held by --fix, "z < 15%" if not given) hands stand where they
@@ -94,9 +95,8 @@ def demo(
     if json is not None and not json.resolve().parent.is_dir():
         raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
     material = SolidSettings(young, poisson, contact_radius, order)
-    if not fix and fix_mesh is None and body != BALLOON:
-        fix = FIX
-    solid = ObjectFile(Path(body), fix, scale, edge, repair, material, fix_mesh, simplify)
+    rule = fix or (FIX if fix_mesh is None and body not in BODIES else "")
+    solid = ObjectFile(Path(body), rule, scale, edge, repair, material, fix_mesh, simplify)
     touched, scene, words = set_up(scene, body, solid, nonlinear=nonlinear)
     if words:
         console.print(words, highlight=False)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.catalogue import build_body
+from cohaptic_server.bodies.catalogue import BODIES, build_body
 from cohaptic_server.demo.places import Standing, stand
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.objects.hold import held_in
@@ -37,6 +38,9 @@ def set_up(
         BodyError: The file is no object that can be touched, or has no place for so many hands.
         SettingError: An option does not fit the body.
     """
+    if name in BODIES and name != BALLOON:
+        why = f"{BALLOON} or a file: hands feel nothing of each other on this one"
+        raise SettingError("body of the demonstration", repr(name), why)
     with progress_bar(f"preparing {name}") as progress:
         body = build_body(name, solid, nonlinear=nonlinear, progress=progress)
         if name == BALLOON:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -155,7 +155,8 @@ def _view(
     shade = (0.55 + 0.5 * diffuse) * (0.78 + 0.22 * rim)
     lit = np.clip(colors * shade[:, None] + 0.16 * shine[:, None], 0.0, 1.0)
     picture = TriMesh(Triangulation(seen[:, 0], seen[:, 1], faces[order]))
-    picture.set_facecolor(np.column_stack([lit, np.ones(len(lit))]))
+    colors_of: Any = picture.set_facecolor  # an array for its vertices; told as one for its faces
+    colors_of(np.column_stack([lit, np.ones(len(lit))]))
     axes.add_collection(picture)
     axes.set_aspect("equal")
     axes.set_axis_off()

@@ -63,7 +63,7 @@ def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     nearest = np.asarray(mesh.quadrature.tree.query(into)[0])
     # A sample of the surface lies beside the vertex, not under it: allow for that.
     own = nearest >= 0.9 * steps - 0.1 * mesh.size / len(mesh.vertices) ** 0.5
-    return np.asarray((np.cumprod(own, axis=1) * steps).max(axis=1))
+    return np.asarray(np.where(np.logical_and.accumulate(own, axis=1), steps, 0.0).max(axis=1))
 
 
 def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
@@ -73,7 +73,7 @@ def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     nearest = np.asarray(mesh.quadrature.tree.query(into)[1])
     normals = face_area_vectors(mesh.vertices, mesh.faces)[nearest // SPLIT**2]
     inside = np.einsum("ksi,ksi->ks", into - mesh.quadrature.points[nearest], normals) < 0.0
-    return np.asarray((np.cumprod(inside, axis=1) * steps).max(axis=1))
+    return np.asarray(np.where(np.logical_and.accumulate(inside, axis=1), steps, 0.0).max(axis=1))
 
 
 def is_smooth(mesh: SurfaceMesh) -> npt.NDArray[np.bool_]:

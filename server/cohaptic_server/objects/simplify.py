@@ -6,6 +6,7 @@ import json
 import re
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,7 +78,8 @@ def simplified(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
         ) from error
     # It works in single precision: about the middle, and of size one, no digit is wasted.
     low, size = x.min(axis=0), float(np.ptp(x, axis=0).max()) or 1.0
-    points, triangles = fast_simplification.simplify(
+    simplify: Any = fast_simplification.simplify
+    points, triangles = simplify(
         ((x - low) / size).astype(np.float32), faces.astype(np.int32), target_count=count
     )
     found = low + size * np.asarray(points, dtype=np.float64)

@@ -10,6 +10,7 @@ from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.objects.crossings import count_crossings
 from cohaptic_server.objects.surface_file import merged
 
+MAKE: Any = trimesh.creation
 Surface = tuple[Floats, Ints]
 
 
@@ -18,7 +19,7 @@ def of(mesh: Any) -> Surface:
 
 
 def box(cuts: int = 2) -> Surface:
-    mesh: Any = trimesh.creation.box()
+    mesh = MAKE.box()
     for _ in range(cuts):
         mesh = mesh.subdivide()
     return of(mesh)
@@ -28,15 +29,15 @@ def rounded(x: Floats, seed: int) -> Floats:
     """Turned, moved and written in single precision, as a file has it."""
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return (x @ turn + rng.normal(size=3)).astype(np.float32).astype(np.float64)
+    return np.asarray((x @ turn + rng.normal(size=3)).astype(np.float32), dtype=np.float64)
 
 
 CLOSED: dict[str, Any] = {
     "box": lambda: box(3),
-    "cylinder": lambda: of(trimesh.creation.cylinder(0.5, 1.0, sections=64)),
-    "washer": lambda: of(trimesh.creation.annulus(0.3, 0.5, 0.1, sections=48)),
-    "capsule": lambda: of(trimesh.creation.capsule(1.0, 0.3)),
-    "sheet": lambda: of(trimesh.creation.box((1.0, 1.0, 1e-3)).subdivide().subdivide()),
+    "cylinder": lambda: of(MAKE.cylinder(0.5, 1.0, sections=64)),
+    "washer": lambda: of(MAKE.annulus(0.3, 0.5, 0.1, sections=48)),
+    "capsule": lambda: of(MAKE.capsule(1.0, 0.3)),
+    "sheet": lambda: of(MAKE.box((1.0, 1.0, 1e-3)).subdivide().subdivide()),
 }
 
 

@@ -122,7 +122,7 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
         Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(np.arange(20, 24))
         for p in (first, second)
     ]
-    assert np.array_equal(*tables)
+    assert np.array_equal(tables[0], tables[1])
     for one, other in zip(*columns, strict=True):
         assert np.array_equal(one.values, other.values)
 
