@@ -19,8 +19,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.hands import Hand
 from cohaptic.report import TouchStatus
 from cohaptic_client.safety import SafetyLimits
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import Scene
@@ -153,9 +153,21 @@ def test_two_users_feel_each_other_on_an_object_from_a_file(
     mesh, path, result = block((0.06, 0.06, 0.14), (5, 5, 10)), tmp_path / "a.vtk", tmp_path / "o"
     meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
     options = ["--body", str(path), "--order", "1", "--contact-radius", "0.015"]
+    options += ["--duration", "10", "--delay-ms", "30"]
     done = subprocess.run(
-        [sys.executable, "-m", "cohaptic", "demo", "--duration", "7", "--delay-ms", "30"]
-        + [*options, "--json", str(result)],
+        [
+            sys.executable,
+            "-m",
+            "cohaptic",
+            "demo",
+            "--duration",
+            "7",
+            "--delay-ms",
+            "30",
+            *options,
+            "--json",
+            str(result),
+        ],
         capture_output=True,
         text=True,
         timeout=120,
