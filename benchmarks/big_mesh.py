@@ -17,7 +17,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
 
 RING, TUBE = 0.06, 0.025  # m; radius of the middle of the tube, and of the tube

@@ -1,11 +1,16 @@
 """What a tick of the server costs over the number of users, and where the time goes.
 
-    python benchmarks/tick.py [--ticks 300]
+    python benchmarks/tick.py [--ticks 300] [--solids 5 20 137] [--speed 0.2] [--flex FOLDER]
 
 Users press round the balloon and slide a little, so that contacts move. `locate` finds contacts,
 `respond` is the body, `rest` is patches and gains, `frames` decodes a sample and encodes a patch
 for each user. Everything is measured in one run, with one BLAS thread as on the server; the last
 column is the share of a 60 Hz period. The second table is of the balloon under finite deformation.
+
+With `--solids`, a table over mesh size: ticks by the clock, how many took longer than their period,
+and beside them the floor, the time to read once the columns under the present contacts. `--flex`
+adds MuJoCo's step of 1/60 s on the same tetrahedra under as many balls (`flex.py`); its compiled
+models are kept in FOLDER.
 """
 
 from __future__ import annotations
@@ -13,10 +18,13 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+import solid_ticks
+from big_mesh import SIZES
 from cohaptic.control.law import Law
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic_server.bodies.balloon import Balloon
@@ -100,9 +108,23 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
-    ticks = parser.parse_args().ticks
+    parser.add_argument("--solids", type=int, nargs="*", default=[], choices=SIZES)
+    parser.add_argument("--speed", type=float, default=0.2, help="of sliding on solids, in m/s")
+    parser.add_argument("--reach", type=float, default=math.inf, help="of needed columns, in m")
+    parser.add_argument("--flex", type=Path, default=None, help="folder of MuJoCo's models")
+    options = parser.parse_args()
+    if options.solids:
+        with threadpool_limits(limits=1):
+            solid_ticks.table(
+                options.solids,
+                options.ticks,
+                speed=options.speed,
+                reach=options.reach,
+                models=options.flex,
+            )
+        return
     for body in (Balloon(), RubberBalloon()):
-        table(body, ticks)
+        table(body, options.ticks)
 
 
 def table(body: Body, ticks: int) -> None:

@@ -16,7 +16,9 @@ from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
+from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
 from cohaptic_server.progress_bar import progress_bar
 from cohaptic_server.settings import ServerSettings
@@ -95,6 +97,7 @@ def serve(
 
 
 async def _serve(body: Body, settings: ServerSettings) -> None:
+    worker = ColumnWorker(body) if isinstance(body, Solid) else None
     server = CohapticServer(body, settings)
     url = await server.start()
     # The first line is for scripts that start a server and wait for its address.
@@ -112,8 +115,12 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
         # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
+            if worker is not None:
+                worker.start()
             await server.run()
     finally:
+        if worker is not None:
+            worker.stop()
         logging.info(
             "stopped after %d ticks, %d left out; a tick took %.2f ms in the median, %.2f ms at the"
             " 99th percentile",

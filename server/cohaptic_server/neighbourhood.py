@@ -74,7 +74,7 @@ def _beside(mesh: SurfaceMesh, horizon: float) -> float:
     A disc of `MAX_VERTICES` is the widest that can be sent.
     """
     apart = spacing(mesh)
-    widest = _ROOMY * apart * (MAX_VERTICES / math.pi) ** 0.5
+    widest = _ROOMY * apart * math.sqrt(MAX_VERTICES / math.pi)
     return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
 
 

@@ -3,8 +3,8 @@
     C(x, y) ~ psi(x)' G psi(y),    G_pq: place p moves so far for a unit force at place q
 
 G is exact, between contacts centred at places that are spread over the surface; psi carries a
-force to the places round it and a displacement back, keeping force and moment (moving least squares
-with linear precision), so that what is a few places away is right to second order. What it smooths
+force to the places round it and a displacement back, with its moments up to the second (moving
+least squares), so that what is a few places away is right to third order. What it smooths
 is the dent under the force itself: the compliance of a contact at its own place is therefore taken
 from the places round it, where it is exact, and not from psi' G psi, which is less.
 
@@ -29,6 +29,8 @@ PLACES = 600
 _AROUND = 16  # places that carry a vertex
 _FACING = 0.3  # cosine between normals below which a place belongs to another side of the body
 _BATCH = 16  # places in one solve
+_AT_HOME = 0.1  # how near a place is at it, as the square of the share of the reach
+_FLAT = 1e-5  # how little of a bending is believed, of all that is known
 _ASKEW = 1e-4  # weight of a place of another side: it counts where there is no other
 
 Solve = Callable[[Ints, Floats], Floats]  # as `GreenColumns.respond`
@@ -42,8 +44,9 @@ class CoarseTwin:
     Args:
         places: Vertices of the surface, shape (m,).
         normals: Of the surface there, shape (m, 3).
-        near: Places that carry each vertex, as indices into `places`, shape (n, k).
-        shares: Of them, each row sums to 1, shape (n, k).
+        near: Places round each vertex, as indices into `places`, shape (n, k).
+        means: Shares of them in what a vertex has of a smooth function, shape (n, k).
+        carries: Shares that carry a force or a displacement of a vertex, shape (n, k).
         compliance: G, displacement of a place in x, y, z per unit force at another, averaged
             over the contacts' pressures, shape (3 m, 3 m) [m/N].
         spacing: Mean distance between places next to each other [m].
@@ -52,13 +55,14 @@ class CoarseTwin:
     places: Ints
     normals: Floats
     near: Ints
-    shares: Floats
+    means: Floats
+    carries: Floats
     compliance: Narrow
     spacing: float
 
     def spread(self, vertices: Ints, weights: Floats) -> Floats:
         """Shares of the places in a force on vertices, shape (m,)."""
-        shares = weights[:, None] * self.shares[vertices]
+        shares = weights[:, None] * self.carries[vertices]
         found = np.bincount(self.near[vertices].ravel(), shares.ravel(), len(self.places))
         return np.asarray(found, dtype=np.float64)
 
@@ -72,35 +76,39 @@ class CoarseTwin:
     def at(self, moved: Floats, vertices: Ints) -> Floats:
         """Displacement of vertices from that of the places, shape (k, 3)."""
         return np.asarray(
-            np.einsum("vk,vki->vi", self.shares[vertices], moved[self.near[vertices]])
+            np.einsum("vk,vki->vi", self.carries[vertices], moved[self.near[vertices]])
         )
 
-    def own(self, spread: Floats, direction: Floats, normal: Floats) -> float:
+    def own(self, vertices: Ints, weights: Floats, direction: Floats, normal: Floats) -> float:
         """Compliance of a contact, from the contacts at the places round it [m/N].
 
         The surface is stiffer along its normal than across: a direction is turned with it.
 
         Args:
-            spread: Shares of the places in the contact, shape (m,).
+            vertices: Under the contact, shape (k,).
+            weights: Share of each, shape (k,).
             direction: Of its force, shape (3,).
             normal: Of the surface there, shape (3,).
         """
-        used = np.flatnonzero(spread)
+        shares = (weights[:, None] * self.means[vertices]).ravel()
+        used, place = np.unique(self.near[vertices].ravel(), return_inverse=True)
         turned = _turn(direction, normal, self.normals[used])  # (u, 3)
         along = np.einsum("ui,uij,uj->u", turned, self._own(used), turned)
-        return max(0.0, float(spread[used] @ along))
+        return max(0.0, float(shares @ along[place]))
 
     def table(self) -> Floats:
         """Compliance of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
         along = np.einsum(
             "pi,pij,pj->p", self.normals, self._own(np.arange(len(self.places))), self.normals
         )
-        return np.maximum(0.0, (self.shares * along[self.near]).sum(axis=1))
+        found: Floats = (self.means * along[self.near]).sum(axis=1)
+        return np.maximum(0.0, found)
 
     def _own(self, places: Ints) -> Floats:
         """Compliance of each place at itself, shape (p, 3, 3) [m/N]."""
         rows = 3 * places[:, None] + np.arange(3)
-        return self.compliance[rows[:, :, None], rows[:, None, :]].astype(np.float64)
+        blocks = self.compliance[rows[:, :, None], rows[:, None, :]]
+        return np.asarray(blocks, dtype=np.float64)
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         """For a file."""
@@ -108,7 +116,8 @@ class CoarseTwin:
             "places": self.places,
             "normals": self.normals,
             "near": self.near,
-            "shares": self.shares,
+            "means": self.means,
+            "carries": self.carries,
             "compliance": self.compliance,
             "spacing": np.array(self.spacing),
         }
@@ -121,7 +130,8 @@ class CoarseTwin:
                 np.asarray(found["places"], dtype=np.int64),
                 np.asarray(found["normals"], dtype=np.float64),
                 np.asarray(found["near"], dtype=np.int64),
-                np.asarray(found["shares"], dtype=np.float64),
+                np.asarray(found["means"], dtype=np.float64),
+                np.asarray(found["carries"], dtype=np.float64),
                 np.asarray(found["compliance"], dtype=np.float32),
                 float(np.asarray(found["spacing"], dtype=np.float64)),
             )
@@ -133,6 +143,7 @@ def make_twin(
     mesh: SurfaceMesh,
     radius: float,
     solve: Solve,
+    held: npt.NDArray[np.bool_] | None = None,
     progress: Callable[[float], None] = lambda share: None,
     places: int = PLACES,
 ) -> CoarseTwin:
@@ -142,6 +153,7 @@ def make_twin(
         mesh: Resting surface.
         radius: Of the pressure under a contact [m].
         solve: Displacement of all vertices under forces on some, as `GreenColumns.respond`.
+        held: Vertices that do not move, shape (n,); none if not given.
         progress: Told the share done.
         places: How many at most.
     """
@@ -162,20 +174,29 @@ def make_twin(
                 moved[:, v], w, axes=(1, 0)
             )
         progress(min(1.0, (start + len(batch)) / len(chosen)))
-    near, shares = _carriers(mesh, chosen)
+    near, means, carries = _carriers(mesh, chosen, radius)
+    if held is not None:
+        means[held] = carries[held] = 0.0
     area = 4.0 * np.pi * mesh.size**2
     return CoarseTwin(
         chosen,
         mesh.normals[chosen],
         near,
-        shares,
+        means,
+        carries,
         0.5 * (G + G.T),
         float((area / len(chosen)) ** 0.5),
     )
 
 
-def _carriers(mesh: SurfaceMesh, chosen: Ints) -> tuple[Ints, Floats]:
-    """Places that carry each vertex, and shares that reproduce linear functions, both (n, k)."""
+def _carriers(mesh: SurfaceMesh, chosen: Ints, radius: float) -> tuple[Ints, Floats, Floats]:
+    """Places round each vertex, and the shares of both kinds, (n, k) each.
+
+    Shares of `means` reproduce quadratic functions in the tangent plane. Those of `carries` do so
+    once each place is spread out by its pressure 1 - (r / radius)^2, of second moment radius^2 / 6:
+    a force that the pressure of the places blurs again arrives with its moments as they were.
+    Where every vertex is a place, each is its own.
+    """
     x, n = mesh.vertices, mesh.normals
     k = min(_AROUND, len(chosen))
     # An array of neighbours, so that one of them still has an axis.
@@ -185,7 +206,8 @@ def _carriers(mesh: SurfaceMesh, chosen: Ints) -> tuple[Ints, Floats]:
     # All but zero at the farthest, so that places come and go without a step.
     reach = np.maximum(distance[:, -1:], 1e-12) * (1.0 + 1e-6)
     part = distance / reach
-    weights = (1.0 - part) ** 4 * (4.0 * part + 1.0) + 1e-9
+    # What is at a place is its own: far more than what is next to one.
+    weights = ((1.0 - part) ** 4 * (4.0 * part + 1.0) + 1e-9) / (part * part + _AT_HOME)
     facing = np.einsum("vki,vi->vk", n[chosen][near], n)
     weights *= np.clip((facing - _FACING) / (1.0 - _FACING), _ASKEW, 1.0)
     # A basis of 1 and the two directions in the tangent plane.
@@ -193,22 +215,24 @@ def _carriers(mesh: SurfaceMesh, chosen: Ints) -> tuple[Ints, Floats]:
     one = np.cross(n, helper)
     one /= np.linalg.norm(one, axis=1, keepdims=True)
     two = np.cross(n, one)
+    along, across = (np.einsum("vki,vi->vk", off, axis) / reach for axis in (one, two))
     basis = np.stack(
-        [
-            np.ones_like(distance),
-            np.einsum("vki,vi->vk", off, one) / reach,
-            np.einsum("vki,vi->vk", off, two) / reach,
-        ],
-        axis=2,
-    )  # (n, k, 3)
+        [np.ones_like(along), along, across, along**2, along * across, across**2], axis=2
+    )  # (n, k, 6)
     weighted = basis * weights[:, :, None]
     moments = np.einsum("vka,vkb->vab", weighted, basis)
-    # Places in a row leave a direction open: it then counts as flat.
-    moments += 1e-6 * np.trace(moments, axis1=1, axis2=2)[:, None, None] * np.diag([0.0, 1.0, 1.0])
-    first = np.zeros((len(x), 3, 1))
-    first[:, 0] = 1.0
-    shares = (weighted @ np.linalg.solve(moments, first))[:, :, 0]
-    return near, np.asarray(shares / shares.sum(axis=1, keepdims=True))
+    # Places in a row leave a direction open, a few of them the curvature: it then counts as flat.
+    least = np.diag([0.0, 1e-6, 1e-6, _FLAT, _FLAT, _FLAT])
+    moments += np.trace(moments, axis1=1, axis2=2)[:, None, None] * least
+    target = np.zeros((len(x), 6, 2))
+    target[:, 0] = 1.0
+    target[:, [3, 5], 1] = -(radius**2) / 6.0 / reach**2
+    solved = np.asarray(np.linalg.solve(moments, target), dtype=np.float64)
+    shares: Floats = weighted @ solved  # (n, k, 2)
+    shares /= shares.sum(axis=1, keepdims=True)
+    if len(chosen) == len(x):
+        shares[:] = (chosen[near] == np.arange(len(x))[:, None])[:, :, None]
+    return near, np.asarray(shares[:, :, 0]), np.asarray(shares[:, :, 1])
 
 
 def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:

@@ -145,7 +145,8 @@ class GreenColumns:
             sums = sums[rows]
         else:
             sums = np.tensordot(narrow, self._slab[slots[:, None], rows], axes=(0, 0))
-        return np.einsum("kdc,d->kc", sums.reshape(-1, 3, 3).astype(np.float64), direction)
+        blocks = sums.reshape(-1, 3, 3).astype(np.float64)
+        return np.asarray(np.einsum("kdc,d->kc", blocks, direction))
 
     def solve(self, vertices: Ints, rows: Ints | None = None) -> list[Column]:
         """Columns of some vertices; they are not kept. It may run beside everything else.
@@ -160,7 +161,7 @@ class GreenColumns:
         nodes, seen = self._nodes[vertices], self._nodes[every]
         loose, free = np.flatnonzero(nodes >= 0), np.flatnonzero(seen >= 0)
         if len(loose) and len(free):
-            unit = np.eye(3 * len(loose), dtype=np.float32)
+            unit = np.eye(3 * len(loose))
             at = None if rows is None else seen[free]
             x = self.factor.solve(nodes[loose], unit, at)
             found = x[(3 * seen[free, None] + np.arange(3)).ravel()]  # (3 free, 3 loose)

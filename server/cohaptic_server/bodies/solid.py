@@ -91,7 +91,8 @@ class Solid:
     def twin(self) -> CoarseTwin:
         """The solid as seen from afar; made when it is first asked for, if not before."""
         if self._twin is None:
-            self._twin = make_twin(self.mesh, self.contact_radius, self.columns.respond)
+            held = self.shape.place < 0
+            self._twin = make_twin(self.mesh, self.contact_radius, self.columns.respond, held)
         return self._twin
 
     def in_background(self) -> None:

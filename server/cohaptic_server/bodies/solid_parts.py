@@ -51,6 +51,7 @@ def make_parts(
         shape.mesh,
         shape.contact_radius,
         columns.respond,
+        shape.place < 0,
         lambda share: progress("pressing", share),
     )
     return SolidParts(factor, twin)

@@ -55,15 +55,13 @@ class Pushed:
         here = slots >= 0
         weights = np.zeros(len(slots))
         weights[here] = load.weights[here] * columns.share[slots[here]]
-        rest, exact = twin.spread(load.vertices, load.weights - weights), None
-        moved = twin.pushed(rest, load.direction)
+        moved = twin.pushed(twin.spread(load.vertices, load.weights - weights), load.direction)
         replaced = np.zeros_like(moved)
         if here.any():
-            exact = twin.spread(load.vertices, weights)
-            replaced = twin.pushed(exact, load.direction)
-        whole = rest if exact is None else rest + exact
+            replaced = twin.pushed(twin.spread(load.vertices, weights), load.direction)
         normal = load.weights @ mesh.normals[load.vertices]
         normal /= np.linalg.norm(normal)
+        own = twin.own(load.vertices, load.weights, load.direction, normal)
         smoothed = load.weights @ (twin.at(moved + replaced, load.vertices) @ load.direction)
         return cls(
             load,
@@ -73,7 +71,7 @@ class Pushed:
             float(weights.sum()),
             moved,
             replaced,
-            max(0.0, twin.own(whole, load.direction, normal) - float(smoothed)),
+            max(0.0, own - float(smoothed)),
         )
 
 
@@ -93,9 +91,13 @@ class SolidResponse:
     twin: CoarseTwin
     pushed: Sequence[Pushed]
 
-    @cached_property
+    @property
     def compliance(self) -> Floats:
         """Between contacts, shape (c, c) [m/N]."""
+        return self._compliance
+
+    @cached_property
+    def _compliance(self) -> Floats:
         c = len(self.pushed)
         C = np.zeros((c, c))
         ends = np.cumsum([0] + [len(p.load.vertices) for p in self.pushed])
@@ -117,9 +119,13 @@ class SolidResponse:
         f = np.array([p.load.force for p in self.pushed])
         return 0.5 * float(f @ self.compliance @ f)
 
-    @cached_property
+    @property
     def displacement(self) -> Floats:
         """Of every vertex, shape (n, 3) [m]."""
+        return self._displacement
+
+    @cached_property
+    def _displacement(self) -> Floats:
         return self.at(np.arange(len(self.mesh.vertices)))
 
     def at(self, vertices: Ints) -> Floats:

@@ -1,0 +1,139 @@
+"""Ticks of a solid over mesh size and users, in real time, beside what they could cost at least.
+
+Hands slide to and fro on a ring (`big_mesh.py`), so that vertices are newly touched all the time.
+Ticks come at 60 Hz by the clock and not one after the other: what is found beside the tick's thread
+gets the time that it would get on a server.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from big_mesh import RING, SIZES, TUBE, ring, solid
+from cohaptic.control.law import Law
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.world import Touch, WorldState, advance
+from flex import DEPTH, compiled, step
+from memory import read_time
+
+PERIOD = 1.0 / 60.0  # s
+_WAY = 0.01  # m; to both sides
+
+
+@dataclass(frozen=True, slots=True)
+class Ticks:
+    """What ticks cost.
+
+    Args:
+        median: Of a tick [s].
+        p99: A hundredth cost more [s].
+        missed: Share that cost more than a period.
+        floor: Time to read once what the last tick needed of the columns [s].
+    """
+
+    median: float
+    p99: float
+    missed: float
+    floor: float
+
+
+@contextmanager
+def served(thousands: int) -> Generator[Solid]:
+    """A ring as it is while a server runs."""
+    yield solid(thousands)
+
+
+def hands(users: int, tick: int, speed: float) -> list[Touch]:
+    """Everybody presses 1 N on the top of the ring and slides at `speed` [m/s]."""
+    found: list[Touch] = []
+    for user in range(users):
+        # A triangle wave: to and fro without a rest.
+        turn = 4.0 * _WAY / speed
+        phase = (tick * PERIOD / turn + user / users) % 1.0
+        off = _WAY * (4.0 * abs(phase - 0.5) - 1.0)
+        angle = 2.0 * math.pi * user / users + off / RING
+        place = (RING * math.cos(angle), RING * math.sin(angle), TUBE - DEPTH)
+        found.append(
+            Touch(
+                user=user + 1,
+                law=Law.PREDICTIVE,
+                max_stiffness=1000.0,
+                max_force=10.0,
+                probe=place,
+                force=(0.0, 0.0, 1.0),
+                seq=tick + 1,
+                tick=tick,
+                t_client=0.0,
+                arrived=0.0,
+            )
+        )
+    return found
+
+
+def measure(body: Solid, users: int, ticks: int, *, speed: float, reach: float) -> Ticks:
+    """Run ticks by the clock, the first second not counted.
+
+    Args:
+        body: What is touched.
+        users: How many touch it.
+        ticks: How many are measured.
+        speed: At which hands slide [m/s].
+        reach: How far from a contact a tick needs its columns [m]; infinite for all of them.
+    """
+    state, times, due = WorldState(), list[float](), time.perf_counter()
+    for tick in range(60 + ticks):
+        time.sleep(max(0.0, due - time.perf_counter()))
+        due = max(due + PERIOD, time.perf_counter())
+        now = hands(users, tick, speed)
+        start = time.perf_counter()
+        state, _ = advance(body, state, now, now=tick * PERIOD, dt=PERIOD)
+        times.append(time.perf_counter() - start)
+    counted = np.array(times[60:])
+    return Ticks(
+        float(np.median(counted)),
+        float(np.quantile(counted, 0.99)),
+        float(np.mean(counted > PERIOD)),
+        read_time(_needed(body, state, reach)),
+    )
+
+
+def _needed(body: Solid, state: WorldState, reach: float) -> int:
+    """Bytes of the columns under the present contacts, as far as `reach` from each, once each."""
+    rows: dict[int, npt.NDArray[np.bool_]] = {}
+    x = body.mesh.vertices
+    for user in state.users.values():
+        near = np.linalg.norm(x - user.contact.point, axis=1) <= reach
+        for vertex in user.contact.vertices.tolist():
+            rows[vertex] = rows.get(vertex, np.zeros(len(x), dtype=np.bool_)) | near
+    share = sum(int(near.sum()) for near in rows.values()) / len(x)
+    return round(share * body.columns.column_bytes)
+
+
+def table(
+    sizes: list[int], ticks: int, *, speed: float, reach: float, models: Path | None = None
+) -> None:
+    """Print the rows of all sizes; with MuJoCo's flex if there is a folder for its models."""
+    print(f"\nSolids; hands slide at {speed:g} m/s\n")
+    print("| tetrahedra | surface | users | tick p50 | p99 | missed | floor | over it | flex |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for thousands in sizes:
+        count = len(ring(*SIZES[thousands]).tets)
+        with served(thousands) as body:
+            model = compiled(thousands, body, models) if models is not None else None
+            for users in (1, 2, 4, 8):
+                t = measure(body, users, ticks, speed=speed, reach=reach)
+                beside = "" if model is None else f"{1e3 * step(model, users, 20).median:.0f} ms"
+                print(
+                    f"| {count} | {len(body.mesh.vertices)} | {users}"
+                    f" | {1e3 * t.median:.2f} ms | {1e3 * t.p99:.2f} ms | {t.missed:.1%}"
+                    f" | {1e3 * t.floor:.2f} ms | {t.median / t.floor:.1f} | {beside} |",
+                    flush=True,
+                )

@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+from benchmarks.big_mesh import RING, TUBE, held, ring
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin, spread_over
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.contact import nearest_point, pressure
+
+Place = tuple[float, float]  # angles along the ring and round its tube
+
+# Above what is held, by more than a contact.
+places = st.tuples(st.floats(-math.pi, math.pi), st.floats(-0.2, math.pi + 0.2))
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.2)
+
+
+@functools.cache
+def soft_ring() -> Solid:
+    """16,560 tetrahedra on a table, a contact of 15 mm."""
+    mesh = ring(60, 32)
+    return Solid(mesh, held(mesh), SolidSettings(2e4, 0.4, 0.015, order=1))
+
+
+@functools.cache
+def twin() -> CoarseTwin:
+    body = soft_ring()
+    fixed = body.shape.place < 0
+    return make_twin(body.mesh, body.contact_radius, body.columns.respond, fixed, places=300)
+
+
+def touch(place: Place) -> tuple[Ints, Floats, Floats]:
+    """Vertices and weights of a contact, and the outward normal."""
+    body, (a, b) = soft_ring(), place
+    n = np.array([math.cos(a) * math.cos(b), math.sin(a) * math.cos(b), math.sin(b)])
+    middle = np.array([RING * math.cos(a), RING * math.sin(a), 0.0])
+    at = nearest_point(body.mesh, middle + TUBE * n)
+    return *pressure(body.mesh, at, body.contact_radius), n
+
+
+def true_field(vertices: Ints, weights: Floats, direction: Floats) -> Floats:
+    """Displacement of the surface per unit force, solved directly, shape (n, 3) [m/N]."""
+    force = (weights[:, None] * direction)[:, :, None]
+    return soft_ring().columns.respond(vertices, force).reshape(-1, 3)
+
+
+def test_means_are_of_quadratic_functions_and_loads_keep_their_place() -> None:
+    body, found = soft_ring(), twin()
+    free = body.shape.place >= 0
+    x = body.mesh.vertices
+    assert found.means[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    assert found.carries[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    above = x[:, 2] > 0.0
+    centre = np.einsum("vk,vki->vi", found.means, x[found.places][found.near])
+    assert np.linalg.norm(centre - x, axis=1)[above].max() < 0.001
+
+
+@given(places, places, directions, directions)
+@settings(max_examples=30, deadline=None)
+def test_from_afar_it_is_the_solid(
+    one: Place, two: Place, d: tuple[float, ...], e: tuple[float, ...]
+) -> None:
+    """A force moves what is two places away as the solid does: to 8 % of the dent."""
+    found = twin()
+    vertices, weights, _ = touch(one)
+    push = np.array(d) / np.linalg.norm(d)
+    true = true_field(vertices, weights, push)
+    told = found.at(found.pushed(found.spread(vertices, weights), push), np.arange(len(true)))
+    x = soft_ring().mesh.vertices
+    far = np.linalg.norm(x - weights @ x[vertices], axis=1) > 2.0 * found.spacing
+    dent = np.linalg.norm(true, axis=1).max()
+    gap = np.linalg.norm(told - true, axis=1)
+    assert gap[far].max() < 0.08 * dent
+    # What it says of two contacts does not depend on which of them pushes.
+    other, shares, _ = touch(two)
+    pull = np.array(e) / np.linalg.norm(e)
+    back = found.at(found.pushed(found.spread(other, shares), pull), vertices)
+    there = found.at(found.pushed(found.spread(vertices, weights), push), other)
+    assert weights @ back @ push == pytest.approx(shares @ there @ pull, abs=1e-5 * dent)
+
+
+@given(places)
+@settings(max_examples=30, deadline=None)
+def test_a_contact_is_as_soft_as_the_contacts_round_it(place: Place) -> None:
+    found = twin()
+    vertices, weights, n = touch(place)
+    true = float(weights @ true_field(vertices, weights, -n)[vertices] @ -n)
+    assert found.own(vertices, weights, -n, n) == pytest.approx(true, rel=0.06)
+
+
+def test_every_vertex_carries_itself_where_all_are_places() -> None:
+    mesh = block((0.1, 0.1, 0.1), (3, 3, 3))
+    few = Solid(mesh, mesh.vertices[:, 2] < 0.01)
+    whole = few.twin
+    assert len(whole.places) == len(few.mesh.vertices)
+    free = np.flatnonzero(few.shape.place >= 0)
+    for v in free[::17].tolist():
+        spread = whole.spread(np.array([v]), np.ones(1))
+        assert whole.places[np.flatnonzero(spread)].tolist() == [v]
+    held = np.flatnonzero(few.shape.place < 0)
+    assert not whole.at(np.ones((len(whole.places), 3)), held).any()
+
+
+def test_it_comes_back_from_arrays() -> None:
+    found = twin()
+    again = CoarseTwin.from_arrays(found.to_arrays())
+    assert again.spacing == found.spacing
+    for name in ("places", "normals", "near", "means", "carries", "compliance"):
+        assert (getattr(again, name) == getattr(found, name)).all()
+    arrays = found.to_arrays()
+    del arrays["near"]
+    with pytest.raises(BodyError, match="near"):
+        CoarseTwin.from_arrays(arrays)
+
+
+def test_places_are_far_from_each_other() -> None:
+    x = soft_ring().mesh.vertices
+    chosen = spread_over(x, 100)
+    assert len(np.unique(chosen)) == 100
+    gaps = np.linalg.norm(x[chosen][:, None] - x[chosen][None], axis=2) + np.eye(100)
+    # No point of the surface is further from a place than places are from each other.
+    lonely = np.linalg.norm(x[:, None] - x[chosen][None], axis=2).min(axis=1).max()
+    assert lonely <= gaps.min() + 1e-12

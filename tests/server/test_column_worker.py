@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.column_worker import ColumnWorker
+from cohaptic_server.contact import pressure
+
+PATIENCE = 30.0  # s
+
+
+def test_a_worker_brings_what_a_tick_wants_until_nothing_is_wanted() -> None:
+    mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
+    held = mesh.vertices[:, 2] < 0.01
+    body, whole = (Solid(mesh, held, SolidSettings(contact_radius=0.02)) for _ in range(2))
+    spots = [pressure(body.mesh, np.array([x, 0.0, 0.1]), 0.02) for x in (-0.02, 0.03)]
+    loads = [Load(v, w, np.array([0.0, 0.0, -1.0]), 1.0) for v, w in spots]
+    worker = ColumnWorker(body)
+    worker.start()
+    clock = SystemClock()
+    end = clock.now() + PATIENCE
+    response = body.respond(loads)
+    try:
+        while clock.now() < end:
+            response = body.respond(loads)
+            if (
+                not len(body.wanted)
+                and (body.columns.share[body.columns.slot[spots[0][0]]] == 1).all()
+            ):
+                break
+    finally:
+        worker.stop()
+    assert not len(body.wanted)
+    true = whole.respond(loads).compliance
+    assert np.diag(response.compliance) == pytest.approx(np.diag(true), rel=1e-3)
+    found = body.columns.found
+    body.expect(np.arange(5))
+    body.respond(loads)
+    assert body.columns.found == found  # it has stopped
