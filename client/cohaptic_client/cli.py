@@ -17,10 +17,11 @@ from rich.live import Live
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.hands import HandScript, Rhythm
+from cohaptic.hands import HandScript, Place, Rhythm
 from cohaptic.interrupt import run
 from cohaptic.link import LinkSettings
 from cohaptic.protocol.control import FixedGains, GeometryName
+from cohaptic.vec import Vec3
 from cohaptic.view import status_table
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.runner import Client
@@ -89,6 +90,14 @@ def touch(
     angle: Annotated[
         float, typer.Option(help="Simulated hand: where it stands, degrees from the right.")
     ] = 180.0,
+    at: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Simulated hand, instead of --angle: x y z on the surface, in metres."),
+    ] = None,
+    inward: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="With --at: x y z of the way into the body there, of length 1."),
+    ] = None,
     depth_mm: Annotated[
         float, typer.Option(help="Simulated hand: how deep it wants to go.")
     ] = 15.0,
@@ -137,6 +146,7 @@ def touch(
         down=down,
         script=HandScript(
             angle=math.radians(angle),
+            place=_place(at, inward),
             depth=1e-3 * depth_mm,
             rhythm=Rhythm(rhythm_s) if rhythm_s else None,
             # The hand comes once the first patch is here and the safety layer has engaged it.
@@ -146,6 +156,14 @@ def touch(
         duration=duration,
     )
     run(_touch(settings, record, json_lines), lifeline=lifeline)
+
+
+def _place(at: Vec3 | None, inward: Vec3 | None) -> Place | None:
+    if at is None or inward is None:
+        if at is not inward:
+            raise SettingError("--at", at, "given together with --inward")
+        return None
+    return Place(at, inward)
 
 
 def _fixed_gains(k_h: float | None, integral_gain: float) -> FixedGains | None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from threadpoolctl import threadpool_limits
 
 from cohaptic.interrupt import until_interrupted
@@ -23,10 +22,23 @@ from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.listener import page_address
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
+from cohaptic_server.progress_bar import progress_bar
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.solid_options import (
+    SOLID,
+    ContactRadius,
+    Edge,
+    Fix,
+    FixMesh,
+    Order,
+    Poisson,
+    Repair,
+    Scale,
+    Simplify,
+    Young,
+)
 from cohaptic_server.watch.origins import LOOPBACK
 
-SOLID = SolidSettings()
 SWITCH_INTERVAL = 5e-4  # s between two threads of Python
 
 
@@ -40,24 +52,16 @@ def serve(
             help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."
         ),
     ] = "balloon",
-    young: Annotated[
-        float, typer.Option(help="Young's modulus E of a file's object [Pa].")
-    ] = SOLID.young,
-    poisson: Annotated[float, typer.Option(help="Its Poisson's ratio, 0 to 0.499.")] = SOLID.nu,
-    fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = "",
-    scale: Annotated[float, typer.Option(help="Metres in one unit of the file.")] = 1.0,
-    edge: Annotated[
-        float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
-    ] = 0.05,
-    order: Annotated[
-        int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
-    ] = SOLID.order,
-    contact_radius: Annotated[
-        float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
-    ] = 0.0,
-    repair: Annotated[
-        bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
-    ] = False,
+    young: Young = SOLID.young,
+    poisson: Poisson = SOLID.nu,
+    fix: Fix = "",
+    fix_mesh: FixMesh = None,
+    scale: Scale = 1.0,
+    edge: Edge = 0.05,
+    order: Order = SOLID.order,
+    contact_radius: ContactRadius = 0.0,
+    repair: Repair = False,
+    simplify: Simplify = 0,
     nonlinear: Annotated[
         bool,
         typer.Option(
@@ -106,12 +110,17 @@ def serve(
         tuple(allow_origin or ()),
     )  # fmt: skip
     material = SolidSettings(young, poisson, contact_radius, order)
-    solid = ObjectFile(Path(body), fix, scale, edge, repair, material)
+    solid = ObjectFile(Path(body), fix, scale, edge, repair, material, fix_mesh, simplify)
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
-    with Console(stderr=True).status(f"preparing {body}"):
+    with progress_bar(f"preparing {body}") as progress:
         touched = build_body(
-            body, solid, nonlinear=nonlinear, damping=damping, period=1.0 / simulation_hz
+            body,
+            solid,
+            nonlinear=nonlinear,
+            damping=damping,
+            period=1.0 / simulation_hz,
+            progress=progress,
         )
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 

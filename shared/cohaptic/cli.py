@@ -56,8 +56,12 @@ def build_app(only: str | None = None) -> typer.Typer:
     found = entry_points(group="cohaptic.commands")
     ordered = sorted(found, key=lambda entry: _ORDER.get(entry.name, len(_ORDER)))
     for entry in found.select(name=only or "") or ordered:
-        app.command(name=entry.name)(entry.load())
+        command = entry.load()
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=entry.name)
+        else:
+            app.command(name=entry.name)(command)
     return app
 
 
-_ORDER = {"demo": 0, "serve": 1, "touch": 2, "stability": 3}  # as a newcomer meets them
+_ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # as a newcomer meets them

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 from cohaptic.errors import SettingError
-from cohaptic.vec import Vec3, add, scale
+from cohaptic.vec import Vec3, add, norm, scale
 
 # Stiffness over mass, a quarter of what `move` takes without damping in steps of 1 ms [1/s^2].
 MOST_PER_MASS = 1e6
@@ -115,6 +115,25 @@ class Intention:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """A place on a resting surface.
+
+    Args:
+        point: Of the surface [m].
+        inward: Unit vector into the body there.
+    """
+
+    point: Vec3
+    inward: Vec3
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (*self.point, *self.inward))):
+            raise SettingError("place of a hand", (*self.point, *self.inward), "finite numbers")
+        if not 0.999 <= norm(self.inward) <= 1.001:
+            raise SettingError("length of the way in", f"{norm(self.inward):g}", "1")
+
+
+@dataclass(frozen=True, slots=True)
 class HandScript:
     """Where round a body a simulated hand stands, and what it does there.
 
@@ -124,6 +143,7 @@ class HandScript:
         rhythm: Press and release in this rhythm; None to rest.
         approach_at: When it first comes [s].
         hand: Its mechanics.
+        place: On the surface; None to come from far out at `angle`.
     """
 
     angle: float = math.pi
@@ -131,6 +151,7 @@ class HandScript:
     rhythm: Rhythm | None = None
     approach_at: float = 1.0
     hand: Hand = field(default_factory=Hand)
+    place: Place | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.depth <= 0.2:
@@ -141,9 +162,10 @@ class HandScript:
     def intention(self, center: Vec3, radius: float) -> Intention:
         """The hand's intention at a body inside the sphere of `radius` [m] round `center` [m]."""
         out: Vec3 = (math.cos(self.angle), math.sin(self.angle), 0.0)
+        place = self.place or Place(add(center, scale(out, radius)), scale(out, -1.0))
         return Intention(
-            surface=add(center, scale(out, radius)),
-            direction=scale(out, -1.0),
+            surface=place.point,
+            direction=place.inward,
             depth=self.depth,
             approach_at=self.approach_at,
             rhythm=self.rhythm,

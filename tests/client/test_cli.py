@@ -52,6 +52,14 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         (["--jitter-down-ms", "-1"], "jitter of a link is -0.001 s; it must be from 0 to 5.0 s"),
         (["--depth-mm", "999"], "depth of a hand is 999 mm; it must be from 0 to 200 mm"),
         (["--angle", "inf"], "angle of a hand is inf; it must be a finite number"),
+        (
+            ["--at", "0.1", "-0.2", "0"],
+            "--at is (0.1, -0.2, 0.0); it must be given together with --inward",
+        ),
+        (
+            ["--at", "0", "0", "0", "--inward", "0", "0", "-2"],
+            "length of the way in is 2; it must be 1",
+        ),
         (["--rhythm-s", "0.01"], "rhythm is 0.01 s; it must be from 0.1 to 3600 s"),
         (["--max-force", "0"], "max force is 0.0 N; it must be above 0, at most 100 N"),
         (["--duration", "0"], "duration is 0.0 s; it must be above 0"),

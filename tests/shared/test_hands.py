@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic.hands import Hand, HandScript, HandState, Rhythm, move
+from cohaptic.hands import Hand, HandScript, HandState, Place, Rhythm, move
 from cohaptic.vec import norm, sub
 
 hands = st.builds(
@@ -94,3 +94,16 @@ def test_absurd_hands_are_refused(make: object) -> None:
     assert callable(make)
     with pytest.raises(SettingError):
         make()
+
+
+def test_a_place_says_where_a_hand_comes_from_and_goes() -> None:
+    place = Place((0.01, 0.02, 0.03), (0.0, 0.6, -0.8))
+    intention = HandScript(angle=1.0, depth=0.02, place=place).intention((9.0, 9.0, 9.0), 5.0)
+    assert (intention.surface, intention.direction) == (place.point, place.inward)
+    assert intention.tip(1.0) == pytest.approx((0.01, 0.032, 0.014))
+
+
+@pytest.mark.parametrize("inward", [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (float("nan"), 0.0, 0.0)])
+def test_a_way_in_that_is_no_direction_is_refused(inward: tuple[float, float, float]) -> None:
+    with pytest.raises(SettingError, match=r"length of the way in is .* must be 1|finite numbers"):
+        Place((0.0, 0.0, 0.0), inward)

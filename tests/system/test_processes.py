@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.hands import Hand
 from cohaptic.report import TouchStatus
 from cohaptic_client.safety import SafetyLimits
+from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
@@ -141,3 +143,39 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
 
 def scene_delay() -> float:
     return Scene(delay=0.02).delay
+
+
+def test_two_users_feel_each_other_on_an_object_from_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]'")
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+    mesh, path, result = block((0.06, 0.06, 0.14), (5, 5, 10)), tmp_path / "a.vtk", tmp_path / "o"
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    options = ["--body", str(path), "--order", "1", "--contact-radius", "0.015"]
+    options += ["--duration", "10", "--delay-ms", "30"]
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "cohaptic",
+            "demo",
+            "--duration",
+            "7",
+            "--delay-ms",
+            "30",
+            *options,
+            "--json",
+            str(result),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "C_ij/C_ii" in done.stdout
+    demo = json.loads(result.read_text())
+    for user in demo["users"]:
+        assert user["stable"] is True
+        assert user["force_error"] <= 0.05
+        assert abs(user["truth_from_others_n"]) > 0.1

@@ -10,6 +10,7 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.build import build_solid
@@ -34,6 +35,7 @@ def build_body(
     nonlinear: bool = False,
     damping: float = 0.0,
     period: float = 1.0 / 60.0,
+    progress: Progress = lambda phase, share: None,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.
 
@@ -43,6 +45,7 @@ def build_body(
         nonlinear: Finite deformation.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
         period: Of the simulation, within which a nonlinear solid has to find its way [s].
+        progress: Is told the phase of preparing a file, and the share of it that is done.
 
     Raises:
         SettingError: There is no such name, or an option does not fit; says which do.
@@ -65,6 +68,6 @@ def build_body(
         return BODIES[name]()
     wanted = replace(solid or ObjectFile(path), path=path)
     if nonlinear:
-        return build_rubber_solid(wanted, period=period, damping=damping)
-    elastic = build_solid(wanted)
+        return build_rubber_solid(wanted, period=period, damping=damping, progress=progress)
+    elastic = build_solid(wanted, progress)
     return Viscous(elastic, damping) if damping else elastic

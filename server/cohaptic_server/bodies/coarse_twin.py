@@ -176,7 +176,7 @@ def make_twin(
         progress(min(1.0, (start + len(batch)) / len(chosen)))
     near, means, carries = _carriers(mesh, chosen, radius)
     if held is not None:
-        means[held] = carries[held] = 0.0
+        carries[held] = 0.0
     area = 4.0 * np.pi * mesh.size**2
     return CoarseTwin(
         chosen,

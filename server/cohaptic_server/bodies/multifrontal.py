@@ -12,8 +12,10 @@ without a surface under them are forgotten once they are eliminated.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +58,7 @@ class Factor:
         matrix: Shape (3 n, 3 n).
         points: Place of each node, shape (n, 3) [m].
         wanted: Nodes that are pushed and whose displacement is asked for, shape (n,) of bool.
+        progress: Is told the share of the arithmetic that is done, from 0 to 1.
 
     Raises:
         BodyError: The matrix is not positive definite.
@@ -66,11 +69,12 @@ class Factor:
         matrix: sp.csr_array,
         points: Floats,
         wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
+        progress: Callable[[float], None] = lambda share: None,
     ) -> None:
         self.size = matrix.shape[0]
         graph = graph_of(matrix)
         parts = _unwanted_first(dissect(points, graph), wanted)
-        self._fronts = _eliminate(matrix, parts, borders_of(graph, parts), wanted)
+        self._fronts = _eliminate(matrix, parts, borders_of(graph, parts), wanted, progress)
         self._front_of = np.empty(len(points), dtype=np.int64)
         for k, part in enumerate(parts):
             self._front_of[part.own] = k
@@ -88,6 +92,39 @@ class Factor:
             for f in self._fronts
         ]
         return rounded
+
+    def to_arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """All there is of it, by name, for `from_arrays`; the blocks are not copied."""
+        fronts = self._fronts
+        table = [[len(f.own), len(f.border), f.parent, f.seen] for f in fronts]
+        arrays: dict[str, npt.NDArray[Any]] = {
+            "fronts": np.array(table, dtype=np.int64),
+            "front_of": self._front_of,
+            "own": np.concatenate([front.own for front in fronts]),
+            "border": np.concatenate([front.border for front in fronts]),
+        }
+        for k, front in enumerate(fronts):
+            if front.seen:
+                arrays[f"lower{k}"], arrays[f"carry{k}"] = front.lower, front.carry
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
+        """The factor of `to_arrays`; its blocks may be read-only, or mapped from a file.
+
+        Raises:
+            BodyError: The arrays do not fit together.
+        """
+        factor = cls.__new__(cls)
+        try:
+            factor._front_of = np.asarray(arrays["front_of"], dtype=np.int64)
+            factor.size = 3 * len(factor._front_of)
+            factor._fronts = _fronts(arrays, factor.size)
+        except (KeyError, ValueError, IndexError) as error:
+            raise BodyError(f"this is no factor: {error}") from error
+        if not _within(factor._front_of, len(factor._fronts)):
+            raise BodyError("this is no factor: a node is in a front that is not there")
+        return factor
 
     def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
         """Displacement of the wanted nodes under forces on a few of them.
@@ -152,7 +189,10 @@ def _eliminate(
     parts: list[Part],
     borders: list[Ints],
     wanted: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    progress: Callable[[float], None],
 ) -> list[_Front]:
+    sizes = [(3 * len(part.own), 3 * len(b)) for part, b in zip(parts, borders, strict=True)]
+    work = np.cumsum([a**3 / 3 + a * a * b + a * b * b for a, b in sizes])
     parents = np.full(len(parts), -1)
     for k, part in enumerate(parts):
         for child in part.children:
@@ -193,4 +233,30 @@ def _eliminate(
         else:
             lower, carry = np.empty((0, 0)), np.empty((0, 0))
         fronts.append(_Front(own, border, lower, carry, int(parents[k]), seen))
+        progress(float(work[k] / work[-1]))
     return fronts
+
+
+def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[_Front]:
+    """Fronts of a stored factor; ValueError or KeyError where they do not fit together."""
+    table = np.asarray(arrays["fronts"], dtype=np.int64).reshape(-1, 4)
+    owns = np.split(np.asarray(arrays["own"], dtype=np.int64), np.cumsum(table[:, 0])[:-1])
+    borders = np.split(np.asarray(arrays["border"], dtype=np.int64), np.cumsum(table[:, 1])[:-1])
+    nothing: Floats = np.empty((0, 0))
+    fronts: list[_Front] = []
+    for k, (own, border) in enumerate(zip(owns, borders, strict=True)):
+        a, b, parent, seen = table[k].tolist()
+        lower, carry = (arrays[f"lower{k}"], arrays[f"carry{k}"]) if seen else (nothing, nothing)
+        shapes = ((a, a), (b, a)) if seen else ((0, 0), (0, 0))
+        if (len(own), len(border), lower.shape, carry.shape) != (a, b, *shapes):
+            raise ValueError(f"front {k} has blocks of {lower.shape} and {carry.shape}")
+        if parent != -1 and not k < parent < len(owns):
+            raise ValueError(f"front {k} has front {parent} above it")
+        if not (_within(own, size) and _within(border, size)):
+            raise ValueError(f"front {k} has places outside of the matrix")
+        fronts.append(_Front(own, border, lower, carry, parent, bool(seen)))
+    return fronts
+
+
+def _within(places: Ints, count: int) -> bool:
+    return not len(places) or bool(places.min() >= 0 and places.max() < count)

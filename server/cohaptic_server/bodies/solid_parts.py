@@ -45,8 +45,7 @@ def make_parts(
     """
     progress("factoring", 0.0)
     shape = shape_of(tets, held, settings)
-    factor = factor_of(shape, settings)
-    progress("factoring", 1.0)
+    factor = factor_of(shape, settings, lambda share: progress("factoring", share))
     columns = GreenColumns(factor, shape.place, 1)
     twin = make_twin(
         shape.mesh,
@@ -58,14 +57,18 @@ def make_parts(
     return SolidParts(factor, twin)
 
 
-def factor_of(shape: SolidShape, settings: SolidSettings) -> Factor:
+def factor_of(
+    shape: SolidShape,
+    settings: SolidSettings,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Factor:
     """The factor of a solid's stiffness over the nodes that are free."""
     K = stiffness_of(shape, settings)
     free = np.flatnonzero(~shape.held)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     shown = np.zeros(len(shape.nodes), dtype=np.bool_)
     shown[shape.surface] = True
-    return Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], shown[free])
+    return Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], shown[free], progress)
 
 
 def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:

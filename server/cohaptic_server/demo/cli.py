@@ -22,12 +22,28 @@ from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
 from cohaptic.view import status_table
-from cohaptic_server.bodies.catalogue import build_body
+from cohaptic_server.bodies.catalogue import BODIES
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.scene import Scene
+from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
 from cohaptic_server.demo.summary import evaluate, show
 from cohaptic_server.listener import page_address
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.solid_options import (
+    SOLID,
+    ContactRadius,
+    Edge,
+    Fix,
+    FixMesh,
+    Order,
+    Poisson,
+    Repair,
+    Scale,
+    Simplify,
+    Young,
+)
 
 _REFRESH = 0.1  # s
 _GATHER = 45.0  # s for every client to be there and engaged
@@ -48,6 +64,18 @@ def demo(
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
     seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
+    body: Annotated[str, typer.Option(help="What is touched: balloon, or a mesh file.")] = BALLOON,
+    nonlinear: Annotated[bool, typer.Option("--nonlinear", help="Finite deformation.")] = False,
+    young: Young = SOLID.young,
+    poisson: Poisson = SOLID.nu,
+    fix: Fix = "",
+    fix_mesh: FixMesh = None,
+    scale: Scale = 1.0,
+    edge: Edge = 0.05,
+    order: Order = SOLID.order,
+    contact_radius: ContactRadius = 0.0,
+    repair: Repair = False,
+    simplify: Simplify = 0,
     json: Annotated[Path | None, typer.Option(help="Write the result to this file.")] = None,
     keep: Annotated[
         Path | None, typer.Option(help="Keep recordings and logs in this folder.")
@@ -56,11 +84,14 @@ def demo(
         bool, typer.Option("--no-browser", help="Do not open the page, only say where it is.")
     ] = False,
 ) -> None:
-    """Watch users feel each other on a balloon, over a network with delay.
+    """Watch users feel each other on a balloon or an object of yours, over a network with delay.
 
     A server and simulated users run as separate processes on this machine. The first user presses
-    and releases; the others rest round the balloon and feel it. At the end the forces are compared
+    and releases; the others rest on the body and feel it. At the end the forces are compared
     with the truth: body and hands in equilibrium, without any network.
+
+    On an object from a file (--body; held by --fix, "z < 15%" if not given) hands stand where they
+    feel each other.
     """
     console = Console()
     if duration is None and not console.is_terminal:
@@ -68,8 +99,14 @@ def demo(
     scene = Scene(users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, simulation_hz, seed, duration)
     if json is not None and not json.resolve().parent.is_dir():
         raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
+    material = SolidSettings(young, poisson, contact_radius, order)
+    rule = fix or (FIX if fix_mesh is None and body not in BODIES else "")
+    solid = ObjectFile(Path(body), rule, scale, edge, repair, material, fix_mesh, simplify)
+    touched, scene, words = set_up(scene, body, solid, nonlinear=nonlinear)
+    if words:
+        console.print(words, highlight=False)
     with _folder(keep) as folder:
-        stage = Stage(scene, folder)
+        stage = Stage(scene, folder, serve_options(body, solid, nonlinear=nonlinear))
         stop = _stop_on_interrupt()
         with stage:
             address = page_address(stage.url)
@@ -83,7 +120,7 @@ def demo(
             if missing:
                 words = "; ".join(f"{name}: {stage.users[name].words()}" for name in missing)
                 raise DemoFailed(f"no recording of {', '.join(missing)} ({words})")
-            result = evaluate(scene, build_body("balloon"), recordings, statuses, faults)
+            result = evaluate(scene, touched, recordings, statuses, faults)
     console.print(show(result))
     if json is not None:
         json.write_text(result.model_dump_json(indent=2) + "\n")

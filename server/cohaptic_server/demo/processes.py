@@ -11,12 +11,14 @@ import math
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
 from pydantic import ValidationError
 
 from cohaptic.errors import CohapticError
+from cohaptic.hands import HandScript
 from cohaptic.report import TouchStatus
 from cohaptic_server.demo.scene import Scene
 
@@ -106,6 +108,7 @@ class Stage:
     Args:
         scene: To be shown.
         folder: For recordings and logs.
+        body: Options of `cohaptic serve` that say what is touched.
 
     Attributes:
         users: Clients by name.
@@ -113,11 +116,12 @@ class Stage:
         url: Where it listens.
     """
 
-    def __init__(self, scene: Scene, folder: Path) -> None:
+    def __init__(self, scene: Scene, folder: Path, body: Sequence[str] = ()) -> None:
         self._scene, self._folder = scene, folder
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
+            *body,
             log=folder / "server.log",
         )  # fmt: skip
         self.url = ""
@@ -153,7 +157,7 @@ class Stage:
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),
-            "--angle", repr(math.degrees(script.angle)),
+            *_where(script),
             "--depth-mm", repr(1e3 * script.depth),
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
             "--record", str(self.recording(name)),
@@ -187,3 +191,11 @@ class Stage:
         for process in self.users.values():
             process.wait()
         self.server.wait()
+
+
+def _where(script: HandScript) -> list[str]:
+    """Options of `cohaptic touch` that say where a hand stands."""
+    if script.place is None:
+        return ["--angle", repr(math.degrees(script.angle))]
+    at, inward = map(repr, script.place.point), map(repr, script.place.inward)
+    return ["--at", *at, "--inward", *inward]

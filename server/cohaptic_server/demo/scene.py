@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic.hands import HandScript, Rhythm
+from cohaptic.hands import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
 from cohaptic_server.room import describe
 
-PRESS_DEPTH = 0.02  # m that the first user wants to press into the body
-REST_DEPTH = 0.01  # m that the others want to
+PRESS_DEPTH = 0.02  # m that the first user wants to press into the body; the others half of it
 _SETTLE = 1.5  # s for a press, and for the hands to come to rest once nothing is late
 _ROUND_TRIPS = 5.0  # that news needs to die out between two hands
 MEASURE = 0.6  # s at the end of each press and release in which forces are compared
@@ -32,6 +31,8 @@ class Scene:
         simulation_hz: Ticks per second.
         seed: Of the jitter.
         duration: Of the demonstration [s]; None for no end.
+        places: Of the hands on the surface; without any they stand evenly round the body.
+        depth: That the first wants to press into the body, the others half of it [m].
     """
 
     users: int = 2
@@ -41,6 +42,8 @@ class Scene:
     simulation_hz: float = 60.0
     seed: int = 0
     duration: float | None = None
+    places: tuple[Place, ...] = ()
+    depth: float = PRESS_DEPTH
 
     def __post_init__(self) -> None:
         if not 2 <= self.users <= 16:
@@ -72,8 +75,9 @@ class Scene:
         """What user number `user` (from 0) does."""
         return HandScript(
             angle=self.angles[user],
-            depth=PRESS_DEPTH if user == 0 else REST_DEPTH,
+            depth=self.depth if user == 0 else 0.5 * self.depth,
             rhythm=self.rhythm if user == 0 else None,
+            place=self.places[user] if self.places else None,
         )
 
 

@@ -31,7 +31,9 @@ from cohaptic_server.demo.scene import Scene, truth
 
 MAX_FORCE = 10.0  # N; what a simulated device gives
 GOOD_ERROR = 0.05  # of a force, that nobody feels: half of the least difference a hand can tell
+_FELT = 0.05  # N; less is not felt, and a share of it says nothing
 _PUNCTUAL = 0.8  # of the patches must come for a result to say something about the method
+_REPLAYED = 4  # presses and releases from which delays are found; each is seconds of ticks
 _LONGEST = 0.25  # s on top of the injected delay, up to which a felt delay is looked for
 
 
@@ -41,7 +43,7 @@ class UserResult(BaseModel):
     Fields:
         felt_from_others_n: Force that is there because others touch, pressed, mean [N].
         truth_from_others_n: The same in the equilibrium of body and hands, without a network [N].
-        force_error: Their difference over the truth.
+        force_error: Their difference over the truth, or over 0.05 N where that is more.
         force_n, truth_force_n: The whole force on the hand, and its truth [N].
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain at the end [N/m].
@@ -119,7 +121,7 @@ def evaluate(
                 name=name,
                 felt_from_others_n=_known(felt[i]),
                 truth_from_others_n=true,
-                force_error=_known(abs(felt[i] - true) / abs(true)),
+                force_error=_known(abs(felt[i] - true) / max(abs(true), _FELT)),
                 force_n=_known(force[i]),
                 truth_force_n=float(pressed_truth.force[i]),
                 k_o=status.k_o,
@@ -146,10 +148,10 @@ def evaluate(
 
 
 def _delays(timeline: Timeline, body: Body, injected: float) -> Floats:
-    """Median over presses and releases of how late each user felt the others [s], (users,)."""
+    """Median over the last presses of how late each user felt the others [s], shape (users,)."""
     felt = timeline.columns["u_others"]
     found: list[list[float]] = []
-    for window in press_windows(timeline, injected=injected):
+    for window in press_windows(timeline, injected=injected)[-_REPLAYED:]:
         at_once = felt_at_once(timeline, body, window)
         found.append(
             [

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.bodies.tetrahedra import TetMesh, quadratic
-from cohaptic_server.objects.hold import held_by
+from cohaptic_server.objects.hold import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store import prepared
 from cohaptic_server.objects.volume_file import VOLUMES
@@ -17,22 +18,29 @@ from cohaptic_server.objects.volume_file import VOLUMES
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 
 
-def build_rubber_solid(wanted: ObjectFile, *, period: float, damping: float = 0.0) -> RubberSolid:
+def build_rubber_solid(
+    wanted: ObjectFile,
+    *,
+    period: float,
+    damping: float = 0.0,
+    progress: Progress = lambda phase, share: None,
+) -> RubberSolid:
     """The nonlinear solid of a file.
 
     Args:
         wanted: The file; with the usual edge it gets the first of `EDGES` that a tick can afford.
         period: Of the simulation [s].
         damping: B_o over K_o of eq. (9).
+        progress: Is told the phase.
 
     Raises:
         BodyError: The file is no object that can be touched, or too fine for the period.
         SettingError: An option does not fit it.
     """
-    if not wanted.fix.strip():
-        raise SettingError("--fix", "not given", 'a rule, or the object floats away: "z < 10%"')
+    check_said(wanted)
+    progress("tetrahedra", 0.0)
     tets = _affordable(wanted, period)
-    held = held_by(wanted.fix, tets.vertices)
+    held = held_in(wanted, tets.vertices)
     name = wanted.path.stem[:40]
     return RubberSolid(tets, held, wanted.material, name, damping=damping)
 

@@ -18,6 +18,8 @@ import numpy.typing as npt
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.objects.hold_mesh import held_within
+from cohaptic_server.objects.object_file import ObjectFile
 
 GRAMMAR = 'like "z < 10%", "z < 10% or z > 90%", "x >= 2cm and y < 0.01m"'
 
@@ -26,6 +28,32 @@ _CONDITION = re.compile(
     re.IGNORECASE,
 )
 _UNITS = {"m": 1.0, "": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+def held_in(wanted: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
+    """Which places of an object are held, shape (n,).
+
+    Args:
+        wanted: The object, with its rule or its second surface.
+        x: Vertices that reach to the ends of the object, shape (n, 3) [m].
+
+    Raises:
+        SettingError: Nothing is said, or nothing or everything would be held.
+        BodyError: The second surface cannot be read, or is not closed.
+    """
+    check_said(wanted)
+    if wanted.fix_mesh is None:
+        return held_by(wanted.fix, x)
+    return held_within(wanted.fix_mesh, wanted.scale, x)
+
+
+def check_said(wanted: ObjectFile) -> None:
+    """Refuse an object of which nothing is held, or twice, before anything of it is read."""
+    if wanted.fix_mesh is None and not wanted.fix.strip():
+        what = 'a rule, or the object floats away: "z < 10%"'
+        raise SettingError("--fix", "not given", what)
+    if wanted.fix_mesh is not None and wanted.fix.strip():
+        raise SettingError("--fix-mesh", str(wanted.fix_mesh), "given without --fix")
 
 
 def held_by(rule: str, x: Floats) -> npt.NDArray[np.bool_]:

@@ -11,7 +11,8 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
-from cohaptic_server.objects.fill import fill
+from cohaptic_server.objects.fill import ENVELOPE, fill
+from cohaptic_server.objects.simplify import count_triangles, simplified
 from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards
 from cohaptic_server.objects.surface_file import SURFACES, read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
@@ -20,6 +21,8 @@ KINDS = SURFACES + VOLUMES
 SMALLEST, LARGEST = 0.005, 5.0  # m; the longest side of the box around an object
 MAX_TRIANGLES = 300_000
 MAX_FACTOR = 6e9  # bytes
+_FILLING = 1e-3  # s for each triangle of a surface, about
+_LOST = 0.2  # of the volume that may be missing from the tetrahedra
 # Factor of blocks, measured (docs/decisions/0013): bytes for so many tetrahedra of either order.
 _MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
 
@@ -35,6 +38,8 @@ class ObjectFile:
         edge: Length of an edge of a tetrahedron wanted, as a share of the diagonal of the box.
         repair: Whether an open or tangled surface is closed and untangled as fTetWild sees fit.
         material: What it is made of.
+        fix_mesh: Closed surface, of the same scale; what lies in it is held.
+        simplify: Triangles that the surface is brought down to first; 0 leaves it as it is.
     """
 
     path: Path
@@ -43,12 +48,16 @@ class ObjectFile:
     edge: float = 0.05
     repair: bool = False
     material: SolidSettings = field(default_factory=SolidSettings)
+    fix_mesh: Path | None = None
+    simplify: int = 0
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
             raise SettingError("--scale", self.scale, "from 1e-9 to 1e9 metres in a unit")
         if not 0.005 <= self.edge <= 0.5:
             raise SettingError("--edge", self.edge, "from 0.005 to 0.5 of the object's diagonal")
+        if self.simplify != 0 and not 100 <= self.simplify <= MAX_TRIANGLES:
+            raise SettingError("--simplify", self.simplify, f"0, or from 100 to {MAX_TRIANGLES:,}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +67,14 @@ class Prepared:
     Args:
         tets: The object [m].
         surface: What was found of its surface; None for a volume mesh.
+        triangles: Of the surface in the file.
+        simplified: Triangles that were left of them; 0 if all were.
     """
 
     tets: TetMesh
     surface: SurfaceReport | None
+    triangles: int = 0
+    simplified: int = 0
 
 
 def prepare(wanted: ObjectFile) -> Prepared:
@@ -85,19 +98,22 @@ def prepare(wanted: ObjectFile) -> Prepared:
         _check_cost(path, len(cells), wanted.material.order, "")
         _check_size(path, x[np.unique(cells)] * wanted.scale, wanted.scale)
         return Prepared(_named(path, x * wanted.scale, cells), None)
+    if not wanted.simplify:
+        _check_count(path, count_triangles(path))  # before minutes go into reading millions
     x, faces = read_surface(path)
-    if len(faces) > MAX_TRIANGLES:
-        raise BodyError(
-            f"{path}: {len(faces):,} triangles; the limit is {MAX_TRIANGLES:,}. Simplify it first:"
-            f" an object for touching needs a few tens of thousands"
-        )
+    count, left = len(faces), 0
     _check_size(path, x * wanted.scale, wanted.scale)
+    if wanted.simplify and count > wanted.simplify:
+        x, faces = simplified(x, faces, wanted.simplify)
+        left = len(faces)
+    _check_count(path, len(faces))
     report = examine(x, faces)
     _check_surface(path, report, wanted.repair)
     tets = fill(x * wanted.scale, facing_outwards(x, faces), wanted.edge)
+    _check_kept(path, tets, report, wanted)
     larger = f"a larger --edge than {wanted.edge:g}"
     _check_cost(path, len(tets.tets), wanted.material.order, larger)
-    return Prepared(tets, report)
+    return Prepared(tets, report, count, left)
 
 
 def factor_bytes(tets: int, order: int) -> float:
@@ -116,6 +132,29 @@ def _check_cost(path: Path, tets: int, order: int, advice: str) -> None:
     raise BodyError(
         f"{path}: {tets:,} tetrahedra of order {order} need about {needed / 1e9:.3g} GB; the limit"
         f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}"
+    )
+
+
+def _check_count(path: Path, count: int) -> None:
+    if count <= MAX_TRIANGLES:
+        return
+    hours = count * _FILLING / 3600.0
+    raise BodyError(
+        f"{path}: {count:,} triangles; the limit is {MAX_TRIANGLES:,}, and filling so many would"
+        f" take about {hours:.2g} hours. Let them be simplified with --simplify 20000: an object"
+        " for touching needs a few tens of thousands"
+    )
+
+
+def _check_kept(path: Path, tets: TetMesh, report: SurfaceReport, wanted: ObjectFile) -> None:
+    """Refuse tetrahedra that have lost a part of what was to be filled."""
+    was = abs(report.volume) * wanted.scale**3
+    if wanted.repair or tets.volume >= (1.0 - _LOST) * was:
+        return
+    raise BodyError(
+        f"{path}: the tetrahedra have {tets.volume / was:.0%} of the volume that the surface"
+        f" encloses: parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost. Thicken"
+        " them, or take what there is with --repair"
     )
 
 

@@ -1,93 +1,94 @@
-"""Tetrahedra of objects kept on disk, so that the second start is quick.
+"""What was made of a file, kept on disk: its tetrahedra, and what makes a solid of them.
 
-The key is the content: the bytes of the file and everything that decides what they become. A stored
-object that cannot be read is made anew. Nothing is read from it but arrays of numbers.
+Two keys, both of content: the bytes of the file and everything that decides which tetrahedra they
+become; the tetrahedra, what of them is held, and the material.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
-import sys
-import tempfile
-import zipfile
-import zlib
 from dataclasses import astuple
-from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic.errors import BodyError
+from cohaptic_server.bodies.coarse_twin import CoarseTwin
+from cohaptic_server.bodies.multifrontal import Factor
+from cohaptic_server.bodies.solid_parts import Progress, SolidParts, make_parts
+from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.objects.cache import damaged, fetch, keep, place
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
 from cohaptic_server.objects.surface_checks import SurfaceReport
 
-_FORM = 2  # raised when what is stored, or how it is made, changes
-
-
-def folder() -> Path:
-    """Where this system keeps what can be made anew; COHAPTIC_CACHE chooses another place."""
-    chosen = os.environ.get("COHAPTIC_CACHE")
-    if chosen:
-        return Path(chosen)
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local")
-    elif sys.platform == "darwin":
-        base = home / "Library/Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "cohaptic"
-
-
-def place(wanted: ObjectFile) -> Path:
-    """File of a stored object; the file that it comes from must be there."""
-    words = (_FORM, wanted.path.suffix.lower(), wanted.scale, wanted.edge, wanted.repair)
-    key = hashlib.sha256(repr(words).encode() + wanted.path.read_bytes()).hexdigest()
-    return folder() / f"{key[:32]}.npz"
+_FORM = 3  # raised when what is stored, or how it is made, changes
 
 
 def prepared(wanted: ObjectFile) -> Prepared:
-    """From the store, or made and stored; raises as `object_file.prepare`."""
+    """Tetrahedra from the store, or made and stored; raises as `object_file.prepare`."""
     if not wanted.path.is_file():
         return prepare(wanted)  # which says what is wrong
-    where = place(wanted)
-    found = _read(where)
-    if found is None:
-        found = prepare(wanted)
-        _write(where, found)
+    shape = (wanted.scale, wanted.edge, wanted.repair, wanted.simplify)
+    words = (_FORM, wanted.path.suffix.lower(), *shape)
+    where = place(repr(words).encode(), wanted.path.read_bytes())
+    arrays = fetch(where, f"tetrahedra of {wanted.path.name}", mapped=False)
+    if arrays is not None:
+        try:
+            tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
+            triangles, left = arrays["triangles"].tolist()
+            return Prepared(tets, _report(arrays["report"].tolist()), triangles, left)
+        except (KeyError, TypeError, ValueError, BodyError) as error:
+            damaged(f"tetrahedra of {wanted.path.name}", error)
+    found = prepare(wanted)
+    report = () if found.surface is None else astuple(found.surface)
+    keep(
+        where,
+        f"tetrahedra of {wanted.path.name}",
+        {
+            "vertices": found.tets.vertices,
+            "tets": found.tets.tets,
+            "report": np.array(report, dtype=np.float64),
+            "triangles": np.array([found.triangles, found.simplified], dtype=np.int64),
+        },
+    )
     return found
 
 
-def _read(where: Path) -> Prepared | None:
-    try:
-        # Opened here: numpy leaves a damaged file open.
-        with where.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            tets = TetMesh.checked(
-                np.asarray(data["vertices"], dtype=np.float64),
-                np.asarray(data["tets"], dtype=np.int64),
-            )
-            report = data["report"].tolist()
-    except (OSError, ValueError, KeyError, EOFError, BodyError, zipfile.BadZipFile, zlib.error):
-        return None  # not there, or damaged
-    if len(report) != 6:
-        return Prepared(tets, None)
-    counts = (int(value) for value in report[:4])
-    return Prepared(tets, SurfaceReport(*counts, *report[4:]))
+def _report(values: list[float]) -> SurfaceReport | None:
+    if not values:
+        return None
+    counts = (int(value) for value in values[:4])
+    return SurfaceReport(*counts, *values[4:])
 
 
-def _write(where: Path, what: Prepared) -> None:
-    """At once or not at all; a store that cannot be written costs time, and nothing else."""
-    report = () if what.surface is None else astuple(what.surface)
-    try:
-        where.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=where.parent, suffix=".part", delete=False) as file:
-            np.savez(
-                file,
-                vertices=what.tets.vertices,
-                tets=what.tets.tets,
-                report=np.array(report, dtype=np.float64),
+def parts_of(
+    tets: TetMesh, held: npt.NDArray[np.bool_], settings: SolidSettings, progress: Progress
+) -> SolidParts:
+    """Factor and twin from the store, mapped and not read, or made and stored."""
+    material = (_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
+    where = place(
+        repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), held.tobytes()
+    )
+    arrays = fetch(where, "factor")
+    if arrays is not None:
+        try:
+            return SolidParts(
+                Factor.from_arrays(_under("factor/", arrays)),
+                CoarseTwin.from_arrays(_under("twin/", arrays)),
             )
-        os.replace(file.name, where)
-    except OSError:
-        return
+        except (KeyError, ValueError, IndexError, BodyError) as error:
+            damaged("factor", error)
+    parts = make_parts(tets, held, settings, progress)
+    progress("storing", 0.0)
+    whole = _over("factor/", parts.factor.to_arrays()) | _over("twin/", parts.twin.to_arrays())
+    keep(where, "factor", whole)
+    return parts
+
+
+def _over(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    return {prefix + name: array for name, array in arrays.items()}
+
+
+def _under(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}

@@ -58,7 +58,7 @@ def examine(x: Floats, faces: Ints) -> SurfaceReport:
         faces: Shape (m, 3).
     """
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
+    counts = edge_counts(faces)
     graph = sp.coo_array(
         (np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(len(x), len(x))
     )
@@ -72,6 +72,14 @@ def examine(x: Floats, faces: Ints) -> SurfaceReport:
         volume=volume(centred, faces),
         size=float(np.ptp(x, axis=0).max()),
     )
+
+
+def edge_counts(faces: Ints) -> Ints:
+    """How many triangles each edge has, shape (edges,); two in a closed surface."""
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    # One number for an edge: sorting rows takes twenty times as long.
+    _, counts = np.unique(edges[:, 0] * (faces.max() + 1) + edges[:, 1], return_counts=True)
+    return np.asarray(counts, dtype=np.int64)
 
 
 def facing_outwards(x: Floats, faces: Ints) -> Ints:

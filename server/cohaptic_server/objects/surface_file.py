@@ -59,9 +59,20 @@ def merged(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """
     size = float(np.ptp(x, axis=0).max()) or 1.0
     key = np.round(x / (1e-8 * size)).astype(np.int64)
-    _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    first, which = _places(key)
     faces = which.reshape(-1)[faces]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
     used, renamed = np.unique(faces, return_inverse=True)
     return x[first][used], np.asarray(renamed.reshape(-1, 3), dtype=np.int64)
+
+
+def _places(key: Ints) -> tuple[Ints, Ints]:
+    """First row of each place, shape (k,), and the place of each row, shape (n,)."""
+    odd = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+    # One number for a row: sorting rows takes twenty times as long, a minute for millions.
+    mixed = (key.astype(np.uint64) * odd).sum(axis=1, dtype=np.uint64)
+    _, first, which = np.unique(mixed, return_index=True, return_inverse=True)
+    if (key[first][which] != key).any():  # two places with one number
+        _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first), np.asarray(which).reshape(-1)

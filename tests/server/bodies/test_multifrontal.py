@@ -1,6 +1,6 @@
-"""The factor against a general sparse solver, and what its short cuts keep."""
-
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,89 +9,76 @@ import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.elements import stiffness
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.multifrontal import Factor
-from cohaptic_server.bodies.tetrahedra import boundary
+from cohaptic_server.bodies.solid_parts import stiffness_of
+from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
+from cohaptic_server.objects.arrays import load_arrays, save_arrays
 
-
-class Block:
-    """A block that stands on its foot, with what is inside and what is not."""
-
-    def __init__(self) -> None:
-        mesh = block((0.1, 0.06, 0.05), (10, 7, 6))
-        free = np.flatnonzero(mesh.vertices[:, 2] > 1e-9)
-        place = np.full(len(mesh.vertices), -1)
-        place[free] = np.arange(len(free))
-        dof = (3 * free[:, None] + np.arange(3)).ravel()
-        K = stiffness(mesh, mesh.tets, len(mesh.vertices), 1e4, 0.4)
-        self.matrix = sp.csr_array(K[dof][:, dof])
-        self.points = mesh.vertices[free]
-        surface = place[np.unique(boundary(mesh.tets))]
-        self.wanted = np.zeros(len(free), dtype=np.bool_)
-        self.wanted[surface[surface >= 0]] = True
-        self.surface: Ints = np.flatnonzero(self.wanted)
-        self.factor = Factor(self.matrix, self.points, self.wanted)
+Problem = tuple[sp.csr_array, Floats]
 
 
 @pytest.fixture(scope="module")
-def case() -> Block:
-    return Block()
+def problem() -> Problem:
+    """Stiffness and places of the free nodes of a block of several fronts."""
+    mesh, settings = block((0.1, 0.1, 0.1), (7, 7, 7)), SolidSettings(order=1)
+    shape = shape_of(mesh, mesh.vertices[:, 2] <= 0.0, settings)
+    free = np.flatnonzero(~shape.held)
+    dof = (3 * free[:, None] + np.arange(3)).ravel()
+    return sp.csr_array(stiffness_of(shape, settings)[dof][:, dof]), shape.nodes[free]
 
 
-def pushes(case: Block, count: int) -> tuple[Ints, Floats]:
-    random = np.random.default_rng(5)
-    nodes = random.choice(case.surface, count, replace=False)
-    return nodes, random.standard_normal((3 * count, 4))
+def outside(points: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    return np.asarray((np.abs(points[:, :2]).max(axis=1) > 0.049) | (points[:, 2] > 0.099))
 
 
-def rows(nodes: Ints) -> Ints:
-    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())
+def test_it_solves_what_a_general_solver_solves(problem: Problem) -> None:
+    matrix, points = problem
+    forces = np.random.default_rng(0).normal(size=(matrix.shape[0], 2))
+    whole = Factor(matrix, points, np.ones(len(points), dtype=np.bool_))
+    x = whole.solve(np.arange(len(points)), forces)
+    exact = scipy.sparse.linalg.spsolve(matrix.tocsc(), forces)
+    assert np.abs(x - exact).max() < 1e-10 * np.abs(exact).max()
 
 
-def exact(case: Block, nodes: Ints, forces: Floats) -> Floats:
-    f = np.zeros((case.matrix.shape[0], forces.shape[1]))
-    f[rows(nodes)] = forces
-    return np.asarray(scipy.sparse.linalg.spsolve(case.matrix.tocsc(), f))
+def test_the_stored_factor_solves_to_the_same_bits(problem: Problem, tmp_path: Path) -> None:
+    matrix, points = problem
+    wanted = outside(points)
+    made = Factor(matrix, points, wanted)
+    save_arrays(tmp_path / "factor", made.to_arrays())
+    read = Factor.from_arrays(load_arrays(tmp_path / "factor"))
+    assert (read.size, read.bytes) == (made.size, made.bytes)
+    nodes = np.flatnonzero(wanted)[::7]
+    forces = np.random.default_rng(1).normal(size=(3 * len(nodes), 3))
+    assert np.array_equal(read.solve(nodes, forces), made.solve(nodes, forces))
+    narrow = read.single().solve(nodes, forces, nodes[:2])
+    assert np.array_equal(narrow, made.single().solve(nodes, forces, nodes[:2]))
 
 
-def test_it_solves_what_a_general_solver_solves(case: Block) -> None:
-    nodes, forces = pushes(case, 9)
-    u, true = case.factor.solve(nodes, forces), exact(case, nodes, forces)
-    wanted = rows(case.surface)
-    assert np.abs(u[wanted] - true[wanted]).max() < 1e-11 * np.abs(true).max()
+@pytest.mark.parametrize("damage", ["lower", "carry", "parent", "own", "front_of", "gone"])
+def test_arrays_that_do_not_fit_together_are_no_factor(problem: Problem, damage: str) -> None:
+    matrix, points = problem
+    arrays = Factor(matrix, points, outside(points)).to_arrays()
+    last = max(int(name[5:]) for name in arrays if name.startswith("lower"))
+    if damage in ("lower", "carry"):
+        arrays[f"{damage}{last}"] = arrays[f"{damage}{last}"][:-1, :-1]
+    elif damage == "parent":
+        arrays["fronts"] = arrays["fronts"].copy()
+        arrays["fronts"][1, 2] = 0
+    elif damage == "gone":
+        del arrays["own"]
+    else:
+        arrays[damage] = arrays[damage] + 10 * len(points)
+    if damage == "carry":  # the root has none
+        arrays["fronts"] = arrays["fronts"].copy()
+        arrays["fronts"][last, 1] += 1
+    with pytest.raises(BodyError, match="this is no factor"):
+        Factor.from_arrays(arrays)
 
 
-def test_the_compliance_of_the_surface_is_symmetric(case: Block) -> None:
-    nodes, _ = pushes(case, 12)
-    C = case.factor.solve(nodes, np.eye(36))[rows(nodes)]
-    assert np.abs(C - C.T).max() < 1e-12 * np.abs(C).max()
-
-
-def test_a_few_rows_are_those_of_the_whole_solve(case: Block) -> None:
-    nodes, forces = pushes(case, 3)
-    near = case.surface[
-        np.linalg.norm(case.points[case.surface] - case.points[nodes[0]], axis=1) < 0.02
-    ]
-    whole, few = case.factor.solve(nodes, forces), case.factor.solve(nodes, forces, near)
-    np.testing.assert_array_equal(few[rows(near)], whole[rows(near)])
-
-
-def test_single_precision_is_half_the_memory_and_nearly_the_same(case: Block) -> None:
-    nodes, forces = pushes(case, 5)
-    single, wanted = case.factor.single(), rows(case.surface)
-    assert 2 * single.bytes == case.factor.bytes
-    u, true = single.solve(nodes, forces)[wanted], case.factor.solve(nodes, forces)[wanted]
-    assert u.dtype == np.float32
-    assert 0.0 < np.abs(u - true).max() < 1e-5 * np.abs(true).max()
-
-
-def test_what_is_inside_is_not_kept(case: Block) -> None:
-    everything = Factor(case.matrix, case.points, np.ones(len(case.points), dtype=np.bool_))
-    assert case.factor.bytes < 0.9 * everything.bytes
-
-
-def test_an_object_that_can_move_is_refused(case: Block) -> None:
-    loose = sp.csr_array(case.matrix - 1e6 * sp.eye_array(case.matrix.shape[0]))
-    with pytest.raises(BodyError, match="can move"):
-        Factor(loose, case.points, case.wanted)
+def test_progress_rises_to_the_whole(problem: Problem) -> None:
+    matrix, points = problem
+    told: list[float] = []
+    Factor(matrix, points, outside(points), told.append)
+    assert told == sorted(told)
+    assert (told[0] < 0.1, told[-1]) == (True, 1.0)

@@ -18,6 +18,13 @@ from cohaptic_server.demo.cli import sparkline
     [
         (["--users", "1"], "number of users is 1; it must be from 2 to 16"),
         (["--duration", "0.5"], "duration is 0.5 s; it must be from 2 s to a day"),
+        (["--body", "nothing.stl"], "nothing.stl: there is no such file"),
+        (["--body", "pudding"], "body is 'pudding'; it must be one of: balloon, spring, or a file"),
+        (
+            ["--body", "spring"],
+            "body of the demonstration is 'spring'; it must be balloon or a file",
+        ),
+        (["--young", "1000"], "body is 'balloon'; it must be a file, for options that describe"),
         (["--json", "no/such/folder/out.json"], "there is no folder"),
     ],
 )

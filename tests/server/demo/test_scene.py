@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
+from cohaptic.hands import Place
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.demo.scene import MEASURE, PRESS_DEPTH, REST_DEPTH, Scene, truth
+from cohaptic_server.demo.scene import MEASURE, PRESS_DEPTH, Scene, truth
 
 users = st.integers(2, 16)
 
@@ -37,7 +38,7 @@ def test_right_is_opposite_left_or_as_near_to_it_as_an_odd_crowd_lets_it(n: int)
 def test_the_first_hand_presses_and_the_others_rest() -> None:
     scene = Scene(3)
     scripts = [scene.script(user) for user in range(3)]
-    assert [s.depth for s in scripts] == [PRESS_DEPTH, REST_DEPTH, REST_DEPTH]
+    assert [s.depth for s in scripts] == [PRESS_DEPTH, 0.5 * PRESS_DEPTH, 0.5 * PRESS_DEPTH]
     assert [s.rhythm for s in scripts] == [scene.rhythm, None, None]
     assert tuple(s.angle for s in scripts) == scene.angles
 
@@ -75,3 +76,16 @@ def test_the_truth_of_a_press_is_felt_by_everybody(balloon: Balloon) -> None:
     assert released.felt_from_others[1] == pytest.approx(0.0, abs=1e-4)
     assert (pressed.felt_from_others > 0.3).all()
     assert pressed.force[1] > released.force[1] + 0.3
+
+
+def test_hands_with_places_stand_there(balloon: Balloon) -> None:
+    places = (
+        Place((0.0, 0.1, 0.0), (0.0, -1.0, 0.0)),
+        Place((0.0, -0.1, 0.0), (0.0, 1.0, 0.0)),
+    )
+    scene = Scene(2, places=places, depth=0.016)
+    scripts = [scene.script(user) for user in range(2)]
+    assert [s.place for s in scripts] == list(places)
+    assert [s.depth for s in scripts] == [0.016, 0.008]
+    pressed = truth(scene, balloon, pressed=True)
+    assert pressed.tip[0, 1] > 0.05 > -0.05 > pressed.tip[1, 1]

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,21 @@ def test_half_the_force_is_half_off(
     assert result.users[1].force_error == pytest.approx(0.5, abs=1e-6)
     assert 0.5 > GOOD_ERROR
     assert "at most 50.0% from the truth" in verdict(result)
+
+
+def test_a_force_that_nobody_feels_is_not_far_off(
+    recordings: list[Recording], tmp_path: Path, small_balloon: Balloon
+) -> None:
+    """Of a thousandth of a newton half is nothing."""
+    weak = replace(SCENE, depth=1e-5)
+    paths = [save(copy(recording), tmp_path) for recording in recordings]
+    result = evaluate(weak, small_balloon, paths, STATUSES, {})
+    for user, told in zip(result.users, recordings, strict=True):
+        assert abs(user.truth_from_others_n) < 0.05
+        felt = user.felt_from_others_n
+        assert felt is not None
+        assert told.name == user.name
+        assert user.force_error == pytest.approx(abs(felt - user.truth_from_others_n) / 0.05)
 
 
 def test_a_force_that_swings_is_told_as_unstable(

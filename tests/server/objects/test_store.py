@@ -2,29 +2,48 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from cohaptic.errors import BodyError
+from cohaptic_server.bodies import solid_parts
 from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_parts import Progress, SolidParts
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects import store
+from cohaptic_server.objects.arrays import save_arrays
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.surface_checks import SurfaceReport
 
+Flags = npt.NDArray[np.bool_]
+SETTINGS = SolidSettings(order=1)
 REPORT = SurfaceReport(1, 2, 3, 1, 0.5, 0.25)
+BLOCK = block((0.1, 0.1, 0.1), (2, 2, 2))
+FOOT = BLOCK.vertices[:, 2] <= 0.0
 
 
 @pytest.fixture
 def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[ObjectFile]:
-    """What was made and not read, with a stand-in for the slow part."""
+    """What was made and not read, with a stand-in for filling a surface."""
     calls: list[ObjectFile] = []
 
     def prepare(wanted: ObjectFile) -> Prepared:
         calls.append(wanted)
-        return Prepared(block((0.1, 0.1, 0.1), (2, 2, 2)), REPORT)
+        return Prepared(BLOCK, REPORT, 96, 80)
+
+    def make_parts(
+        tets: TetMesh, held: Flags, settings: SolidSettings, progress: Progress
+    ) -> SolidParts:
+        calls.append(ObjectFile(Path()))
+        return solid_parts.make_parts(tets, held, settings, progress)
 
     monkeypatch.setattr(store, "prepare", prepare)
+    monkeypatch.setattr(store, "make_parts", make_parts)
     monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
     return calls
 
@@ -36,7 +55,7 @@ def test_the_second_time_it_is_read(made: list[ObjectFile], tmp_path: Path) -> N
     assert len(made) == 1
     assert np.array_equal(first.tets.vertices, second.tets.vertices)
     assert np.array_equal(first.tets.tets, second.tets.tets)
-    assert second.surface == REPORT
+    assert (second.surface, second.triangles, second.simplified) == (REPORT, 96, 80)
     moved = tmp_path / "b.stl"
     moved.write_bytes(b"one")
     store.prepared(replace(wanted, path=moved))
@@ -52,9 +71,10 @@ def test_other_content_or_other_wishes_are_made_anew(
     store.prepared(replace(wanted, scale=0.5))
     store.prepared(replace(wanted, edge=0.1))
     store.prepared(replace(wanted, repair=True))
+    store.prepared(replace(wanted, simplify=500))
     wanted.path.write_bytes(b"two")
     store.prepared(wanted)
-    assert len(made) == 5
+    assert len(made) == 6
 
 
 @pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 nonsense", b"\x80\x04pickle"])
@@ -64,7 +84,8 @@ def test_a_damaged_store_is_made_anew(
     wanted = ObjectFile(tmp_path / "a.stl")
     wanted.path.write_bytes(b"one")
     store.prepared(wanted)
-    store.place(wanted).write_bytes(damage)
+    (where,) = (tmp_path / "store").iterdir()
+    where.write_bytes(damage)
     store.prepared(wanted)
     store.prepared(wanted)
     assert len(made) == 2
@@ -84,3 +105,55 @@ def test_a_store_that_cannot_be_written_changes_nothing(
 def test_a_missing_file_is_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(BodyError, match="there is no such file"):
         store.prepared(ObjectFile(tmp_path / "a.stl"))
+
+
+def quietly(phase: str, share: float) -> None:
+    del phase, share
+
+
+def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
+    phases: list[str] = []
+    first = store.parts_of(BLOCK, FOOT, SETTINGS, lambda phase, share: phases.append(phase))
+    assert list(dict.fromkeys(phases)) == ["factoring", "pressing", "storing"]
+    second = store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    assert len(made) == 1
+    tables = [Solid(BLOCK, FOOT, SETTINGS, parts=p).vertex_compliance() for p in (first, second)]
+    columns = [
+        Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(np.arange(20, 24))
+        for p in (first, second)
+    ]
+    assert np.array_equal(tables[0], tables[1])
+    for one, other in zip(*columns, strict=True):
+        assert np.array_equal(one.values, other.values)
+
+
+@pytest.mark.parametrize(
+    "change", [{"young": 1e4}, {"nu": 0.3}, {"order": 2}, {"contact_radius": 0.03}]
+)
+def test_another_material_is_made_anew(made: list[ObjectFile], change: dict[str, Any]) -> None:
+    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    store.parts_of(BLOCK, FOOT, replace(SETTINGS, **change), quietly)
+    assert len(made) == 2
+    store.parts_of(BLOCK, FOOT, replace(SETTINGS, cache=2**21), quietly)
+    assert len(made) == 2  # memory for columns has no part in it
+
+
+def test_another_hold_or_place_is_made_anew(made: list[ObjectFile]) -> None:
+    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    store.parts_of(BLOCK, BLOCK.vertices[:, 2] >= 0.1, SETTINGS, quietly)
+    store.parts_of(TetMesh(2.0 * BLOCK.vertices, BLOCK.tets), FOOT, SETTINGS, quietly)
+    assert len(made) == 3
+
+
+def test_parts_of_another_form_are_made_anew_with_a_word(
+    made: list[ObjectFile], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A whole file, but of something else."""
+    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    (where,) = (tmp_path / "store").iterdir()
+    save_arrays(where, {"twin/places": np.arange(3)})
+    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    assert len(made) == 2
+    assert "the stored factor cannot be used and is made anew" in caplog.text
+    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    assert len(made) == 2

@@ -1,0 +1,121 @@
+"""`cohaptic body`: prepare an object from a file, and look at it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.objects.build import build
+from cohaptic_server.objects.cache import folder
+from cohaptic_server.objects.inspection import Inspection
+from cohaptic_server.objects.inspection import inspect as look
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.picture import draw
+from cohaptic_server.progress_bar import progress_bar
+from cohaptic_server.solid_options import (
+    SOLID,
+    ContactRadius,
+    Edge,
+    Fix,
+    FixMesh,
+    Order,
+    Poisson,
+    Repair,
+    Scale,
+    Simplify,
+    Young,
+)
+
+body = typer.Typer(
+    help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
+)
+
+File = Annotated[Path, typer.Argument(help="The mesh, as `cohaptic serve --body` takes it.")]
+
+
+@body.command()
+def prepare(
+    file: File,
+    young: Young = SOLID.young,
+    poisson: Poisson = SOLID.nu,
+    fix: Fix = "",
+    fix_mesh: FixMesh = None,
+    scale: Scale = 1.0,
+    edge: Edge = 0.05,
+    order: Order = SOLID.order,
+    contact_radius: ContactRadius = 0.0,
+    repair: Repair = False,
+    simplify: Simplify = 0,
+) -> None:
+    """Do the long part once; `cohaptic serve --body FILE` with the same options then starts soon.
+
+    It is kept under the content of the file and of the options, in the cache of this system or
+    the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).
+    """
+    material = SolidSettings(young, poisson, contact_radius, order)
+    wanted = ObjectFile(file, fix, scale, edge, repair, material, fix_mesh, simplify)
+    clock = SystemClock()
+    begun = clock.now()
+    with progress_bar(f"preparing {file.name}") as progress:
+        solid = build(wanted, progress).solid
+    print(
+        f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
+        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {folder()} after"
+        f" {clock.now() - begun:.1f} s"
+    )
+
+
+@body.command()
+def inspect(
+    file: File,
+    young: Young = SOLID.young,
+    poisson: Poisson = SOLID.nu,
+    fix: Fix = "",
+    fix_mesh: FixMesh = None,
+    scale: Scale = 1.0,
+    edge: Edge = 0.05,
+    order: Order = SOLID.order,
+    contact_radius: ContactRadius = 0.0,
+    repair: Repair = False,
+    simplify: Simplify = 0,
+    density: Annotated[float, typer.Option(help="Of the object, in kg/m3.")] = 1000.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Draw how stiff it is where to this PNG.")
+    ] = None,
+) -> None:
+    """Say what a file became: mesh, mass, stiffness, what it costs, what was repaired."""
+    if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
+        raise SettingError("--out", out, "a .png in a folder that exists")
+    material = SolidSettings(young, poisson, contact_radius, order)
+    wanted = ObjectFile(file, fix, scale, edge, repair, material, fix_mesh, simplify)
+    with progress_bar(f"inspecting {file.name}") as progress:
+        found = look(wanted, build(wanted, progress), SystemClock(), density, progress)
+        if out is not None:
+            progress("picture", 0.0)
+            _draw(out, wanted, found)
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    for heading, sentence in found.lines(wanted):
+        table.add_row(heading, sentence)
+    console = Console(highlight=False)
+    console.print(table)
+    if out is not None:
+        console.print(f"written to {out}")
+
+
+def _draw(out: Path, wanted: ObjectFile, found: Inspection) -> None:
+    held = ~np.isfinite(found.stiffness)
+    m = wanted.material
+    notes = (
+        f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; contact of"
+        f" {1e3 * found.solid.contact_radius:.1f} mm; held: {wanted.fix or wanted.fix_mesh}"
+    )
+    draw(out, found.solid.mesh, found.stiffness, held, title=wanted.path.name, notes=notes)

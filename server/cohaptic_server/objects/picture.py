@@ -1,0 +1,181 @@
+"""A picture of how stiff an object is where: four views, coloured by K_o, what is held in grey."""
+
+# pyright: reportUnknownMemberType=false, reportMissingTypeStubs=false
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LogNorm
+    from matplotlib.figure import Figure
+
+# Azimuth and elevation of the eye [degrees]: three sides and, where most objects are held, below.
+_VIEWS = (
+    ("front", -65.0, 22.0),
+    ("back", 115.0, 22.0),
+    ("above", -90.0, 88.0),
+    ("below", -90.0, -62.0),
+)
+_LIGHT = np.array([-0.45, 0.65, 0.62])  # right, up, towards the eye
+_HELD = (0.80, 0.80, 0.79)
+_INK, _DIM = "#1F2937", "#6B7280"
+_FINE = 40_000  # triangles drawn; a coarse surface is cut finer, so that its shades are smooth
+_ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colours
+
+
+def draw(
+    path: Path,
+    mesh: SurfaceMesh,
+    stiffness: Floats,
+    held: npt.NDArray[np.bool_],
+    *,
+    title: str,
+    notes: str,
+) -> None:
+    """Write the picture.
+
+    Args:
+        path: Of the PNG.
+        mesh: The surface.
+        stiffness: K_o at each vertex, shape (n,) [N/m].
+        held: Which vertices do not move, shape (n,).
+        title: Of the picture.
+        notes: A line under it.
+
+    Raises:
+        BodyError: matplotlib is not there, or the file cannot be written.
+    """
+    try:
+        from matplotlib import colormaps
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import LogNorm
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise BodyError(
+            f"{path}: a picture needs matplotlib; install it with: pip install 'cohaptic[objects]'"
+        ) from error
+    low, high = np.percentile(stiffness[~held], _ENDS)
+    norm = LogNorm(low, max(high, 1.05 * low), clip=True)
+    shares = np.asarray(norm(np.where(held, high, stiffness)), dtype=np.float64)
+    colors: Floats = np.array(colormaps["viridis"](shares), dtype=np.float64)[:, :3]
+    colors[held] = _HELD
+    x, faces, normals, colors = _finer(mesh, colors)
+    figure = Figure(figsize=(10.0, 7.4), facecolor="white")
+    size = 1.03 * float(np.linalg.norm(x - 0.5 * (x.min(axis=0) + x.max(axis=0)), axis=1).max())
+    for k, (name, azimuth, elevation) in enumerate(_VIEWS):
+        axes = figure.add_axes((0.01 + 0.43 * (k % 2), 0.465 - 0.415 * (k // 2), 0.42, 0.41))
+        _view(axes, x, faces, normals, colors, azimuth, elevation)
+        axes.set_xlim(-size, size)
+        axes.set_ylim(-0.72 * size, 0.72 * size)
+        axes.text(0.02, 0.96, name, transform=axes.transAxes, color=_DIM, fontsize=9, va="top")
+        if k == 2:
+            _bar_of_length(axes, size)
+    scale = figure.add_axes((0.895, 0.16, 0.018, 0.6))
+    bar = figure.colorbar(ScalarMappable(norm, "viridis"), cax=scale, extend="both")
+    _ticks(bar.ax, norm)
+    bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
+    scale.set_title("K$_o$ [N/m]", fontsize=10, color=_INK, pad=12, loc="left")
+    figure.add_artist(_swatch(figure))
+    figure.text(0.924, 0.085, "held", fontsize=9, color=_INK, va="center")
+    figure.text(0.03, 0.955, title, fontsize=14, color=_INK, weight="bold", va="center")
+    figure.text(0.03, 0.915, notes, fontsize=9, color=_DIM, va="center")
+    try:
+        figure.savefig(path, dpi=160)
+    except (OSError, ValueError) as error:
+        raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+
+
+def _swatch(figure: Figure) -> Artist:
+    """The grey of what is held, beside the bar of colours."""
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((0.895, 0.075), 0.018, 0.02, transform=figure.transFigure, color=_HELD)
+
+
+def _ticks(axes: Axes, norm: LogNorm) -> None:
+    """A few round numbers: the decades of a logarithm are too few."""
+    low, high = float(norm.vmin or 1.0), float(norm.vmax or 1.0)
+    rounds = [m * 10.0**e for e in range(-3, 10) for m in (1, 1.5, 2, 3, 4, 5, 7)]
+    inside = [r for r in rounds if low * 0.999 <= r <= high * 1.001] or [low, high]
+    axes.set_yticks(inside, [f"{r:g}" for r in inside], color=_INK, fontsize=9)
+    axes.set_yticks([], minor=True)
+    axes.tick_params(length=0)
+
+
+def _bar_of_length(axes: Axes, size: float) -> None:
+    """How long a piece of the object is."""
+    rounds = [m * 10.0**e for e in range(-4, 2) for m in (1, 2, 5)]
+    length = max(r for r in rounds if r <= 0.6 * size)
+    y = -0.66 * size
+    axes.plot(
+        [-0.95 * size, -0.95 * size + length], [y, y], color=_INK, lw=2, solid_capstyle="butt"
+    )
+    label = f"{1e3 * length:g} mm" if length < 1.0 else f"{length:g} m"
+    axes.text(-0.95 * size, y + 0.03 * size, label, fontsize=8, color=_INK, va="bottom")
+
+
+def _view(
+    axes: Axes,
+    x: Floats,
+    faces: Ints,
+    normals: Floats,
+    colors: Floats,
+    azimuth: float,
+    elevation: float,
+) -> None:
+    """Draw the triangles that face the eye, the nearest last, without perspective."""
+    from matplotlib.collections import TriMesh
+    from matplotlib.tri import Triangulation
+
+    a, e = np.radians([azimuth, elevation])
+    eye = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    frame = np.stack([right, np.cross(eye, right), eye])
+    seen = (x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T
+    n = normals @ frame.T
+    depth = seen[faces, 2].mean(axis=1)
+    # A little beyond the outline: a triangle there has corners on either side.
+    facing = np.flatnonzero((n[faces, 2] > -0.05).any(axis=1))
+    order = facing[np.argsort(depth[facing])]
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    diffuse = np.clip(n @ light, 0.0, 1.0)
+    half = light + np.array([0.0, 0.0, 1.0])
+    shine = np.clip(n @ (half / np.linalg.norm(half)), 0.0, 1.0) ** 40
+    rim = np.clip(n[:, 2], 0.0, 1.0) ** 0.5
+    shade = (0.55 + 0.5 * diffuse) * (0.78 + 0.22 * rim)
+    lit = np.clip(colors * shade[:, None] + 0.16 * shine[:, None], 0.0, 1.0)
+    picture = TriMesh(Triangulation(seen[:, 0], seen[:, 1], faces[order]))
+    colors_of: Any = picture.set_facecolor  # an array for its vertices; told as one for its faces
+    colors_of(np.column_stack([lit, np.ones(len(lit))]))
+    axes.add_collection(picture)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _finer(mesh: SurfaceMesh, colors: Floats) -> tuple[Floats, Ints, Floats, Floats]:
+    """The surface cut into fours until its colours and shades run smoothly."""
+    x, faces, n = mesh.vertices, mesh.faces, mesh.normals
+    while 4 * len(faces) <= _FINE:
+        pairs = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, which = np.unique(pairs, axis=0, return_inverse=True)
+        (a, b, c), (ab, bc, ca) = faces.T, (len(x) + which.reshape(-1, 3)).T
+        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
+        between = n[edges].sum(axis=1)
+        between /= np.linalg.norm(between, axis=1, keepdims=True)
+        x = np.concatenate([x, x[edges].mean(axis=1)])
+        n, colors = (
+            np.concatenate([n, between]),
+            np.concatenate([colors, colors[edges].mean(axis=1)]),
+        )
+    return x, faces, n, colors

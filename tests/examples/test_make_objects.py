@@ -1,0 +1,68 @@
+"""The files of `examples/` are what its generator makes, and objects that can be touched."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.objects.surface_checks import examine
+from cohaptic_server.objects.surface_file import read_surface
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SMALL = 300_000  # bytes
+
+
+@pytest.fixture(scope="module")
+def made() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_objects", EXAMPLES / "make_objects.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module", params=["torus.stl", "organ.ply"])
+def file(request: pytest.FixtureRequest) -> Path:
+    return EXAMPLES / str(request.param)
+
+
+def sorted_corners(x: Floats, faces: Ints) -> Floats:
+    """Corners of all triangles in an order of their own: files and tools keep no other."""
+    corners = x[faces].reshape(-1, 3).round(6)
+    return corners[np.lexsort(corners.T)]
+
+
+def test_the_file_is_what_the_generator_makes(file: Path, made: ModuleType) -> None:
+    x, faces = made.torus() if file.stem == "torus" else made.organ()
+    stored = sorted_corners(*read_surface(file))
+    assert stored == pytest.approx(sorted_corners(x, faces), abs=3e-6)  # 24 bits, and rounding
+    assert file.stat().st_size <= SMALL
+
+
+def test_it_is_an_object_that_stands_on_a_table(file: Path) -> None:
+    x, faces = read_surface(file)
+    report = examine(x, faces)
+    assert (report.problems(), report.pieces) == ([], 1)
+    assert report.volume > 0.0
+    assert x[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+    assert 0.15 < np.ptp(x, axis=0).max() < 0.25
+
+
+def test_the_torus_has_the_volume_of_one(made: ModuleType) -> None:
+    assert volume(*made.torus()) == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.02)
+
+
+def test_the_organ_is_hollow_below_and_smooth(made: ModuleType) -> None:
+    x, faces = made.organ()
+    low = x[x[:, 2] < 0.02]
+    assert np.ptp(low[:, 0]) < 0.8 * np.ptp(x[:, 0])  # the left lobe hangs over
+    corners = x[faces]
+    edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+    assert (edges.max(axis=1) / edges.min(axis=1)).max() < 3.0

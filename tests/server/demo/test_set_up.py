@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.cli import serve
+from cohaptic_server.demo.scene import Scene
+from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
+from cohaptic_server.objects.object_file import ObjectFile
+
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+
+def test_the_balloon_is_as_it_was() -> None:
+    scene = Scene()
+    body, placed, words = set_up(scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=False)
+    assert isinstance(body, Balloon)
+    assert (placed, words) == (scene, "")
+    rubber, _, _ = set_up(scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=True)
+    assert isinstance(rubber, RubberBalloon)
+
+
+def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+    mesh, path = block((0.06, 0.06, 0.14), (6, 6, 12)), tmp_path / "tower.vtk"
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    material = SolidSettings(order=1, contact_radius=0.012)
+    wanted = ObjectFile(path, "z < 5%", material=material)
+    _, scene, words = set_up(Scene(3), str(path), wanted, nonlinear=False)
+    assert len(scene.places) == 3
+    assert scene.depth < Scene().depth
+    assert words.startswith("left presses up to ")
+    assert words.count("C_ij/C_ii") == 2
+    for name in ("right is ", "user3 is "):
+        assert name in words
+
+
+FULL = ObjectFile(
+    Path("a.stl"),
+    scale=0.01,
+    edge=0.07,
+    repair=True,
+    material=SolidSettings(1e4, 0.3, 0.01, 1),
+    fix_mesh=Path("bone.stl"),
+    simplify=500,
+)
+
+
+def test_the_server_gets_every_option() -> None:
+    """What `serve` makes of them is the object that the demonstration compares with."""
+    got = parsed(serve_options("a.stl", FULL, nonlinear=True))
+    assert got["nonlinear"] is True
+    assert (got["body"], got["fix"]) == ("a.stl", "")
+    for field in fields(FULL):
+        if field.name not in ("path", "material"):
+            assert got[field.name] == getattr(FULL, field.name)
+    material = SolidSettings(
+        got["young"], got["poisson"], got["contact_radius"], got["order"], FULL.material.cache
+    )
+    assert material == FULL.material
+    ruled = replace(FULL, fix="z < 10%", fix_mesh=None, repair=False)
+    got = parsed(serve_options("a.stl", ruled, nonlinear=False))
+    assert (got["fix"], got["fix_mesh"], got["repair"]) == ("z < 10%", None, False)
+
+
+def parsed(arguments: list[str]) -> dict[str, Any]:
+    app = typer.Typer()
+    app.command()(serve)
+    command = typer.main.get_command(app)
+    with command.make_context("serve", list(arguments)) as context:
+        return dict(context.params)

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.objects.crossings import count_crossings
+from cohaptic_server.objects.surface_file import merged
+
+MAKE: Any = trimesh.creation
+Surface = tuple[Floats, Ints]
+
+
+def of(mesh: Any) -> Surface:
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+
+
+def box(cuts: int = 2) -> Surface:
+    mesh = MAKE.box()
+    for _ in range(cuts):
+        mesh = mesh.subdivide()
+    return of(mesh)
+
+
+def rounded(x: Floats, seed: int) -> Floats:
+    """Turned, moved and written in single precision, as a file has it."""
+    rng = np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return np.asarray((x @ turn + rng.normal(size=3)).astype(np.float32), dtype=np.float64)
+
+
+CLOSED: dict[str, Any] = {
+    "box": lambda: box(3),
+    "cylinder": lambda: of(MAKE.cylinder(0.5, 1.0, sections=64)),
+    "washer": lambda: of(MAKE.annulus(0.3, 0.5, 0.1, sections=48)),
+    "capsule": lambda: of(MAKE.capsule(1.0, 0.3)),
+    "sheet": lambda: of(MAKE.box((1.0, 1.0, 1e-3)).subdivide().subdivide()),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_closed_surfaces_with_flat_parts_are_left_alone(name: str) -> None:
+    x, faces = CLOSED[name]()
+    for seed in range(3):
+        assert count_crossings(*merged(rounded(x, seed), faces)) == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_wall_that_is_there_twice_is_found(seed: int) -> None:
+    """Two boxes side by side: their walls cover each other, corner to corner or not."""
+    x, faces = box()
+    both = np.concatenate([faces, faces + len(x)])
+    shifted = np.concatenate([x, x + np.array([1.0, 0.13, 0.07])])
+    assert count_crossings(rounded(shifted, seed), both) > 32
+    apart = np.concatenate([x, x + np.array([1.001, 0.13, 0.07])])
+    assert count_crossings(rounded(apart, seed), both) == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_triangle_folded_flat_on_its_neighbour_is_found(seed: int) -> None:
+    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, 0.8, 0.0]])
+    folded, flat = np.array([[0, 1, 2], [1, 0, 3]]), x * np.array([1.0, -1.0, 1.0])
+    assert count_crossings(rounded(x, seed), folded) == 2
+    unfolded = np.concatenate([x[:3], flat[3:]])
+    assert count_crossings(rounded(unfolded, seed), folded) == 0
+
+
+def test_triangles_in_one_plane_that_touch_do_not_cover() -> None:
+    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    for off in ([1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-0.5, -1.0, 0.0]):
+        x = np.concatenate([corner, corner + np.array(off)])
+        assert count_crossings(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 0
+    x = np.concatenate([corner, corner + np.array([0.3, 0.3, 0.0])])
+    assert count_crossings(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 2

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.objects.picture import draw
+
+MESH = SurfaceMesh(*icosphere(2, 0.05))
+HEIGHT = MESH.vertices[:, 2]
+HELD = HEIGHT < -0.03
+
+
+def test_a_picture_shows_soft_and_stiff_and_held(tmp_path: Path) -> None:
+    matplotlib = pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    stiffness = np.where(HELD, np.inf, 100.0 + 4000.0 * (HEIGHT + 0.03))
+    draw(tmp_path / "a.png", MESH, stiffness, HELD, title="ball", notes="held below")
+    image = np.asarray(matplotlib.image.imread(tmp_path / "a.png"))[:, :, :3]
+    assert image.shape[1] > 1200
+    red, green, blue = (image[..., k] for k in range(3))
+    wall = image[:, : int(0.85 * image.shape[1])]
+    grey = (np.ptp(wall, axis=2) < 0.02) & (wall[..., 0] > 0.3) & (wall[..., 0] < 0.9)
+    assert grey.mean() > 0.01
+    for shown in ((red > green + 0.02) & (blue > green + 0.05), (green > blue + 0.2)):
+        assert shown.mean() > 0.005  # violet is soft, green and yellow are stiff
+    assert (image > 0.99).all(axis=2).mean() > 0.3
+
+
+def test_without_matplotlib_it_is_said_how_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(BodyError, match=r"needs matplotlib; install it with: pip install"):
+        draw(tmp_path / "a.png", MESH, 1.0 + HEIGHT, HELD, title="", notes="")
+
+
+def test_a_picture_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    with pytest.raises(BodyError, match="the picture cannot be written"):
+        draw(tmp_path / "no" / "a.png", MESH, 1.0 + HEIGHT, HELD, title="", notes="")

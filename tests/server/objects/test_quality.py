@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
+from cohaptic_server.objects.quality import depth_under, is_smooth, quality, thickness
+
+REGULAR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+
+
+def test_a_regular_tetrahedron_is_the_measure() -> None:
+    found = quality(TetMesh.checked(REGULAR, np.array([[0, 1, 2, 3]])))
+    angle = np.degrees(np.arccos(1.0 / 3.0))
+    assert [found.sharpest, found.bluntest] == pytest.approx([angle, angle])
+    assert [found.fullest, found.flattest, found.poor] == pytest.approx([1.0, 1.0, 0.0])
+
+
+def test_a_flat_one_is_found_among_good_ones() -> None:
+    flat = REGULAR * np.array([1.0, 1.0, 0.01]) + np.array([5.0, 0.0, 0.0])
+    joined = np.concatenate([REGULAR, flat[1:]])
+    tets = np.array([[0, 1, 2, 3], [0, 4, 5, 6]])
+    found = quality(TetMesh.checked(joined, tets))
+    assert found.flattest < 0.3
+    good = quality(block((1.0, 1.0, 1.0), (2, 2, 2)))
+    assert [good.sharpest, good.bluntest] == pytest.approx([45.0, 90.0])
+    sunk = block((1.0, 1.0, 0.001), (2, 2, 2))
+    assert quality(sunk).poor == len(sunk.tets)
+
+
+def test_under_a_ball_its_middle_is_the_deepest() -> None:
+    mesh = SurfaceMesh(*icosphere(3, 0.05))
+    deep = depth_under(mesh, np.arange(0, len(mesh.vertices), 50))
+    assert deep == pytest.approx(0.05, rel=0.12)
+    assert thickness(mesh, np.arange(40)) == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_plate_is_half_of_its_thickness_deep() -> None:
+    plate = block((0.2, 0.2, 0.02), (20, 20, 2))
+    faces = boundary(plate.tets)
+    used = np.unique(faces)
+    mesh = SurfaceMesh(plate.vertices[used], np.searchsorted(used, faces))
+    inner = np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) < 0.07)
+    assert depth_under(mesh, inner) == pytest.approx(0.01, rel=0.35)
+    smooth = np.flatnonzero(is_smooth(mesh))  # up to the edge, where a side is nearer
+    through = thickness(mesh, smooth)
+    assert through.min() == pytest.approx(0.02, rel=0.15)
+
+
+def test_edges_and_tips_are_not_smooth() -> None:
+    cube = block((0.1, 0.1, 0.1), (4, 4, 4))
+    faces = boundary(cube.tets)
+    used = np.unique(faces)
+    mesh = SurfaceMesh(cube.vertices[used], np.searchsorted(used, faces))
+    centred = np.abs(mesh.vertices - np.array([0.0, 0.0, 0.05]))
+    on_walls = np.isclose(centred, 0.05).sum(axis=1)
+    assert np.array_equal(is_smooth(mesh), on_walls == 1)
+    assert is_smooth(SurfaceMesh(*icosphere(2, 0.05))).all()

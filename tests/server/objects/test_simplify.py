@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.objects import object_file
+from cohaptic_server.objects.object_file import ObjectFile, prepare
+from cohaptic_server.objects.simplify import count_triangles, simplified
+from cohaptic_server.objects.surface_checks import examine
+
+BALL = icosphere(3, 0.05)
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii", "ply", "obj", "off", "glb"])
+def test_triangles_are_counted_without_reading_them(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / f"ball.{kind[:3]}"
+    mesh: Any = trimesh.Trimesh(*BALL, process=False)
+    mesh.export(path, file_type=kind)
+    assert count_triangles(path) == len(BALL[1])
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "off", "glb", "3mf"])
+@pytest.mark.parametrize("content", [b"", b"OFF", b"a poem", bytes(200), b"glTF" * 40])
+def test_what_is_no_mesh_has_none(kind: str, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(content)
+    assert count_triangles(path) == 0
+
+
+def test_a_simplified_ball_is_still_a_ball() -> None:
+    pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
+    # Far from the origin, where single precision would have few digits left.
+    x, faces = simplified(BALL[0] + 100.0, BALL[1], 300)
+    assert len(faces) == pytest.approx(300, abs=10)
+    assert examine(x, faces).problems() == []
+    assert volume(x - 100.0, faces) == pytest.approx(volume(*BALL), rel=0.03)
+
+
+def test_millions_are_refused_before_they_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "scan.stl"
+    with path.open("wb") as file:  # a hole of 250 MB, which takes no room
+        file.write(bytes(80) + (5_000_000).to_bytes(4, "little"))
+        file.truncate(84 + 50 * 5_000_000)
+
+    def read(path: Path) -> None:
+        raise AssertionError(f"{path} was read")
+
+    monkeypatch.setattr(object_file, "read_surface", read)
+    said = r"5,000,000 triangles; the limit is 300,000, .* about 1.4 hours\. .*--simplify 20000"
+    with pytest.raises(BodyError, match=said):
+        prepare(ObjectFile(path, "z < 10%"))
+
+
+def test_at_the_users_word_they_are_simplified(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
+    pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+    monkeypatch.setattr(object_file, "MAX_TRIANGLES", 1000)
+    path = tmp_path / "ball.stl"
+    mesh: Any = trimesh.Trimesh(*BALL, process=False)
+    mesh.export(path)
+    with pytest.raises(BodyError, match="1,280 triangles; the limit is 1,000"):
+        prepare(ObjectFile(path, edge=0.2))
+    made = prepare(ObjectFile(path, edge=0.2, simplify=400))
+    assert made.triangles == 1280
+    assert made.simplified == pytest.approx(400, abs=10)
+    assert made.tets.volume == pytest.approx(volume(*BALL), rel=0.05)
+    assert prepare(ObjectFile(path, edge=0.2, simplify=1000)).simplified <= 1000
+
+
+def test_fewer_than_make_an_object_are_refused() -> None:
+    with pytest.raises(SettingError, match="--simplify is 12; it must be 0, or from 100 to 300,"):
+        ObjectFile(Path("a.stl"), simplify=12)
