@@ -3,7 +3,9 @@
  *
  * Without delay the set is eq. (15). With d further simulation periods the loop's characteristic
  * polynomial is z^(d+1) (z - 1) + kappa (z - 1) + int, kappa = K_h / K_o, int = I N T / K_o
- * (docs/science.md 3.1); all its roots must lie inside the unit circle.
+ * (docs/science.md 3.1); all its roots must lie inside the unit circle. Schur and Cohn's recursion answers that
+ * in microseconds, where the eigenvalues of `control/stability.ts` take a second for a whole figure at a
+ * long delay; the tests compare the two.
  */
 
 export interface Gains {

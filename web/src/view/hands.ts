@@ -20,7 +20,8 @@ import {
 } from "three";
 import type { Vec3 } from "../types";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { along, norm, unit } from "./vec";
+import { norm, unit } from "../vec";
+import { along } from "./vec";
 
 /** Length of an arrow for one newton, in radii of the body. */
 export const ARROW_PER_NEWTON = 0.12;

@@ -2,7 +2,7 @@
 
 import type { Vec3 } from "../types";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { norm } from "./vec";
+import { norm } from "../vec";
 
 interface Label {
   readonly box: HTMLElement;

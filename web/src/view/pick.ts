@@ -1,7 +1,8 @@
 /** Where a ray from the eye meets the surface as it is. */
 
 import type { Vec3 } from "../types";
-import { along, cross, dot, row, sub } from "./vec";
+import { cross, dot, sub } from "../vec";
+import { along, row } from "./vec";
 
 /** A place on a triangle mesh that stays with the material as it deforms. */
 export interface Place {

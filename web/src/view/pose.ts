@@ -1,7 +1,8 @@
 /** What is drawn of one hand, from what the server says of it or, for the own hand, from the own loop. */
 
 import type { TouchState, UserState, Vec3 } from "../types";
-import { along, dot, norm, sub } from "./vec";
+import { dot, norm, sub } from "../vec";
+import { along } from "./vec";
 
 export interface Pose {
   readonly user: number;

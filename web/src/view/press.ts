@@ -8,7 +8,8 @@
  */
 
 import type { Vec3 } from "../types";
-import { add, along, dot, norm, scale, sub, turn, unit } from "./vec";
+import { add, dot, norm, scale, sub, unit } from "../vec";
+import { along, turn } from "./vec";
 
 /** All lengths here in radii of the body. */
 export const DEPTH = { usual: 0.18, least: 0.01, most: 0.5, notch: 0.02, pen: 0.4, clearance: 0.08 } as const;

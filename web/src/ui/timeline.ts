@@ -2,7 +2,7 @@
 
 import type { Range } from "./scale";
 
-export class Series {
+export class Timeline {
   readonly times: Float64Array;
   readonly columns: readonly Float32Array[];
   private next = 0;
