@@ -1,0 +1,54 @@
+/** Client to server, once per simulation period: where the tip is and what the hand feels. */
+
+import type { Vec3 } from "../types";
+import { checkFinite, checkInteger, checkSize, checkVector, MAX_FORCE, MAX_POSITION, newFrame, openFrame, U32 } from "./frame";
+
+export const CONTACT_SAMPLE_SIZE = 44;
+
+export interface ContactSample {
+  /** Counts this client's samples from 1. */
+  readonly seq: number;
+  /** Tick of the newest patch that the client has used; 0 for none. */
+  readonly tick: number;
+  /** When it was taken, on the client's clock [s]. */
+  readonly t_client: number;
+  /** Tip, world frame [m]. */
+  readonly probe: Vec3;
+  /** On the hand, world frame [N]. */
+  readonly force: Vec3;
+}
+
+export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuffer> {
+  check(sample);
+  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE);
+  view.setUint32(4, sample.seq, true);
+  view.setUint32(8, sample.tick, true);
+  view.setFloat64(12, sample.t_client, true);
+  [...sample.probe, ...sample.force].forEach((value, i) => {
+    view.setFloat32(20 + 4 * i, value, true);
+  });
+  return new Uint8Array(view.buffer);
+}
+
+/** The sample in a frame; throws ProtocolError, whatever the bytes. */
+export function decodeContactSample(bytes: Uint8Array): ContactSample {
+  const { reader } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
+  checkSize("contact_sample", bytes, CONTACT_SAMPLE_SIZE);
+  const sample = {
+    seq: reader.u32(),
+    tick: reader.u32(),
+    t_client: reader.f64(),
+    probe: reader.vec(),
+    force: reader.vec(),
+  };
+  check(sample);
+  return sample;
+}
+
+function check(sample: ContactSample): void {
+  checkInteger("seq of a contact sample", sample.seq, 1, U32);
+  checkInteger("tick of a contact sample", sample.tick, 0, U32);
+  checkFinite("t_client", sample.t_client);
+  checkVector("probe", sample.probe, MAX_POSITION, "m");
+  checkVector("force", sample.force, MAX_FORCE, "N");
+}

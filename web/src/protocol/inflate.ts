@@ -1,0 +1,42 @@
+/** A zlib stream of a known size, and never more of it in memory. */
+
+import { unzlibSync } from "fflate";
+import { ProtocolError } from "./frame";
+
+/** Exactly `size` bytes; throws ProtocolError when it is another stream than that, or something lies behind it. */
+export function inflate(what: string, deflated: Uint8Array, size: number): Uint8Array {
+  let raw: Uint8Array;
+  try {
+    // One byte more than is right: room to see that there is none. Nothing is written behind it.
+    raw = unzlibSync(deflated, { out: new Uint8Array(size + 1) });
+  } catch (error) {
+    throw new ProtocolError(`content of ${what}`, String(error), "a zlib stream");
+  }
+  if (raw.length !== size) {
+    const came = raw.length > size ? "more" : raw.length;
+    throw new ProtocolError(`inflated size of ${what}`, came, `${size} bytes`);
+  }
+  const end = deflated.length - 4;
+  const sum = new DataView(deflated.buffer, deflated.byteOffset + end, 4).getUint32(0);
+  if (adler32(raw) !== sum) {
+    throw new ProtocolError(`checksum of ${what}`, adler32(raw), `${sum}, with nothing behind it`);
+  }
+  return raw;
+}
+
+/** RFC 1950; fflate leaves it out. */
+function adler32(bytes: Uint8Array): number {
+  let a = 1;
+  let b = 0;
+  for (let i = 0; i < bytes.length; ) {
+    // So many sums stay below 2^53 without a division.
+    const stop = Math.min(bytes.length, i + 65536);
+    for (; i < stop; i += 1) {
+      a += bytes[i] ?? 0;
+      b += a;
+    }
+    a %= 65521;
+    b %= 65521;
+  }
+  return b * 65536 + a;
+}

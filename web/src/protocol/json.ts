@@ -1,0 +1,77 @@
+/** Checks of one JSON message, field by field: each returns the value with its type or throws ProtocolError. */
+
+import { ProtocolError } from "./frame";
+import type { Vec3 } from "../types";
+
+export type Fields = Readonly<Record<string, unknown>>;
+
+export function isFields(value: unknown): value is Fields {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+/** The JSON object in a text of at most `limit` characters. */
+export function parseFields(text: string, limit: number): Fields {
+  if (text.length > limit) {
+    throw new ProtocolError("control message length", text.length, `<= ${limit} characters`);
+  }
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    throw new ProtocolError("control message", text, "JSON");
+  }
+  if (!isFields(value)) throw new ProtocolError("control message", text, "a JSON object");
+  return value;
+}
+
+/** Nothing beyond what is known: a field that is misspelt is not lost in silence. */
+export function checkKeys(what: string, fields: Fields, known: readonly string[]): void {
+  for (const key of Object.keys(fields)) {
+    if (!known.includes(key)) throw new ProtocolError(`field of ${what}`, key, known.join(", "));
+  }
+}
+
+export function text(fields: Fields, key: string): string {
+  const value = fields[key];
+  if (typeof value !== "string") throw new ProtocolError(key, value, "text");
+  return value;
+}
+
+export function number(fields: Fields, key: string, low: number, high: number): number {
+  const value = fields[key];
+  if (typeof value !== "number" || !(value >= low && value <= high)) {
+    throw new ProtocolError(key, value, `a number from ${low} to ${high}`);
+  }
+  return value;
+}
+
+export function integer(fields: Fields, key: string): number {
+  const value = fields[key];
+  if (!Number.isSafeInteger(value)) throw new ProtocolError(key, value, "a whole number");
+  return value as number;
+}
+
+export function flag(fields: Fields, key: string): boolean {
+  const value = fields[key];
+  if (typeof value !== "boolean") throw new ProtocolError(key, value, "true or false");
+  return value;
+}
+
+export function list(fields: Fields, key: string): readonly unknown[] {
+  const value = fields[key];
+  if (!Array.isArray(value)) throw new ProtocolError(key, value, "a list");
+  return value;
+}
+
+export function object(fields: Fields, key: string): Fields {
+  const value = fields[key];
+  if (!isFields(value)) throw new ProtocolError(key, value, "an object");
+  return value;
+}
+
+export function vector(fields: Fields, key: string): Vec3 {
+  const [x, y, z, ...more] = list(fields, key);
+  const ok = [x, y, z].every((v) => typeof v === "number" && Number.isFinite(v));
+  if (!ok || more.length > 0) throw new ProtocolError(key, fields[key], "three numbers");
+  return [x as number, y as number, z as number];
+}

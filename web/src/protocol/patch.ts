@@ -1,0 +1,111 @@
+/**
+ * Server to client, once per simulation tick: the surface in front of one user, and its gains.
+ *
+ * The patch is the surface *free of this client's own force* (science 3.3); with `c_ii` and `own_force` the surface
+ * as it stands follows, x_o = x_free - c_ii own_force normal.
+ */
+
+import type { GeometryName, LawName, Vec3 } from "../types";
+import { norm } from "../vec";
+import { checkFinite, checkRange, checkSize, checkVector, MAX_FORCE, MAX_POSITION, openFrame, ProtocolError, U32 } from "./frame";
+import { type Neighbourhood, readNeighbourhood } from "./neighbourhood";
+
+export const PATCH_SIZE = 88;
+const COMPLIANCE_SIZE = 24;
+const MAX_STIFFNESS = 1e6; // N/m
+const COMPLIANCE_FLAG = 0x0100;
+const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
+const LAWS: readonly (LawName | undefined)[] = [undefined, "proportional", "pi", "predictive"];
+
+/** Of a contact in all directions, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
+export type Compliance3 = readonly [number, number, number, number, number, number];
+
+/** One user's local surface and what the local model needs to press on it; fields as in `docs/protocol.md`. */
+export interface Patch {
+  readonly tick: number;
+  readonly seq: number;
+  readonly t_server: number;
+  readonly t_client: number;
+  readonly sample_wait: number;
+  readonly geometry: GeometryName;
+  readonly law: LawName;
+  readonly x_free: Vec3;
+  readonly normal: Vec3;
+  readonly curvature: number;
+  readonly k_o: number;
+  readonly k_o_coupled: number;
+  readonly c_ii: number;
+  readonly k_h: number;
+  readonly integral_gain: number;
+  readonly own_force: number;
+  readonly u_others: number;
+  readonly neighbourhood: Neighbourhood | null;
+  readonly compliance: Compliance3 | null;
+}
+
+/** Law of a number on the wire; throws ProtocolError. */
+export function lawOf(number: number): LawName {
+  const law = LAWS[number];
+  if (law === undefined) throw new ProtocolError("law of a frame", number, "1, 2 or 3");
+  return law;
+}
+
+/** Geometry of a number on the wire; throws ProtocolError. */
+export function geometryOf(number: number): GeometryName {
+  const geometry = GEOMETRIES[number];
+  if (geometry === undefined) throw new ProtocolError("geometry of a frame", number, "1, 2 or 3");
+  return geometry;
+}
+
+/** The patch in a frame; throws ProtocolError, whatever the bytes. */
+export function decodePatch(bytes: Uint8Array): Patch {
+  const { flags, reader } = openFrame(bytes, "patch", PATCH_SIZE);
+  const geometry = geometryOf(flags & 0x000f);
+  const law = lawOf((flags >> 4) & 0x000f);
+  const size = PATCH_SIZE + (flags & COMPLIANCE_FLAG ? COMPLIANCE_SIZE : 0);
+  if (bytes.length < size) throw new ProtocolError("patch length", bytes.length, `at least ${size} bytes`);
+  if (geometry !== "mesh") checkSize("patch", bytes, size);
+  const body = {
+    tick: reader.u32(),
+    seq: reader.u32(),
+    t_server: reader.f64(),
+    t_client: reader.f64(),
+    sample_wait: reader.f32(),
+    geometry,
+    law,
+    x_free: reader.vec(),
+    normal: reader.vec(),
+    curvature: reader.f32(),
+    k_o: reader.f32(),
+    k_o_coupled: reader.f32(),
+    c_ii: reader.f32(),
+    k_h: reader.f32(),
+    integral_gain: reader.f32(),
+    own_force: reader.f32(),
+    u_others: reader.f32(),
+  };
+  const f = (): number => reader.f32();
+  const compliance: Compliance3 | null =
+    flags & COMPLIANCE_FLAG ? [f(), f(), f(), f(), f(), f()] : null;
+  const neighbourhood = geometry === "mesh" ? readNeighbourhood(reader) : null;
+  const patch = { ...body, neighbourhood, compliance };
+  check(patch);
+  return patch;
+}
+
+function check(patch: Patch): void {
+  checkRange("tick of a patch", patch.tick, 1, U32);
+  checkFinite("time stamp", patch.t_server, patch.t_client, patch.curvature);
+  checkRange("sample_wait", patch.sample_wait, 0, 1e6);
+  checkVector("x_free", patch.x_free, MAX_POSITION, "m");
+  checkFinite("normal", ...patch.normal);
+  checkRange("length of normal", norm(patch.normal), 0.999, 1.001);
+  checkRange("k_o", patch.k_o, 0, MAX_STIFFNESS);
+  checkRange("k_o_coupled", patch.k_o_coupled, 0, MAX_STIFFNESS);
+  checkRange("k_h", patch.k_h, 0, MAX_STIFFNESS);
+  checkRange("c_ii", patch.c_ii, 0, MAX_POSITION);
+  checkRange("integral_gain", patch.integral_gain, 0, 1e9);
+  checkRange("own_force", patch.own_force, 0, MAX_FORCE);
+  checkRange("u_others", patch.u_others, -MAX_POSITION, MAX_POSITION);
+  for (const c of patch.compliance ?? []) checkRange("compliance", c, -MAX_POSITION, MAX_POSITION);
+}

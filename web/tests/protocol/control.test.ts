@@ -1,0 +1,55 @@
+import { describe, expect, test } from "vitest";
+import { type ClientControl, decodeServerControl, encodeControl } from "../../src/protocol/control";
+import { ProtocolError } from "../../src/protocol/frame";
+import { vectors } from "./vectors";
+
+const written = vectors("control") as { name: string; text: string }[];
+const fromClient = new Set(["hello", "set_law", "bye", "watch", "set_view", "set_latency"]);
+const SENT: ClientControl[] = [
+  {
+    type: "hello",
+    protocol: 2,
+    name: "left",
+    law: "predictive",
+    max_stiffness: 1000,
+    max_force: 10,
+    geometry: "plane",
+    friction: false,
+    fixed_gains: null,
+  },
+  { type: "set_law", law: "pi", fixed_gains: null },
+  { type: "bye" },
+];
+
+describe("golden vectors", () => {
+  test.each(SENT)("we send $type", (message) => {
+    const text = written.find(({ name }) => name === message.type)?.text ?? "";
+    expect(JSON.parse(encodeControl(message))).toEqual(JSON.parse(text));
+  });
+
+  test.each(written.filter(({ name }) => !fromClient.has(name)))("we understand $name", ({ text }) => {
+    expect(decodeServerControl(text)).toEqual(JSON.parse(text));
+  });
+});
+
+const joined = { type: "user_joined", user: 2, name: "right" };
+const said = written.find(({ name }) => name === "welcome")?.text ?? "";
+
+test.each([
+  ["no JSON", "{", "JSON"],
+  ["no object", "[1]", "a JSON object"],
+  ["no type", "{}", "type is undefined; expected text"],
+  ["an unknown type", '{"type":"hi"}', 'type of a control message is "hi"; expected welcome'],
+  ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
+  ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
+  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 65536 characters"],
+  ["another version", said.replace('"protocol":2', '"protocol":3'), "protocol version is 3; expected 2"],
+])("%s is refused", (_, text, message) => {
+  expect(() => decodeServerControl(text)).toThrow(ProtocolError);
+  expect(() => decodeServerControl(text)).toThrow(message);
+});
+
+test("an error shows a stranger's text in one line, and shortened", () => {
+  expect(new ProtocolError("name", "a\n\u202eb", "x").message).toBe('name is "a\\n?b"; expected x');
+  expect(new ProtocolError("name", "y".repeat(200), "x").message.length).toBeLessThan(90);
+});

@@ -1,0 +1,67 @@
+import { describe, expect, test } from "vitest";
+import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
+import { ProtocolError } from "../../src/protocol/frame";
+import { decodePatch, type Patch } from "../../src/protocol/patch";
+import { decodeRestMesh } from "../../src/protocol/rest_mesh";
+import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "./vectors";
+
+const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
+const patches = vectors("patch") as BinaryVector<Patch>[];
+const meshes = vectors("rest_mesh") as BinaryVector<{ vertices: number[][]; faces: number[][] }>[];
+
+describe("golden vectors", () => {
+  test.each(samples)("contact_sample $name", ({ hex, fields }) => {
+    expect(decodeContactSample(fromHex(hex))).toEqual(fields);
+    expect(toHex(encodeContactSample(fields))).toBe(hex);
+  });
+
+  test.each(patches)("patch $name", ({ hex, fields }) => {
+    expect(decodePatch(fromHex(hex))).toEqual({ ...fields, compliance: fields.compliance ?? null });
+  });
+
+  test.each(meshes)("rest_mesh $name", ({ hex, fields }) => {
+    const mesh = decodeRestMesh(fromHex(hex));
+    expect(Array.from(mesh.vertices)).toEqual(fields.vertices.flat());
+    expect(Array.from(mesh.faces)).toEqual(fields.faces.flat());
+  });
+});
+
+describe("whatever the bytes, a message or a ProtocolError", () => {
+  const decoders = { contact_sample: decodeContactSample, patch: decodePatch, rest_mesh: decodeRestMesh };
+  const all = (Object.keys(decoders) as (keyof typeof decoders)[]).flatMap((kind) =>
+    (vectors(kind) as BinaryVector<unknown>[]).map(({ name, hex }) => ({ kind, name, frame: fromHex(hex) })),
+  );
+
+  test.each(all)("$kind $name of a wrong length", ({ kind, frame }) => {
+    for (const bytes of wrongLengths(frame)) expect(outcome(decoders[kind], bytes)).toBe("ProtocolError");
+  });
+
+  test.each(all)("$kind $name with one byte wrong", ({ kind, frame }) => {
+    for (const bytes of oneByteWrong(frame)) {
+      expect(["decoded", "ProtocolError"]).toContain(outcome(decoders[kind], bytes));
+    }
+  });
+});
+
+test("an error names the value and the limit", () => {
+  const [first] = samples;
+  if (first === undefined) throw new Error("no vectors");
+  const wrong = { ...first.fields, force: [0, 101, 0] as const };
+  expect(() => encodeContactSample(wrong)).toThrow("length of force is \"101.0 N\"; expected <= 100 N");
+  const other = fromHex(first.hex);
+  other[0] = 9;
+  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "2"));
+});
+
+test("a mesh that inflates to more, or to something else, is refused before it is kept", () => {
+  const [first] = meshes;
+  if (first === undefined) throw new Error("no vectors");
+  const frame = fromHex(first.hex);
+  const fewer = frame.slice();
+  fewer[8] = 3; // faces
+  expect(() => decodeRestMesh(fewer)).toThrow(/inflated size of a rest mesh is "more"/);
+  const spoilt = frame.slice();
+  const last = spoilt.length - 1;
+  spoilt[last] = (spoilt[last] ?? 0) ^ 1;
+  expect(() => decodeRestMesh(spoilt)).toThrow(/checksum/);
+});
