@@ -1,0 +1,111 @@
+/** The column beside the stage: everybody's panel, and Fig. 8. */
+
+import type { Latency, SceneStore, SceneView } from "../types";
+import { AreaCard } from "./area_card";
+import { el, say, show } from "./dom";
+import { inks, type Inks } from "./plot";
+import { UserCard } from "./user_card";
+import { bytesPerSecond, milliseconds } from "./words";
+
+const OPEN_AT_FIRST = 3;
+
+export class Panel {
+  readonly root: HTMLElement;
+  readonly area: AreaCard;
+  private readonly cards = new Map<number, UserCard>();
+  private readonly list = el("div", { class: "cards" });
+  private readonly count = el("span", { class: "count" });
+  private readonly empty = el("p", {
+    class: "empty",
+    text: "Nobody is here yet. Touch the object yourself, or open this page once more.",
+  });
+  private readonly stream = el("p", { class: "stream" });
+  private readonly latencyNote = el("p", {
+    class: "fine",
+    text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
+  });
+  private readonly colour: (user: number) => string;
+  private readonly setLatency: (user: number, latency: Latency) => void;
+  private ink: Inks | null = null;
+
+  constructor(colour: (user: number) => string, setLatency: (user: number, latency: Latency) => void) {
+    this.colour = colour;
+    this.setLatency = setLatency;
+    this.area = new AreaCard(colour);
+    this.root = el(
+      "aside",
+      { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
+      el("h2", { class: "panel-title", id: "hands" }, "Hands", this.count),
+      this.empty,
+      this.list,
+      this.latencyNote,
+      this.area.root,
+      this.stream,
+    );
+  }
+
+  /** Inks have changed by day or night. */
+  repaint(): void {
+    this.ink = null;
+    for (const [user, card] of this.cards) card.paint(this.colour(user));
+  }
+
+  /** Remember this moment for the plots; cheap, and called for every frame. */
+  record(view: SceneView): void {
+    for (const user of view.users) this.card(user.user).record(user, view.t_server);
+  }
+
+  /** Write and draw all that is seen; called some times a second. */
+  update(store: SceneStore, view: SceneView | null, own: number): void {
+    const ink = (this.ink ??= inks(this.root));
+    const here = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
+    for (const [user, card] of this.cards) {
+      if (here.has(user)) continue;
+      card.root.remove();
+      this.cards.delete(user);
+    }
+    for (const user of [...here].sort((a, b) => a - b)) {
+      const state = view?.users.find((u) => u.user === user);
+      const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
+      this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
+    }
+    say(this.count, here.size === 0 ? "" : `${here.size}`);
+    show(this.empty, here.size === 0 && store.status.phase === "watching");
+    show(this.latencyNote, store.info !== null && !store.info.allow_latency && here.size > 0);
+    if (view !== null) {
+      for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
+    }
+    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, ink);
+    say(this.stream, streamWords(store));
+  }
+
+  private userInk(ink: Inks, user: number): Inks {
+    return { ...ink, get: (name) => (name === "--user" ? this.colour(user) : ink.get(name)) };
+  }
+
+  private card(user: number): UserCard {
+    let card = this.cards.get(user);
+    if (card === undefined) {
+      card = new UserCard(user, (latency) => {
+        this.setLatency(user, latency);
+      });
+      card.paint(this.colour(user));
+      card.open(this.cards.size < OPEN_AT_FIRST);
+      this.cards.set(user, card);
+      // In the order of their numbers, whoever was seen first.
+      const after = [...this.cards.keys()].filter((u) => u > user).sort((a, b) => a - b)[0];
+      this.list.insertBefore(card.root, after === undefined ? null : (this.cards.get(after)?.root ?? null));
+    }
+    return card;
+  }
+}
+
+/** How the picture comes here, in one line. */
+function streamWords(store: SceneStore): string {
+  const s = store.status;
+  if (s.phase !== "watching") return "";
+  const how = s.encoding === "forces" ? "contact forces, surface computed here" : "surface frames";
+  const fetching = s.blocks_wanted > 0 ? `, fetching ${s.blocks_wanted} blocks` : "";
+  const parts = [how + fetching, bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`];
+  return [...parts, `${milliseconds(s.playout_delay)} behind`].join(" \u00b7 ");
+}
