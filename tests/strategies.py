@@ -5,14 +5,18 @@ from __future__ import annotations
 import struct
 from dataclasses import replace
 
+import numpy as np
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.scene_surface import Surface
 from cohaptic.vec import Vec3, unit
 
 
@@ -95,4 +99,51 @@ rest_meshes = st.lists(vectors(10.0), min_size=3, max_size=12).flatmap(
             st.tuples(*[st.integers(0, len(vertices) - 1)] * 3), min_size=1, max_size=20
         ).map(tuple),
     )
+)
+
+
+acks = st.builds(Ack, tick=counts, wants=st.integers(0, 1))
+
+# In a scene a normal has 16 bits per component.
+coarse_normals = normals.map(lambda v: tuple(round(32767 * c) / 32767 for c in v)).map(
+    lambda v: (v[0], v[1], v[2])
+)
+halves = st.floats(-6e4, 6e4, width=16)
+user_records = st.builds(
+    UserRecord,
+    user=counts,
+    probe=vectors(10.0),
+    foot=vectors(10.0),
+    force=vectors(100.0),
+    c_ii=floats(0.0, 1.0),
+    k_o_coupled=floats(0.0, 1e5),
+    k_h=floats(0.0, 1e5),
+    integral_gain=floats(0.0, 1e6),
+    loop_delay=floats(0.0, 10.0),
+    normal=coarse_normals,
+    law=st.sampled_from(Law),
+    geometry=st.sampled_from(Geometry),
+    presence=st.integers(0, 255).map(lambda share: share / 255),
+    curvature=halves,
+    fresh=st.booleans(),
+    friction=st.booleans(),
+    x_free=vectors(10.0),
+)
+
+
+def as_surface(scale: float, units: list[tuple[int, int, int]]) -> Surface:
+    return Surface(scale, np.array(units, dtype=np.int16).reshape(-1, 3))
+
+
+surfaces = st.builds(
+    as_surface,
+    floats(2.0**-126, 3e-4),
+    st.lists(st.tuples(shorts, shorts, shorts), min_size=3, max_size=40),
+)
+scenes = st.builds(
+    Scene,
+    tick=counts,
+    t_server=times,
+    users=st.lists(user_records, max_size=4).map(tuple),
+    surface=st.none() | surfaces,
 )

@@ -9,7 +9,18 @@ from pathlib import Path
 import pytest
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol import contact_sample, control, frame, neighbourhood, patch, rest_mesh
+from cohaptic.protocol import (
+    ack,
+    contact_sample,
+    control,
+    control_watch,
+    frame,
+    neighbourhood,
+    patch,
+    rest_mesh,
+    scene,
+    scene_surface,
+)
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
 ROOT = Path(__file__).parents[1]
@@ -20,7 +31,8 @@ PACKAGES = (
     "client/cohaptic_client",
     "experiments/cohaptic_experiments",
 )
-TYPES = {"u8": 1, "u16": 2, "u32": 4, "f32": 4, "f64": 8, "3 f32": 12, "3 i16": 6}
+TYPES = {"u8": 1, "u16": 2, "u32": 4, "f16": 2, "f32": 4, "f64": 8}
+TYPES |= {"3 u8": 3, "3 f32": 12, "3 i16": 6}
 
 
 def section(heading: str) -> str:
@@ -78,9 +90,44 @@ def test_the_rest_mesh_is_described_in_its_place() -> None:
     assert f"{rest_mesh.MAX_VERTICES:,} vertices or {rest_mesh.MAX_FACES:,} faces" in PROTOCOL
 
 
+def rows_from_zero(title: str) -> list[list[str]]:
+    """Names of the fields of each table in a section, checked to follow each other; the sizes."""
+    tables: list[list[str]] = []
+    offset = 0
+    for at, kind, name in re.findall(r"^\| (\d+) \| ([^|]+) \| `?(\w+)`? \|", section(title), re.M):
+        if int(at) == 0:
+            offset = 0
+            tables.append([])
+        assert int(at) == offset, (title, name)
+        offset += TYPES[kind.strip()]
+        tables[-1].append(name)
+        SIZES[title, len(tables) - 1] = offset
+    return tables
+
+
+SIZES: dict[tuple[str, int], int] = {}
+
+
+def test_the_scene_and_its_ack_are_described_in_their_places() -> None:
+    head, user, surface = rows_from_zero("scene (kind 4)")
+    assert head == ["version", "kind", "flags", "tick", "t_server", "users", "reserved"]
+    assert [SIZES["scene (kind 4)", i] for i in (0, 1)] == [scene.HEAD_SIZE, scene.USER_SIZE]
+    # In one byte or another of the record.
+    elsewhere = {"law", "geometry", "fresh", "friction"}
+    named = [f.name for f in fields(scene.UserRecord) if f.name not in elsewhere]
+    assert [name for name in user if name not in ("shape", "state", "reserved")] == named
+    assert elsewhere <= set(re.findall(r"`(\w+)`", section("scene (kind 4)")))
+    assert surface == [fields(scene_surface.Surface)[0].name, "length"]
+    (fields_of_ack,) = rows_from_zero("ack (kind 5)")
+    assert SIZES["ack (kind 5)", 0] == ack.SIZE
+    assert fields_of_ack[3:-1] == [f.name for f in fields(ack.Ack)]
+    assert f"| <= {scene.MAX_USERS} |" in section("scene (kind 4)")
+
+
 def test_the_limits_of_frames_are_the_codes() -> None:
     assert f"at most {frame.MAX_FRAME_BYTES} bytes" in PROTOCOL
-    assert f"a mesh patch of at most {frame.MAX_MESH_FRAME_BYTES:,}" in PROTOCOL
+    assert f"a mesh\npatch of at most {frame.MAX_MESH_FRAME_BYTES:,}" in PROTOCOL
+    assert f"`watching` {control_watch.MAX_WATCHING_TEXT:,}" in PROTOCOL
 
 
 @pytest.mark.parametrize(
@@ -92,10 +139,15 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("user_joined,", control.UserJoined),
         ("user_left,", control.UserLeft),
         ("error,", control.Error),
+        ("watch,", control_watch.Watch),
+        ("set_view,", control_watch.SetView),
+        ("set_latency,", control_watch.SetLatency),
+        ("watching,", control_watch.Watching),
+        ("latency,", control_watch.Latency),
     ],
 )
 def test_every_field_of_a_control_message_is_described(
-    title: str, message: type[control.Hello]
+    title: str, message: type[control.ControlMessage]
 ) -> None:
     described = re.findall(r"^\| `(\w+)` \|", section(title), re.M)
     assert described == list(message.model_fields)

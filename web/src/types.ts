@@ -47,9 +47,9 @@ export interface UserState {
   readonly x_free: Vec3;
   /** Outward unit normal there. */
   readonly normal: Vec3;
-  /** Of the hand, world frame; the body gets its opposite [N]. */
+  /** On the hand, world frame; the body carries its opposite [N]. */
   readonly force: Vec3;
-  /** Compliance of the contact [m/N]; 0 without a contact. */
+  /** Compliance of the contact [m/N]; 0 for one who has left, as the next four. */
   readonly c_ii: number;
   /** Coupling-aware stiffness [N/m]. */
   readonly k_o_coupled: number;
@@ -62,6 +62,10 @@ export interface UserState {
   readonly curvature: number;
   readonly law: LawName;
   readonly geometry: GeometryName;
+  /** Whether its samples still come. */
+  readonly fresh: boolean;
+  /** Whether its force may have a part along the surface. */
+  readonly friction: boolean;
   /** 1 while there, to 0 as a lost user lets go. */
   readonly presence: number;
   /** Injected by `set_latency`, each way [s]. */

@@ -2,6 +2,8 @@
 
 client -> server    hello, set_law, bye
 server -> client    welcome, user_joined, user_left, error
+
+What a connection that only watches says besides is in `control_watch.py`.
 """
 
 from __future__ import annotations
@@ -25,11 +27,13 @@ Name = Annotated[
 ]
 
 
-class _Message(BaseModel):
+class ControlMessage(BaseModel):
+    """What all of them have in common: frozen, nothing unknown, no infinities."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class FixedGains(_Message):
+class FixedGains(ControlMessage):
     """Gains that a client asks for instead of the server's choice, for experiments.
 
     Args:
@@ -41,7 +45,7 @@ class FixedGains(_Message):
     integral_gain: float = Field(default=0.0, ge=0.0, le=1e9)
 
 
-class Hello(_Message):
+class Hello(ControlMessage):
     """First message of a client.
 
     Args:
@@ -67,7 +71,7 @@ class Hello(_Message):
     fixed_gains: FixedGains | None = None
 
 
-class SetLaw(_Message):
+class SetLaw(ControlMessage):
     """Change the local model while in contact; the patches that follow carry its gains.
 
     Args:
@@ -80,13 +84,13 @@ class SetLaw(_Message):
     fixed_gains: FixedGains | None = None
 
 
-class Bye(_Message):
+class Bye(ControlMessage):
     """A client lets go and leaves."""
 
     type: Literal["bye"] = "bye"
 
 
-class BodyInfo(_Message):
+class BodyInfo(ControlMessage):
     """What a client needs to find the body before its first patch.
 
     Args:
@@ -102,7 +106,7 @@ class BodyInfo(_Message):
     contact_radius: float
 
 
-class Welcome(_Message):
+class Welcome(ControlMessage):
     """The server's answer to a hello it accepts.
 
     Args:
@@ -125,7 +129,7 @@ class Welcome(_Message):
     users: tuple[str, ...]
 
 
-class UserJoined(_Message):
+class UserJoined(ControlMessage):
     """Somebody else came."""
 
     type: Literal["user_joined"] = "user_joined"
@@ -133,7 +137,7 @@ class UserJoined(_Message):
     name: str
 
 
-class UserLeft(_Message):
+class UserLeft(ControlMessage):
     """Somebody else left."""
 
     type: Literal["user_left"] = "user_left"
@@ -142,7 +146,7 @@ class UserLeft(_Message):
     reason: str
 
 
-class Error(_Message):
+class Error(ControlMessage):
     """Why the server ends this session; the close follows."""
 
     type: Literal["error"] = "error"
@@ -161,7 +165,7 @@ _SERVER: TypeAdapter[ServerControl] = TypeAdapter(
 )
 
 
-def encode_control(message: ClientControl | ServerControl) -> str:
+def encode_control(message: ControlMessage) -> str:
     """The JSON text of a control message."""
     return message.model_dump_json()
 
@@ -171,7 +175,7 @@ def decode_client_control(text: str) -> ClientControl:
 
     A hello of another protocol version is reported as that, even when the rest of it has changed.
     """
-    message = _decode(_CLIENT, text)
+    message = decode_text(_CLIENT, text)
     if isinstance(message, Hello) and message.protocol != PROTOCOL_VERSION:
         raise wrong_version(message.protocol)
     return message
@@ -179,7 +183,7 @@ def decode_client_control(text: str) -> ClientControl:
 
 def decode_server_control(text: str) -> ServerControl:
     """What the server said; raises RemoteProtocolError, whatever the text."""
-    return _decode(_SERVER, text)
+    return decode_text(_SERVER, text)
 
 
 def wrong_version(theirs: object) -> RemoteProtocolError:
@@ -192,9 +196,10 @@ def wrong_version(theirs: object) -> RemoteProtocolError:
     )
 
 
-def _decode(adapter: TypeAdapter[M], text: str) -> M:
-    if len(text) > MAX_TEXT:
-        raise RemoteProtocolError("control message length", len(text), f"<= {MAX_TEXT} characters")
+def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
+    """A message of one of the types of `adapter`; raises RemoteProtocolError, whatever the text."""
+    if len(text) > limit:
+        raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
     try:
         return adapter.validate_json(text)
     except ValidationError as error:
@@ -203,5 +208,5 @@ def _decode(adapter: TypeAdapter[M], text: str) -> M:
         if where.endswith("protocol"):
             raise wrong_version(first["input"]) from error
         # Both may quote the text itself: a field's name, an unknown type.
-        what, limit = one_line(where), one_line(str(first["msg"]))
-        raise RemoteProtocolError(what, first["input"], limit) from error
+        what, words = one_line(where), one_line(str(first["msg"]))
+        raise RemoteProtocolError(what, first["input"], words) from error

@@ -31,6 +31,8 @@ class FrameKind(IntEnum):
     CONTACT_SAMPLE = 1
     PATCH = 2
     REST_MESH = 3
+    SCENE = 4
+    ACK = 5
 
 
 def open_header(data: bytes, kind: FrameKind) -> int:

@@ -39,7 +39,7 @@ _LAW_SHIFT = 4
 _LAW_MASK = 0x000F
 _COMPLIANCE_FLAG = 0x0100
 _COMPLIANCE = struct.Struct("<6f")
-_LAWS = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
+LAWS = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
 
 
 class Geometry(IntEnum):
@@ -99,7 +99,7 @@ class Patch:
     def encode(self) -> bytes:
         """The frame of this patch; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
-        flags = int(self.geometry) | (_LAWS.index(self.law) + 1) << _LAW_SHIFT
+        flags = int(self.geometry) | (LAWS.index(self.law) + 1) << _LAW_SHIFT
         tail = b""
         if self.compliance is not None:
             flags |= _COMPLIANCE_FLAG
@@ -132,7 +132,7 @@ class Patch:
         kind = flags & _GEOMETRY_MASK
         check_range("geometry of a patch", kind, Geometry.PLANE, Geometry.MESH, remote=True)
         law = flags >> _LAW_SHIFT & _LAW_MASK
-        check_range("law of a patch", law, 1, len(_LAWS), remote=True)
+        check_range("law of a patch", law, 1, len(LAWS), remote=True)
         check_range("flags of a patch", flags, 0, 2 * _COMPLIANCE_FLAG - 1, remote=True)
         mesh, size = kind == Geometry.MESH, SIZE
         if flags & _COMPLIANCE_FLAG:
@@ -146,7 +146,7 @@ class Patch:
             compliance = Compliance3(*_COMPLIANCE.unpack_from(data, SIZE))
         tick, seq, t_server, t_client, wait, *v = _BODY.unpack_from(data, HEADER.size)
         patch = cls(
-            tick, seq, t_server, t_client, wait, Geometry(kind), _LAWS[law - 1],
+            tick, seq, t_server, t_client, wait, Geometry(kind), LAWS[law - 1],
             (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9], v[10], v[11],
             v[12], v[13], neighbourhood, compliance,
         )  # fmt: skip

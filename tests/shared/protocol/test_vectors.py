@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ import pytest
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import (
+    BodyInfo,
     Bye,
     Error,
     Hello,
@@ -23,15 +26,25 @@ from cohaptic.protocol.control import (
     UserJoined,
     UserLeft,
     Welcome,
-    decode_client_control,
     decode_server_control,
     encode_control,
+)
+from cohaptic.protocol.control_watch import (
+    Latency,
+    SetLatency,
+    SetView,
+    Watch,
+    WatchedUser,
+    Watching,
+    decode_client_message,
+    decode_watch_control,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from tests.strategies import single
+from tests.strategies import as_surface, single
 
 FOLDER = Path(__file__).parents[2] / "vectors"
 
@@ -86,6 +99,31 @@ REST_MESHES = {
         ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
     ),
 }
+ACKS = {"drawn": Ack(1), "columns missing": Ack(4_000_000_000, wants=1)}
+ANN = UserRecord(
+    user=1, probe=(-0.125, 0.0, 0.25), foot=(-0.125, 0.0, 0.1875), force=(-2.5, 0.25, 0.0),
+    c_ii=0.00390625, k_o_coupled=160.0, k_h=256.0, integral_gain=0.0, loop_delay=0.0625,
+    normal=(-1.0, 0.0, 0.0), law=Law.PREDICTIVE, geometry=Geometry.MESH, presence=1.0,
+    curvature=10.0, fresh=True, friction=True, x_free=(-0.125, 0.0078125, 0.0),
+)  # fmt: skip
+BOB = UserRecord(  # who has left: what the law needs is gone, the force fades
+    user=4_000_000_000, probe=(0.0, single(0.1), single(-0.02)), foot=(0.0, single(0.1), 0.0),
+    force=(0.0, single(0.7), 0.0), c_ii=0.0, k_o_coupled=0.0, k_h=0.0, integral_gain=0.0,
+    loop_delay=0.0, normal=(0.0, 26214 / 32767, -19660 / 32767), law=Law.PROPORTIONAL,
+    geometry=Geometry.PLANE, presence=51 / 255, curvature=0.0, fresh=False, friction=False,
+    x_free=(0.0, single(0.1), 0.0),
+)  # fmt: skip
+SCENES = {
+    "nobody": Scene(1, 500.25, ()),
+    "forces": Scene(77, 500.5, (ANN, BOB)),
+    "surface": Scene(
+        4_000_000_000,
+        500.75,
+        (ANN,),
+        # Steps that wrap, of both signs, beside small ones.
+        as_surface(single(1e-5), [(0, 1, -1), (-32768, 2, -3), (32767, 300, -300), (32767, 0, 7)]),
+    ),
+}
 CONTROL: dict[str, Any] = {
     "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
     "set_law": SetLaw(law=Law.PI),
@@ -108,6 +146,27 @@ CONTROL: dict[str, Any] = {
     "user_joined": UserJoined(user=2, name="right"),
     "user_left": UserLeft(user=2, name="right", reason="bye"),
     "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
+    "watch": Watch(protocol=PROTOCOL_VERSION),
+    "set_view": SetView(encoding="forces", rate=60.0),
+    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
+    "watching": Watching(
+        simulation_period=0.0625,
+        to_wall=1.75e9,
+        body=BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02),
+        model="00112233445566778899aabbccddeeff",
+        users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
+        allow_latency=True,
+        allow_fixed_gains=False,
+    ),
+    "watching without a model": Watching(
+        simulation_period=0.0625,
+        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
+        model=None,
+        users=(),
+        allow_latency=False,
+        allow_fixed_gains=True,
+    ),
+    "latency": Latency(user=2, delay=0.125, jitter=0.03125),
 }
 
 
@@ -129,6 +188,25 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
             {"name": n, "hex": m.encode().hex(), "fields": asdict(m)}
             for n, m in REST_MESHES.items()
         ],
+        "ack": [{"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in ACKS.items()],
+        "scene": [
+            {"name": n, "hex": m.encode().hex(), "fields": scene_fields(m)}
+            for n, m in SCENES.items()
+        ],
+    }
+
+
+def scene_fields(scene: Scene) -> dict[str, Any]:
+    """What a scene means; `surface` has its scale and its units, vertex by vertex."""
+    surface = scene.surface
+    return {
+        "tick": scene.tick,
+        "t_server": scene.t_server,
+        "users": [
+            asdict(user) | {"law": user.law.value, "geometry": user.geometry.name.lower()}
+            for user in scene.users
+        ],
+        "surface": surface and {"scale": surface.scale, "units": surface.units.tolist()},
     }
 
 
@@ -142,19 +220,21 @@ def control_vectors() -> list[dict[str, Any]]:
     return [{"name": n, "text": encode_control(m)} for n, m in CONTROL.items()]
 
 
-@pytest.mark.parametrize("kind", ["contact_sample", "patch"])
+@pytest.mark.parametrize("kind", ["contact_sample", "patch", "ack"])
 def test_the_written_frames_are_what_we_send(kind: str) -> None:
     written = json.loads((FOLDER / f"{kind}.json").read_text())
     # Through JSON, so that tuples and lists compare.
     assert written == json.loads(as_json(binary_vectors()[kind]))
 
 
-@pytest.mark.parametrize("kind", ["contact_sample", "patch"])
+@pytest.mark.parametrize("kind", ["contact_sample", "patch", "ack"])
 def test_the_written_frames_are_understood(kind: str) -> None:
     for vector in json.loads((FOLDER / f"{kind}.json").read_text()):
         data = bytes.fromhex(vector["hex"])
         if kind == "patch":
             assert Patch.decode(data) == PATCHES[vector["name"]]
+        elif kind == "ack":
+            assert Ack.decode(data) == ACKS[vector["name"]]
         else:
             assert ContactSample.decode(data) == SAMPLES[vector["name"]]
 
@@ -168,17 +248,29 @@ def test_the_written_rest_mesh_is_understood_whatever_deflates_it() -> None:
         assert RestMesh.decode(bytes.fromhex(vector["hex"])) == REST_MESHES[vector["name"]]
 
 
+def test_the_written_scenes_are_understood_whatever_deflates_them() -> None:
+    written = json.loads((FOLDER / "scene.json").read_text())
+    sent = json.loads(json.dumps(binary_vectors()["scene"]))
+    for vector, mine in zip(written, sent, strict=True):
+        assert vector["fields"] == mine["fields"]
+        assert Scene.decode(bytes.fromhex(vector["hex"]), vertices=4) == SCENES[vector["name"]]
+
+
 def test_the_written_control_messages_are_what_we_send_and_understand() -> None:
     written = json.loads((FOLDER / "control.json").read_text())
     assert written == control_vectors()
     for vector in written:
         mine = CONTROL[vector["name"]]
-        decode = (
-            decode_client_control
-            if isinstance(mine, Hello | SetLaw | Bye)
-            else decode_server_control
-        )
-        assert decode(vector["text"]) == mine
+        assert decoder(mine)(vector["text"]) == mine
+
+
+def decoder(message: object) -> Callable[[str], object]:
+    """Who reads a message of this type."""
+    if isinstance(message, Hello | SetLaw | Bye | Watch | SetView | SetLatency):
+        return decode_client_message
+    return (
+        decode_watch_control if isinstance(message, Watching | Latency) else decode_server_control
+    )
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_TEXT = 4096; // characters of one control message
 // A `watching` and a `welcome` name everybody in a full room.
-const MAX_SERVER_TEXT = 65_536;
+const MAX_SERVER_TEXT = 16_384;
 
 export interface FixedGains {
   readonly k_h: number;

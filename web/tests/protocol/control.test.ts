@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { type ClientControl, decodeServerControl, encodeControl } from "../../src/protocol/control";
 import { ProtocolError } from "../../src/protocol/frame";
-import { vectors } from "./vectors";
+import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
 const fromClient = new Set(["hello", "set_law", "bye", "watch", "set_view", "set_latency"]);
@@ -19,6 +19,9 @@ const SENT: ClientControl[] = [
   },
   { type: "set_law", law: "pi", fixed_gains: null },
   { type: "bye" },
+  { type: "watch", protocol: 2, encoding: "frames", rate: 30 },
+  { type: "set_view", encoding: "forces", rate: 60 },
+  { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
 ];
 
 describe("golden vectors", () => {
@@ -42,7 +45,7 @@ test.each([
   ["an unknown type", '{"type":"hi"}', 'type of a control message is "hi"; expected welcome'],
   ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
   ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
-  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 65536 characters"],
+  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 16384 characters"],
   ["another version", said.replace('"protocol":2', '"protocol":3'), "protocol version is 3; expected 2"],
 ])("%s is refused", (_, text, message) => {
   expect(() => decodeServerControl(text)).toThrow(ProtocolError);

@@ -2,12 +2,22 @@ import { describe, expect, test } from "vitest";
 import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
 import { ProtocolError } from "../../src/protocol/frame";
 import { decodePatch, type Patch } from "../../src/protocol/patch";
+import { encodeAck } from "../../src/protocol/ack";
 import { decodeRestMesh } from "../../src/protocol/rest_mesh";
-import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "./vectors";
+import { decodeScene, type Scene } from "../../src/protocol/scene";
+import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
 
 const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
 const patches = vectors("patch") as BinaryVector<Patch>[];
 const meshes = vectors("rest_mesh") as BinaryVector<{ vertices: number[][]; faces: number[][] }>[];
+
+interface SceneFields extends Omit<Scene, "surface"> {
+  readonly surface: { readonly scale: number; readonly units: number[][] } | null;
+}
+const scenes = vectors("scene") as BinaryVector<SceneFields>[];
+const acks = vectors("ack") as BinaryVector<{ tick: number; wants: 0 | 1 }>[];
+/** Of the rest mesh that the written scenes are of. */
+const VERTICES = scenes.find(({ fields }) => fields.surface !== null)?.fields.surface?.units.length ?? 0;
 
 describe("golden vectors", () => {
   test.each(samples)("contact_sample $name", ({ hex, fields }) => {
@@ -26,8 +36,34 @@ describe("golden vectors", () => {
   });
 });
 
+describe("golden vectors of watching", () => {
+  test.each(scenes)("scene $name", ({ hex, fields }) => {
+    const { surface, ...scene } = decodeScene(fromHex(hex), VERTICES);
+    expect({
+      ...scene,
+      surface: surface && { scale: surface.scale, units: Array.from(surface.units) },
+    }).toEqual({ ...fields, surface: fields.surface && { ...fields.surface, units: fields.surface.units.flat() } });
+  });
+
+  test.each(acks)("ack $name", ({ hex, fields }) => {
+    expect(toHex(encodeAck(fields.tick, fields.wants))).toBe(hex);
+  });
+
+  test("a surface of another number of vertices is refused", () => {
+    const withSurface = scenes.find(({ fields }) => fields.surface !== null);
+    const frame = fromHex(withSurface?.hex ?? "");
+    expect(() => decodeScene(frame, VERTICES + 1)).toThrow(/inflated size of a surface/);
+    expect(() => decodeScene(frame, VERTICES - 1)).toThrow(/inflated size of a surface is "more"/);
+  });
+});
+
 describe("whatever the bytes, a message or a ProtocolError", () => {
-  const decoders = { contact_sample: decodeContactSample, patch: decodePatch, rest_mesh: decodeRestMesh };
+  const decoders = {
+    contact_sample: decodeContactSample,
+    patch: decodePatch,
+    rest_mesh: decodeRestMesh,
+    scene: (bytes: Uint8Array): Scene => decodeScene(bytes, VERTICES),
+  };
   const all = (Object.keys(decoders) as (keyof typeof decoders)[]).flatMap((kind) =>
     (vectors(kind) as BinaryVector<unknown>[]).map(({ name, hex }) => ({ kind, name, frame: fromHex(hex) })),
   );

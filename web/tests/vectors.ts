@@ -2,7 +2,7 @@
 
 import { readFileSync } from "node:fs";
 
-const FOLDER = new URL("../../../tests/vectors/", import.meta.url);
+const FOLDER = new URL("../../tests/vectors/", import.meta.url);
 
 /** The values in a file of vectors; the caller says what they are. */
 export function vectors(name: string): unknown {

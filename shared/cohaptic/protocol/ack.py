@@ -1,0 +1,49 @@
+"""Client to server, on a watch connection: a scene frame has come and is drawn.
+
+The server keeps at most two frames unacknowledged, so a page that falls behind gets fewer frames
+and never older ones, and a page that stopped is noticed.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from cohaptic.protocol.frame import HEADER, FrameKind, check_range, open_frame
+from cohaptic.protocol.version import PROTOCOL_VERSION
+
+_BODY = struct.Struct("<IB3x")
+SIZE = HEADER.size + _BODY.size
+_U32 = 2**32 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Ack:
+    """What a watcher has, and what it lacks.
+
+    Args:
+        tick: Of the newest scene frame that came; those before it are acknowledged too.
+        wants: 1 for frames with the surface until the next ack, whatever the encoding: Green's
+            functions are missing; else 0.
+    """
+
+    tick: int
+    wants: int = 0
+
+    def encode(self) -> bytes:
+        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        self._check(remote=False)
+        head = HEADER.pack(PROTOCOL_VERSION, FrameKind.ACK, 0)
+        return head + _BODY.pack(self.tick, self.wants)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Ack:
+        """The ack in a frame; raises RemoteProtocolError, whatever the bytes."""
+        open_frame(data, FrameKind.ACK, SIZE)
+        ack = cls(*_BODY.unpack_from(data, HEADER.size))
+        ack._check(remote=True)
+        return ack
+
+    def _check(self, *, remote: bool) -> None:
+        check_range("tick of an ack", self.tick, 1, _U32, remote=remote)
+        check_range("wants of an ack", self.wants, 0, 1, remote=remote)

@@ -1,0 +1,163 @@
+"""What a connection that only watches says besides `control.py`, as JSON text.
+
+client -> server    watch, first; set_view, set_latency
+server -> client    watching, first; latency; user_joined, user_left, error as everybody gets them
+
+Here is also the decoder for whatever a client may say, touching or watching: the first message of
+a connection tells which it is.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter
+
+from cohaptic.protocol.control import (
+    BodyInfo,
+    Bye,
+    ControlMessage,
+    Error,
+    Hello,
+    Name,
+    SetLaw,
+    UserJoined,
+    UserLeft,
+    decode_text,
+    wrong_version,
+)
+from cohaptic.protocol.version import PROTOCOL_VERSION
+
+MAX_WATCHING_TEXT = 16_384  # characters of `watching` for the fullest room
+MAX_RATE = 60.0  # frames per second; screens show no more
+MAX_INJECTED_DELAY = 1.0  # s, each way
+MAX_INJECTED_JITTER = 0.5  # s
+
+EncodingName = Literal["frames", "forces"]
+Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
+Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+
+
+class Watch(ControlMessage):
+    """First message of a connection that only watches.
+
+    Args:
+        protocol: Version of the wire that the client speaks.
+        encoding: `frames` for the surface in each scene; `forces` without, for a client that makes
+            it of Green's functions. A body that has none is served as frames.
+        rate: Scene frames at most [1/s].
+    """
+
+    type: Literal["watch"] = "watch"
+    protocol: int
+    encoding: EncodingName = "frames"
+    rate: Rate = 30.0
+
+
+class SetView(ControlMessage):
+    """Other scene frames from now on.
+
+    Args:
+        encoding: As in `watch`.
+        rate: As in `watch`.
+    """
+
+    type: Literal["set_view"] = "set_view"
+    encoding: EncodingName
+    rate: Rate = 30.0
+
+
+class SetLatency(ControlMessage):
+    """Inject latency between a user and the server; refused unless the server allows it.
+
+    Args:
+        user: Its number; one who is not there (any more) is passed over.
+        delay: Each way, so that the round trip is twice that longer [s]; 0 ends it.
+        jitter: Largest extra delay of a message, each way [s].
+    """
+
+    type: Literal["set_latency"] = "set_latency"
+    user: int = Field(ge=1, lt=2**32)
+    delay: float = Field(ge=0.0, le=MAX_INJECTED_DELAY)
+    jitter: float = Field(default=0.0, ge=0.0, le=MAX_INJECTED_JITTER)
+
+
+class WatchedUser(ControlMessage):
+    """Who is there.
+
+    Args:
+        user: Its number.
+        name: Of the user.
+    """
+
+    user: int
+    name: Name
+
+
+class Watching(ControlMessage):
+    """The server's answer to a `watch` that it accepts; the rest mesh and scenes follow.
+
+    Args:
+        protocol: Version of the wire that the server speaks.
+        simulation_period: Time between ticks, N T [s].
+        to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
+        body: The body that everybody touches.
+        model: Names the body's Green's functions, whatever server has it; None where the surface is
+            no sum of them.
+        users: Who is here already.
+        allow_latency: Whether `set_latency` is allowed.
+        allow_fixed_gains: Whether those who touch may choose their gains.
+    """
+
+    type: Literal["watching"] = "watching"
+    protocol: int = PROTOCOL_VERSION
+    simulation_period: float = Field(gt=0.0)
+    to_wall: float = 0.0
+    body: BodyInfo
+    model: Model | None
+    users: tuple[WatchedUser, ...]
+    allow_latency: bool
+    allow_fixed_gains: bool
+
+
+class Latency(ControlMessage):
+    """The latency injected between a user and the server has changed, or is this when one comes.
+
+    Args:
+        user: Its number.
+        delay: Each way [s].
+        jitter: Largest extra delay of a message, each way [s].
+    """
+
+    type: Literal["latency"] = "latency"
+    user: int
+    delay: float
+    jitter: float
+
+
+ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency
+WatchControl = Watching | UserJoined | UserLeft | Latency | Error
+
+_CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
+    Annotated[ClientMessage, Field(discriminator="type")]
+)
+_SERVER: TypeAdapter[WatchControl] = TypeAdapter(
+    Annotated[WatchControl, Field(discriminator="type")]
+)
+
+
+def decode_client_message(text: str) -> ClientMessage:
+    """What any client said; raises RemoteProtocolError, whatever the text.
+
+    A first message of another protocol version is reported as that, even when the rest of it has
+    changed.
+    """
+    message = decode_text(_CLIENT, text)
+    if isinstance(message, Hello | Watch) and message.protocol != PROTOCOL_VERSION:
+        raise wrong_version(message.protocol)
+    return message
+
+
+def decode_watch_control(text: str) -> WatchControl:
+    """What the server said to a watcher; raises RemoteProtocolError, whatever the text."""
+    return decode_text(_SERVER, text, MAX_WATCHING_TEXT)

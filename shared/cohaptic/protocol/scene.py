@@ -1,0 +1,199 @@
+"""Server to client, on a watch connection: who touches where, and the surface if it is wanted.
+
+State, not an event: the newest replaces every older one. Without a surface a frame holds only the
+forces; a page with the Green's functions of the body makes the surface of them itself.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from cohaptic.control.law import Law
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.frame import (
+    HEADER,
+    MAX_FORCE,
+    MAX_POSITION,
+    FrameKind,
+    check_finite,
+    check_range,
+    check_vector,
+    open_header,
+)
+from cohaptic.protocol.patch import LAWS, MAX_STIFFNESS, Geometry
+from cohaptic.protocol.scene_surface import Surface
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import Vec3, norm
+
+_BODY = struct.Struct("<IdHH")
+_USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
+HEAD_SIZE = HEADER.size + _BODY.size
+USER_SIZE = _USER.size
+MAX_USERS = 256  # those who left fade for a moment, so more than touch at once
+MAX_CURVATURE = 6e4  # 1/m, of a half float
+MAX_LOOP_DELAY = 1e3  # s
+_SURFACE_FLAG = 0x0001
+_FRESH, _FRICTION = 0x01, 0x02
+_UNIT = 32767
+_U32 = 2**32 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class UserRecord:
+    """One user at one tick, as others see it.
+
+    Args:
+        user: Its number.
+        probe: Tip of its device [m].
+        foot: Centre of its pressure on the facets of the *resting* mesh [m].
+        force: That the body carries, as it acts on the hand [N]; the body gets its opposite. It
+            fades when the user lets go.
+        c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as the next three.
+        k_o_coupled: Coupling-aware stiffness [N/m].
+        k_h: Gain of its law [N/m].
+        integral_gain: Of its law; 0 for none [N/(m s)].
+        loop_delay: Of its loop, as measured; 0 before the first measurement [s].
+        normal: Outward unit normal of the free surface at the contact.
+        law: Local model that it runs.
+        geometry: Of its patches.
+        presence: Share of its force that the body carries, from 0 to 1.
+        curvature: Of its patch, positive where the body bulges [1/m].
+        fresh: Whether its samples still come.
+        friction: Whether its force may have a part along the surface.
+        x_free: Contact point of the surface without this user's own force [m].
+    """
+
+    user: int
+    probe: Vec3
+    foot: Vec3
+    force: Vec3
+    c_ii: float
+    k_o_coupled: float
+    k_h: float
+    integral_gain: float
+    loop_delay: float
+    normal: Vec3
+    law: Law
+    geometry: Geometry
+    presence: float
+    curvature: float
+    fresh: bool
+    friction: bool
+    x_free: Vec3
+
+    def encode(self) -> bytes:
+        """The bytes of this user; raises LocalProtocolError when a value is out of its limits."""
+        self._check(remote=False)
+        x, y, z = self.normal
+        return _USER.pack(
+            self.user, *self.probe, *self.foot, *self.force,
+            self.c_ii, self.k_o_coupled, self.k_h, self.integral_gain, self.loop_delay,
+            round(_UNIT * x), round(_UNIT * y), round(_UNIT * z),
+            (LAWS.index(self.law) + 1) << 4 | self.geometry, round(255 * self.presence),
+            self.curvature, _FRESH * self.fresh | _FRICTION * self.friction, 0, *self.x_free,
+        )  # fmt: skip
+
+    @classmethod
+    def decode(cls, data: bytes, offset: int) -> UserRecord:
+        """The user whose bytes begin at `offset`; raises RemoteProtocolError."""
+        user, *v = _USER.unpack_from(data, offset)
+        shape, state = int(v[17]), int(v[20])
+        law, geometry = shape >> 4, shape & 0x0F
+        check_range("law of a user", law, 1, len(LAWS), remote=True)
+        check_range("geometry of a user", geometry, 1, len(Geometry), remote=True)
+        check_range("state of a user", state, 0, _FRESH | _FRICTION, remote=True)
+        record = cls(
+            user, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]),
+            v[9], v[10], v[11], v[12], v[13], (v[14] / _UNIT, v[15] / _UNIT, v[16] / _UNIT),
+            LAWS[law - 1], Geometry(geometry), v[18] / 255, v[19],
+            bool(state & _FRESH), bool(state & _FRICTION), (v[22], v[23], v[24]),
+        )  # fmt: skip
+        record._check(remote=True)
+        return record
+
+    def _check(self, *, remote: bool) -> None:
+        check_range("number of a user", self.user, 1, _U32, remote=remote)
+        check_vector("probe", self.probe, MAX_POSITION, "m", remote=remote)
+        check_vector("foot", self.foot, MAX_POSITION, "m", remote=remote)
+        check_vector("force", self.force, 3.0 * MAX_FORCE, "N", remote=remote)
+        check_range("c_ii", self.c_ii, 0.0, MAX_POSITION, remote=remote)
+        for name in ("k_o_coupled", "k_h"):
+            check_range(name, getattr(self, name), 0.0, MAX_STIFFNESS, remote=remote)
+        check_range("integral_gain", self.integral_gain, 0.0, 1e9, remote=remote)
+        check_range("loop_delay", self.loop_delay, 0.0, MAX_LOOP_DELAY, remote=remote)
+        check_finite("normal", *self.normal, remote=remote)
+        check_range("length of normal", norm(self.normal), 0.999, 1.001, remote=remote)
+        check_range("presence", self.presence, 0.0, 1.0, remote=remote)
+        check_range("curvature", self.curvature, -MAX_CURVATURE, MAX_CURVATURE, remote=remote)
+        check_vector("x_free", self.x_free, MAX_POSITION, "m", remote=remote)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everybody's hands at one tick.
+
+    Args:
+        tick: Simulation tick, from 1.
+        t_server: Time of the tick on the server's clock [s].
+        users: Who is there, those too whose force still fades.
+        surface: Displacement of the vertices of the rest mesh; None in a frame of forces only.
+    """
+
+    tick: int
+    t_server: float
+    users: tuple[UserRecord, ...]
+    surface: Surface | None = None
+
+    def encode(self) -> bytes:
+        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        records = b"".join(user.encode() for user in self.users)
+        surface = b"" if self.surface is None else self.surface.encode()
+        return encode_scene(self.tick, self.t_server, records, surface)
+
+    @classmethod
+    def decode(cls, data: bytes, vertices: int) -> Scene:
+        """The scene in a frame; raises RemoteProtocolError, whatever the bytes.
+
+        Args:
+            data: The frame.
+            vertices: Of the rest mesh: nothing longer is inflated.
+        """
+        flags = open_header(data, FrameKind.SCENE)
+        check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
+        if len(data) < HEAD_SIZE:
+            raise RemoteProtocolError("scene length", len(data), f"at least {HEAD_SIZE} bytes")
+        tick, t_server, users, _ = _BODY.unpack_from(data, HEADER.size)
+        _check(tick, t_server, users, remote=True)
+        end = HEAD_SIZE + users * USER_SIZE
+        if len(data) < end or (len(data) > end and not flags & _SURFACE_FLAG):
+            limit = f"{end} bytes" + (" and a surface" if flags & _SURFACE_FLAG else "")
+            raise RemoteProtocolError("scene length", len(data), limit)
+        records = tuple(UserRecord.decode(data, at) for at in range(HEAD_SIZE, end, USER_SIZE))
+        surface = Surface.decode(data[end:], vertices) if flags & _SURFACE_FLAG else None
+        return cls(tick, t_server, records, surface)
+
+
+def encode_scene(tick: int, t_server: float, records: bytes, surface: bytes) -> bytes:
+    """A frame from its parts, encoded before: one surface serves many frames.
+
+    Args:
+        tick: Simulation tick.
+        t_server: Its time [s].
+        records: Of the users, one behind the other.
+        surface: Empty for a frame of forces only.
+
+    Raises:
+        LocalProtocolError: A value is out of its limits.
+    """
+    users = len(records) // USER_SIZE
+    _check(tick, t_server, users, remote=False)
+    flags = _SURFACE_FLAG if surface else 0
+    head = HEADER.pack(PROTOCOL_VERSION, FrameKind.SCENE, flags)
+    return head + _BODY.pack(tick, t_server, users, 0) + records + surface
+
+
+def _check(tick: int, t_server: float, users: int, *, remote: bool) -> None:
+    check_range("tick of a scene", tick, 1, _U32, remote=remote)
+    check_finite("time stamp", t_server, remote=remote)
+    check_range("users of a scene", users, 0, MAX_USERS, remote=remote)

@@ -1,0 +1,122 @@
+"""The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
+
+Whole numbers with a common scale, each the difference to the vertex before (modulo 2^16), folded so
+that small ones of both signs are small (zigzag), their low bytes apart from their high ones: what
+is left is mostly zeros, and level 1 of zlib finds them. No frame depends on another.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
+
+_HEAD = struct.Struct("<fI")
+FINEST = 1e-5  # m; a hundredth of a millimetre is less than a pixel
+MAX_UNITS = 2**15 - 1
+_LEVEL = 1
+_SMALLEST = 2.0**-126
+
+Units = npt.NDArray[np.int16]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Displacement from rest of every vertex.
+
+    Args:
+        scale: One unit [m].
+        units: In the order of the rest mesh's vertices, shape (n, 3) [scale].
+    """
+
+    scale: float
+    units: Units
+
+    @classmethod
+    def of(cls, displacement: npt.NDArray[np.float64]) -> Surface:
+        """The surface nearest to `displacement`, shape (n, 3) [m].
+
+        Raises:
+            LocalProtocolError: It is not finite, or reaches out of the world.
+        """
+        largest = float(np.abs(displacement).max(initial=0.0))
+        check_range("displacement of a surface", largest, 0.0, MAX_POSITION, remote=False)
+        scale = _single(max(FINEST, largest / MAX_UNITS))
+        return cls(scale, np.rint(displacement * (1.0 / scale)).astype(np.int16))
+
+    @property
+    def displacement(self) -> npt.NDArray[np.float64]:
+        """Of every vertex, shape (n, 3) [m]."""
+        return self.scale * self.units.astype(np.float64)
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Surface)
+            and self.scale == other.scale
+            and np.array_equal(self.units, other.units)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.scale, self.units.tobytes()))
+
+    def encode(self) -> bytes:
+        """The tail of the frame; raises LocalProtocolError when the scale is out of its limits."""
+        _check_scale(self.scale, remote=False)
+        steps = self.units.copy()
+        steps[1:] -= self.units[:-1]
+        folded = ((steps << 1) ^ (steps >> 15)).astype("<u2", copy=False)
+        # By component, then by byte: (2, 3, n).
+        planes = folded.view(np.uint8).reshape(-1, 3, 2).transpose(2, 1, 0)
+        stream = zlib.compress(planes.tobytes(), _LEVEL)
+        return _HEAD.pack(self.scale, len(stream)) + stream
+
+    @classmethod
+    def decode(cls, data: bytes, vertices: int) -> Surface:
+        """The surface in the tail of a frame; raises RemoteProtocolError, whatever the bytes.
+
+        Args:
+            data: From the scale on.
+            vertices: Of the rest mesh: nothing longer is inflated.
+        """
+        if len(data) < _HEAD.size:
+            raise RemoteProtocolError("surface length", len(data), f"at least {_HEAD.size} bytes")
+        scale, length = _HEAD.unpack_from(data)
+        _check_scale(scale, remote=True)
+        if len(data) != _HEAD.size + length:
+            limit = f"{_HEAD.size + length} bytes"
+            raise RemoteProtocolError("surface length", len(data), limit)
+        raw = _inflate(data[_HEAD.size :], 6 * vertices)
+        planes = np.frombuffer(raw, np.uint8).reshape(2, 3, vertices)
+        folded = np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<u2")[:, :, 0]
+        steps = (folded >> 1).astype(np.int16) ^ -(folded & 1).astype(np.int16)
+        return cls(scale, np.cumsum(steps, axis=0, dtype=np.int16))
+
+
+def _check_scale(scale: float, *, remote: bool) -> None:
+    check_range("scale of a surface", scale, 0.0, MAX_POSITION / MAX_UNITS, remote=remote)
+    if scale < _SMALLEST:
+        raise wrong("scale of a surface", scale, "above 0", remote=remote)
+
+
+def _inflate(deflated: bytes, size: int) -> bytes:
+    """Exactly `size` bytes, and never more of them in memory."""
+    stream = zlib.decompressobj()
+    try:
+        raw = stream.decompress(deflated, size + 1)
+    except zlib.error as error:
+        raise RemoteProtocolError("content of a surface", str(error), "a zlib stream") from error
+    if len(raw) != size or not stream.eof or stream.unused_data:
+        what = "more" if len(raw) > size or stream.unused_data else len(raw)
+        raise RemoteProtocolError("inflated size of a surface", what, f"{size} bytes")
+    return raw
+
+
+def _single(value: float) -> float:
+    """The 32-bit number nearest to `value`."""
+    return float(np.float32(value))

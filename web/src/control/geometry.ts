@@ -1,0 +1,105 @@
+/**
+ * The local surface that a client holds between patches, and what a probe sees of it.
+ *
+ * Plane and sphere (Adachi 1995); `shared/cohaptic/control/geometry.py` in TypeScript. A surface is free of the
+ * client's own force (science 3.3), so a change of patch never moves the force by itself.
+ */
+
+import type { Vec3 } from "../types";
+import { dot, lerp, sub, unit } from "../vec";
+
+/** What one probe sees of a local surface, and all that a law needs of it. */
+export interface Sight {
+  /** Of the probe below the surface, negative outside [m]. */
+  readonly depth: number;
+  /** Outward unit normal at the foot of the probe. */
+  readonly normal: Vec3;
+  /** Compliance of the contact there [m/N]. */
+  readonly c_ii: number;
+  /** Own normal force that the body carries at the patch's tick [N]. */
+  readonly own_force: number;
+  /** Displacement of the contact by the others, along the normal [m]. */
+  readonly u_others: number;
+}
+
+/** Plane or sphere; a patch has these fields. */
+export interface LocalSurface {
+  /** Contact point without this client's own force [m]. */
+  readonly x_free: Vec3;
+  readonly normal: Vec3;
+  /** 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m]. */
+  readonly curvature: number;
+  readonly c_ii: number;
+  readonly own_force: number;
+  readonly u_others: number;
+}
+
+/** What a probe at `probe` [m] sees. */
+export function look(surface: LocalSurface, probe: Vec3): Sight {
+  return {
+    depth: depthOf(surface, probe),
+    normal: normalAt(surface, probe),
+    c_ii: surface.c_ii,
+    own_force: surface.own_force,
+    u_others: surface.u_others,
+  };
+}
+
+/** Distance of a probe below the surface [m]; negative outside. Written so that curvature 0 gives the plane. */
+export function depthOf(surface: LocalSurface, probe: Vec3): number {
+  const out = sub(probe, surface.x_free);
+  const height = dot(out, surface.normal);
+  const c = surface.curvature;
+  if (c === 0) return -height;
+  // |out + normal / c| = s / c with s^2 = 1 + 2 c height + c^2 |out|^2
+  const s = Math.sqrt(Math.max(0, 1 + 2 * c * height + c * c * dot(out, out)));
+  // (1 - s) / c without cancellation as c -> 0
+  return -(2 * height + c * dot(out, out)) / (1 + s);
+}
+
+/** Outward normal of the local surface at the foot of a probe. */
+export function normalAt(surface: LocalSurface, probe: Vec3): Vec3 {
+  const c = surface.curvature;
+  const n = surface.normal;
+  if (c === 0) return n;
+  const radial = sub(probe, surface.x_free);
+  return unit([n[0] + c * radial[0], n[1] + c * radial[1], n[2] + c * radial[2]], n);
+}
+
+/** Sight between a (s = 0) and b (s = 1): surfaces follow each other without a step. */
+export function blend(a: Sight, b: Sight, s: number): Sight {
+  if (s >= 1) return b;
+  if (s <= 0) return a;
+  return {
+    depth: a.depth + s * (b.depth - a.depth),
+    normal: unit(lerp(a.normal, b.normal, s), b.normal),
+    c_ii: a.c_ii + s * (b.c_ii - a.c_ii),
+    own_force: a.own_force + s * (b.own_force - a.own_force),
+    u_others: a.u_others + s * (b.u_others - a.u_others),
+  };
+}
+
+/** A sight moved by a difference of sights (`difference`); null leaves it as it is. */
+export function shift(sight: Sight, by: Sight | null): Sight {
+  if (by === null) return sight;
+  const n = sight.normal;
+  const d = by.normal;
+  return {
+    depth: sight.depth + by.depth,
+    normal: unit([n[0] + d[0], n[1] + d[1], n[2] + d[2]], n),
+    c_ii: sight.c_ii + by.c_ii,
+    own_force: sight.own_force + by.own_force,
+    u_others: sight.u_others + by.u_others,
+  };
+}
+
+/** What turns sight b into sight a; its normal is a difference of normals. */
+export function difference(a: Sight, b: Sight): Sight {
+  return {
+    depth: a.depth - b.depth,
+    normal: sub(a.normal, b.normal),
+    c_ii: a.c_ii - b.c_ii,
+    own_force: a.own_force - b.own_force,
+    u_others: a.u_others - b.u_others,
+  };
+}

@@ -1,0 +1,88 @@
+/**
+ * The local models that a client may run, and the one function that runs them; `control/law.py` in TypeScript.
+ *
+ * A law turns what a probe sees of the surface into the normal force on the hand; its memory goes in and comes out.
+ * It has no clock, no log and no clamp: limits are applied once, last, by `touch/safety.ts`.
+ */
+
+import type { LawName } from "../types";
+import type { Sight } from "./geometry";
+import { predictiveStep } from "./predictive";
+import { proportionalForce, proportionalStiffness } from "./proportional";
+import {
+  DEFAULT_THRESHOLDS,
+  type IntegralSettings,
+  type IntegralState,
+  proportionalIntegralStep,
+} from "./proportional_integral";
+
+/** What the server chose for a client's law. */
+export interface Gains {
+  /** K_h [N/m]. */
+  readonly k_h: number;
+  /** I of the law's integral; 0 for none [N/(m s)]. */
+  readonly integral_gain: number;
+}
+
+export type LawSettings = IntegralSettings;
+
+export const DEFAULT_LAW_SETTINGS: LawSettings = {
+  thresholds: DEFAULT_THRESHOLDS,
+  release_time: 0.1,
+  max_force: 10,
+};
+
+/** What a law answers. */
+export interface LocalForce {
+  /** On the hand along the surface's normal, never negative [N]. */
+  readonly normal_force: number;
+  /** Its part that is there because others touch too [N]. */
+  readonly felt_from_others: number;
+  /** Of the surface under the probe, own force included [m]. */
+  readonly indentation: number;
+}
+
+export const NO_FORCE: LocalForce = { normal_force: 0, felt_from_others: 0, indentation: 0 };
+
+/** Depth that a law presses on [m]: the paper's laws press on the surface as it was returned, own dent included. */
+export function pressedDepth(law: LawName, sight: Sight): number {
+  return law === "predictive" ? sight.depth : sight.depth - sight.c_ii * sight.own_force;
+}
+
+/** Force of `law` for a probe at a local surface, free of this client's own force. */
+export function localForce(
+  law: LawName,
+  memory: IntegralState,
+  sight: Sight,
+  gains: Gains,
+  dt: number,
+  settings: LawSettings = DEFAULT_LAW_SETTINGS,
+): [memory: IntegralState, force: LocalForce] {
+  const d_free = sight.depth;
+  const { k_h, integral_gain } = gains;
+  let after = memory;
+  let f: number;
+  let stiffness: number;
+  if (law === "predictive") {
+    const [integral, force] = predictiveStep(memory.force, d_free, k_h, integral_gain, sight.c_ii, dt);
+    after = { force: integral, ramp: 0, depth: d_free };
+    f = force;
+    stiffness = d_free > 0 ? f / d_free : k_h;
+  } else {
+    const d = pressedDepth(law, sight);
+    stiffness = proportionalStiffness(k_h, sight.c_ii);
+    if (law === "proportional") {
+      f = proportionalForce(d, k_h);
+    } else {
+      [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
+      // Once the integral has settled the surface follows the probe: K_o is felt.
+      if (d_free > 0) stiffness = f / d_free;
+    }
+  }
+  // Where the probe would stand to the body if nobody else touched it.
+  const d_alone = Math.max(0, d_free - sight.u_others);
+  return [
+    after,
+    { normal_force: f, felt_from_others: f - stiffness * d_alone, indentation: sight.c_ii * f },
+  ];
+}

@@ -1,0 +1,29 @@
+/**
+ * When to send: so that a sample reaches the server just before the tick that uses it; `cohaptic_client/pacing.py`.
+ */
+
+const TARGET_WAIT = 0.002; // s; room for the jitter of two schedulers
+const GAIN = 0.1; // share of the error that one report corrects
+
+/** Schedule of a client's samples. */
+export interface Pacer {
+  /** Between samples, N T [s]. */
+  readonly period: number;
+  /** When the next sample is to be sent [s]. */
+  readonly due: number;
+}
+
+/** A sample was sent at `now`; missed ones are left out, the phase is kept. */
+export function sent({ period, due }: Pacer, now: number): Pacer {
+  const missed = Math.max(0, Math.trunc((now - due) / period));
+  return { period, due: due + (missed + 1) * period };
+}
+
+/** The server reports how long the sample that was sent at `sent_at` waited for its tick. */
+export function reported({ period, due }: Pacer, sent_at: number, sample_wait: number): Pacer {
+  const right = sent_at + sample_wait - Math.min(TARGET_WAIT, 0.5 * period);
+  // Earlier or later, whichever is nearer: the phase counts, not the period.
+  const around = (right - due + 0.5 * period) % period;
+  const error = (around < 0 ? around + period : around) - 0.5 * period;
+  return { period, due: due + GAIN * error };
+}

@@ -1,0 +1,48 @@
+import { expect, test } from "vitest";
+import { reported, sent } from "../../src/touch/pacing";
+import { clockOffset, measured, UNTIMED } from "../../src/touch/timing";
+import { expectClose } from "../close";
+import { vectors } from "../vectors";
+
+interface Row {
+  t_client: number;
+  t_server: number;
+  sample_wait: number;
+  now: number;
+  round_trip: number;
+  jitter: number;
+  clock_offset: number;
+  due: number;
+}
+
+test("as the Python client, patches tell round trip, clock offset and the phase of sending", () => {
+  let timing = UNTIMED;
+  let pacer = { period: 0.016, due: 10 };
+  (vectors("link") as Row[]).forEach((v, i) => {
+    timing = measured(timing, v, v.now);
+    pacer = sent(reported(pacer, v.t_client, v.sample_wait), v.now);
+    const { round_trip, jitter } = timing;
+    const { clock_offset, due } = v;
+    expectClose(
+      { round_trip, jitter, clock_offset: clockOffset(timing), due: pacer.due },
+      { round_trip: v.round_trip, jitter: v.jitter, clock_offset, due },
+      `row ${i}`,
+    );
+  });
+});
+
+test("a schedule locks to the server's ticks, whatever the delay", () => {
+  for (const delay of [0.001, 0.02, 0.3]) {
+    const period = 1 / 60;
+    let pacer = { period, due: 0.005 };
+    let wait = 0;
+    for (let i = 0; i < 300; i += 1) {
+      const at = pacer.due;
+      const arrives = at + delay;
+      wait = Math.ceil(arrives / period) * period - arrives;
+      pacer = reported(sent(pacer, at), at, wait);
+    }
+    expect(wait).toBeGreaterThan(0.001);
+    expect(wait).toBeLessThan(0.003);
+  }
+});
