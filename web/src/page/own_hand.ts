@@ -23,7 +23,7 @@ export class OwnHand {
   private readonly startTouch: StartTouch;
   private readonly changed: () => void;
   private mesh: RestMesh | null = null;
-  private normals = new Float32Array(0);
+  private normals: Float32Array = new Float32Array(0);
   private info: WatchInfo | null = null;
   private positions: Float32Array | null = null;
   private finger: Finger | null = null;
@@ -42,6 +42,16 @@ export class OwnHand {
 
   get pressing(): boolean {
     return this.finger?.pressing === true;
+  }
+
+  /** One line on what to do next; empty when it is plain. */
+  hint(): string {
+    const state = this.state;
+    if (this.handle === null) return "";
+    if (state === null || state.phase === "connecting") return "Joining the room\u2026";
+    if (state.fault !== "") return `Force off: ${state.fault}.`;
+    if (state.doing === "touching" || this.pressing) return "";
+    return "Press on the object and hold; drag to slide, wheel or Shift for depth.";
   }
 
   setBody(mesh: RestMesh | null, info: WatchInfo | null): void {

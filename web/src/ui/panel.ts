@@ -50,6 +50,16 @@ export class Panel {
     for (const [user, card] of this.cards) card.paint(this.colour(user));
   }
 
+  /** Bring a part into sight; on the stage alone nothing is scrolled. */
+  reveal(part: "stage" | "plots" | "area", user: number): void {
+    const target = part === "area" ? this.area.root : part === "plots" ? this.cards.get(user)?.root : undefined;
+    this.cards.get(user)?.open(true);
+    for (const card of [this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
+      card.classList.toggle("shown", card === target);
+    }
+    target?.scrollIntoView({ block: "nearest", behavior: "auto" });
+  }
+
   /** Remember this moment for the plots; cheap, and called for every frame. */
   record(view: SceneView): void {
     for (const user of view.users) this.card(user.user).record(user, view.t_server);

@@ -9,6 +9,8 @@ export interface Line {
   /** Custom property that holds the colour, or a colour. */
   readonly colour: string;
   readonly dashed?: boolean;
+  /** Written beside the lane's name where a lane has several lines. */
+  readonly name?: string;
 }
 
 export interface Lane {
@@ -111,6 +113,7 @@ function axis(
   c.textBaseline = "middle";
   c.textAlign = "left";
   c.fillText(`${lane.name}, ${lane.unit}`, LEFT, top + 6);
+  key(c, lane, width, top, ink);
   c.textAlign = "right";
   c.lineWidth = 1;
   const marks = ticks({ low: lane.factor * range.low, high: lane.factor * range.high }, lane.height > 50 ? 3 : 2);
@@ -123,6 +126,25 @@ function axis(
     c.lineTo(width - RIGHT, at);
     c.stroke();
     c.fillText(mark.toFixed(places).replace("-", "\u2212"), LEFT - 6, at);
+  }
+}
+
+/** Names of several lines, each after a piece of it, from the right. */
+function key(c: CanvasRenderingContext2D, lane: Lane, width: number, top: number, ink: Inks): void {
+  let right = width - RIGHT;
+  for (const line of lane.lines) {
+    if (line.name === undefined) continue;
+    right -= c.measureText(line.name).width;
+    c.fillText(line.name, right, top + 6);
+    c.strokeStyle = ink.get(line.colour);
+    c.lineWidth = 1.6;
+    c.setLineDash(line.dashed === true ? [3, 2.5] : []);
+    c.beginPath();
+    c.moveTo(right - 18, top + 6);
+    c.lineTo(right - 4, top + 6);
+    c.stroke();
+    c.setLineDash([]);
+    right -= 30;
   }
 }
 

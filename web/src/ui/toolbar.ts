@@ -24,7 +24,8 @@ export class Toolbar {
       "button",
       { class: "button tour-button", attrs: { type: "button", "aria-keyshortcuts": "G" }, on: { click: deeds.tour } },
       icon("play"),
-      el("span", { text: "Guided tour" }),
+      el("span", { text: "Guided tour", class: "tour-long" }),
+      el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
     );
     this.panelButton = iconButton(icon("panel"), "Hands and plots", "", deeds.panel);
     const full = iconButton(icon("full"), "Full screen", "F", deeds.full);

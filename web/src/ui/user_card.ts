@@ -25,14 +25,14 @@ export function sample(user: UserState): [number, number, number, number] {
 
 const LANES: readonly Lane[] = [
   {
-    name: "probe and proxy", unit: "mm", factor: 1e3, least: 0.008, zero: true, height: 62,
+    name: "position", unit: "mm", factor: 1e3, least: 0.008, zero: true, height: 56,
     lines: [
-      { column: COLUMN.proxy, colour: "--proxy" },
-      { column: COLUMN.probe, colour: "--probe", dashed: true },
+      { column: COLUMN.proxy, colour: "--proxy", name: "proxy" },
+      { column: COLUMN.probe, colour: "--probe", dashed: true, name: "probe" },
     ],
   },
-  { name: "force", unit: "N", factor: 1, least: 2, zero: true, height: 44, lines: [{ column: COLUMN.force, colour: "--user" }] },
-  { name: "delay of the loop", unit: "ms", factor: 1e3, least: 0.1, zero: true, height: 28, lines: [{ column: COLUMN.delay, colour: "--ink-2" }] },
+  { name: "force", unit: "N", factor: 1, least: 2, zero: true, height: 38, lines: [{ column: COLUMN.force, colour: "--user" }] },
+  { name: "delay of the loop", unit: "ms", factor: 1e3, least: 0.1, zero: true, height: 22, lines: [{ column: COLUMN.delay, colour: "--ink-2" }] },
 ];
 
 export class UserCard {
@@ -57,7 +57,7 @@ export class UserCard {
       this.wanted = { ...this.wanted, ...change };
       setLatency(this.wanted);
     };
-    const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
+    const delay = slider("delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
     const jitter = slider("jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
     this.latency = { root: el("div", { class: "latency" }, delay.root, jitter.root), delay, jitter };
     this.body = el(
@@ -110,6 +110,7 @@ export class UserCard {
   /** Write numbers; `own` marks the visitor's hand. */
   write(user: UserState | undefined, name: string, own: boolean, mayDelay: boolean): void {
     say(this.name, own ? `${name} (you)` : name);
+    this.root.classList.toggle("own", own);
     show(this.latency.root, mayDelay && user !== undefined);
     if (user === undefined) {
       say(this.law, "not at the body");

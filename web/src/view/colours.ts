@@ -28,7 +28,7 @@ export function parseHex(hex: string): Rgb {
 
 /** Inward blue, rest like porcelain, outward amber. */
 export const DISPLACEMENT: Record<Scheme, ColourMap> = {
-  light: spread(["#123a7c", "#2f6fb4", "#8db7d6", "#e3e5e3", "#eec48c", "#d98a35", "#9c4d0c"]),
+  light: spread(["#0d2f6e", "#1f62b0", "#78abd6", "#cdd3d4", "#ecb772", "#d97f22", "#94450a"]),
   dark: spread(["#7cc4ff", "#3d86cf", "#3f6285", "#70777d", "#9a7a50", "#d98f3e", "#ffc37a"]),
 };
 
@@ -38,7 +38,7 @@ export const STIFFNESS: ColourMap = spread([
 ]);
 
 /** Colour of a surface of which nothing is known. */
-export const PLAIN: Record<Scheme, Rgb> = { light: parseHex("#e3e5e3"), dark: parseHex("#70777d") };
+export const PLAIN: Record<Scheme, Rgb> = { light: parseHex("#cdd3d4"), dark: parseHex("#70777d") };
 
 /**
  * Where on a map a value lies.

@@ -40,7 +40,7 @@ export class Ground {
     const shade = new Mesh(new CircleGeometry(1.7 * radius, 64), this.shadow);
     // The ring marks the ground on which the body is held.
     const ring = new Mesh(new RingGeometry(1.28 * radius, 1.287 * radius, 128), this.line);
-    const held = new Mesh(new RingGeometry(1.0 * foot.reach, 1.0 * foot.reach + 0.035 * radius, 96), this.line);
+    const held = new Mesh(new RingGeometry(foot.reach, foot.reach + 0.014 * radius, 96), this.line);
     shade.position.set(foot.x, foot.y, foot.z - 0.004 * radius);
     ring.position.set(foot.x, foot.y, foot.z - 0.003 * radius);
     held.position.set(foot.x, foot.y, foot.z - 0.002 * radius);

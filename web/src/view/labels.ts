@@ -4,6 +4,8 @@ import type { Vec3 } from "../types";
 import { LEAST_FORCE, type Pose } from "./pose";
 import { norm } from "../vec";
 
+const CLEAR = 52; // px between a hand and its name
+
 interface Label {
   readonly box: HTMLElement;
   readonly name: HTMLElement;
@@ -56,7 +58,10 @@ export class Labels {
       // Kept inside the picture, so that a phone shows the names too.
       const half = 0.5 * label.width + 6;
       const x = Math.min(this.host.clientWidth - half, Math.max(half, pixel.x));
-      const y = Math.min(this.host.clientHeight - 20, Math.max(20, pixel.y));
+      // A stem that points at the eye is short: the name goes above the hand and leaves it in sight.
+      const tip = project(pose.proxy) ?? pixel;
+      const lift = Math.max(0, CLEAR - Math.hypot(pixel.x - tip.x, pixel.y - tip.y));
+      const y = Math.min(this.host.clientHeight - 20, Math.max(20, pixel.y - lift));
       label.box.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
       label.box.style.opacity = pose.presence.toFixed(2);
     }

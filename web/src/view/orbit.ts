@@ -12,7 +12,7 @@ export interface Orbit {
 }
 
 /** Left and right hands of the demo stand on the x axis, so both are seen. */
-export const HOME: Orbit = { azimuth: -1.15, elevation: 0.3, distance: 4.6 };
+export const HOME: Orbit = { azimuth: -1.36, elevation: 0.26, distance: 5.4 };
 export const NEAREST = 1.6;
 export const FARTHEST = 12;
 const STEEPEST = 1.5;

@@ -1,9 +1,9 @@
 /** The stage: renderer, camera, light. It draws when something moved, and not otherwise. */
 
 import {
-  ACESFilmicToneMapping,
-  DirectionalLight,
+    DirectionalLight,
   HemisphereLight,
+  NeutralToneMapping,
   PerspectiveCamera,
   PMREMGenerator,
   Raycaster,
@@ -38,13 +38,14 @@ export class Stage {
   private dirty = true;
   private ratio = Math.min(window.devicePixelRatio, 2);
   private cost = 0;
+  private lift = 0;
 
   /** @throws Error where the browser has no WebGL. */
   constructor(host: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: "high-performance" });
     this.canvas = this.renderer.domElement;
     this.canvas.className = "stage-canvas";
-    this.renderer.toneMapping = ACESFilmicToneMapping;
+    this.renderer.toneMapping = NeutralToneMapping;
     host.append(this.canvas);
     this.camera.up.set(0, 0, 1);
     const light = new PMREMGenerator(this.renderer);
@@ -69,8 +70,17 @@ export class Stage {
 
   setScheme(scheme: Scheme): void {
     this.renderer.toneMappingExposure = scheme === "light" ? 1.0 : 0.95;
-    this.key.intensity = scheme === "light" ? 1.7 : 1.9;
-    this.sky.intensity = scheme === "light" ? 0.55 : 0.25;
+    this.key.intensity = scheme === "light" ? 1.6 : 1.6;
+    this.sky.intensity = scheme === "light" ? 0.2 : 0.12;
+    this.scene.environmentIntensity = scheme === "light" ? 0.5 : 0.8;
+    this.touch();
+  }
+
+  /** Keep the body in the middle of what is not covered: `above` and `below` are covered [px]. */
+  uncover(above: number, below: number): void {
+    const lift = Math.round(0.5 * (below - above));
+    if (lift === this.lift) return;
+    this.lift = lift;
     this.touch();
   }
 
@@ -107,6 +117,17 @@ export class Stage {
     return { origin: caster.ray.origin.toArray(), direction: caster.ray.direction.toArray() };
   }
 
+  /** Through the middle of the picture. */
+  middle(): { origin: Vec3; direction: Vec3 } {
+    const box = this.canvas.getBoundingClientRect();
+    return this.ray(box.left + 0.5 * box.width, box.top + 0.5 * box.height);
+  }
+
+  /** From the middle of the body towards the eye. */
+  towardsEye(): Vec3 {
+    return eye({ ...this.orbit, distance: 1 }, [0, 0, 0], 1);
+  }
+
   /** Where a point appears, in pixels of the canvas; null behind the eye. */
   project(point: Vec3): { x: number; y: number } | null {
     const p = new Vector3(...point).project(this.camera);
@@ -116,14 +137,15 @@ export class Stage {
 
   private place(): void {
     // A narrow window sees less to the sides: step back until the body fits.
-    const back = Math.max(1, 1.05 / this.camera.aspect);
+    const back = Math.max(1, 1.22 / this.camera.aspect);
     const from = eye({ ...this.orbit, distance: this.orbit.distance * back }, this.center, this.radius);
     this.camera.position.set(...from);
     this.camera.lookAt(...this.center);
     this.camera.updateMatrixWorld();
-    this.camera.updateProjectionMatrix();
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.camera.setViewOffset(width, height, 0, this.lift, width, height);
     // The light comes over the viewer's left shoulder, so that dents show from every side.
-    const light = eye({ azimuth: this.orbit.azimuth - 0.95, elevation: 0.75, distance: 6 }, this.center, this.radius);
+    const light = eye({ azimuth: this.orbit.azimuth - 1.05, elevation: 0.72, distance: 6 }, this.center, this.radius);
     this.key.position.set(...light);
     this.key.target.position.set(...this.center);
   }

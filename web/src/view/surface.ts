@@ -11,6 +11,7 @@ import {
 } from "three";
 import type { RestMesh, SceneView } from "../types";
 import { DISPLACEMENT, PLAIN, STIFFNESS, table, toLinear, type Scheme } from "./colours";
+import { niceStep } from "../ui/scale";
 import { alongNormals } from "./normals";
 import { Refiner } from "./refine";
 import { StiffnessMap } from "./stiffness";
@@ -74,8 +75,7 @@ export class Surface {
 
   setScheme(scheme: Scheme): void {
     this.scheme = scheme;
-    this.contour.uInk.value = scheme === "light" ? 0.34 : 0.42;
-    this.mesh.material.envMapIntensity = scheme === "light" ? 0.75 : 0.5;
+    this.contour.uInk.value = scheme === "light" ? 0.4 : 0.45;
     this.recolour();
   }
 
@@ -94,7 +94,7 @@ export class Surface {
   deform(positions: Float32Array): void {
     this.refiner.run(positions);
     const most = alongNormals(this.refiner.positions, this.rest, this.restNormals, this.out);
-    while (most > this.span) this.span *= 2;
+    if (most > this.span) this.span = niceStep(most);
     this.write("position", this.refiner.positions);
     this.write("normal", this.refiner.normals);
     this.write("along", this.out);
@@ -156,7 +156,7 @@ export class Surface {
 
 /** Matt rubber with contour lines of displacement drawn into it. */
 function material(contour: Record<string, IUniform>): MeshStandardMaterial {
-  const made = new MeshStandardMaterial({ color: new Color(1, 1, 1), vertexColors: true, roughness: 0.5, metalness: 0 });
+  const made = new MeshStandardMaterial({ color: new Color(1, 1, 1), vertexColors: true, roughness: 0.6, metalness: 0 });
   made.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, contour);
     shader.vertexShader = shader.vertexShader
