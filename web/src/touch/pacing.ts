@@ -3,6 +3,7 @@
  */
 
 const TARGET_WAIT = 0.002; // s; room for the jitter of two schedulers
+export const WORKER_WAIT = 0.005; // s; the same where timers come every 4 ms
 const GAIN = 0.1; // share of the error that one report corrects
 
 /** Schedule of a client's samples. */
@@ -19,9 +20,13 @@ export function sent({ period, due }: Pacer, now: number): Pacer {
   return { period, due: due + (missed + 1) * period };
 }
 
-/** The server reports how long the sample that was sent at `sent_at` waited for its tick. */
-export function reported({ period, due }: Pacer, sent_at: number, sample_wait: number): Pacer {
-  const right = sent_at + sample_wait - Math.min(TARGET_WAIT, 0.5 * period);
+/**
+ * The server reports how long the sample that was sent at `sent_at` waited for its tick.
+ *
+ * @param target_wait How long it should [s].
+ */
+export function reported({ period, due }: Pacer, sent_at: number, sample_wait: number, target_wait = TARGET_WAIT): Pacer {
+  const right = sent_at + sample_wait - Math.min(target_wait, 0.5 * period);
   // Earlier or later, whichever is nearer: the phase counts, not the period.
   const around = (right - due + 0.5 * period) % period;
   const error = (around < 0 ? around + period : around) - 0.5 * period;

@@ -1,0 +1,166 @@
+/**
+ * One hand at one server: engine, socket and timers put together. The shell that decides when to connect again.
+ *
+ * Socket, clock and timers are given, so that a test can be the server.
+ */
+
+import { ProtocolError } from "../protocol/frame";
+import { SUBPROTOCOL } from "../protocol/version";
+import type { TouchSettings, TouchState } from "../types";
+import { Refused, TouchEngine } from "./engine";
+import type { FromWorker, ToWorker } from "./messages";
+import type { Connection } from "./report";
+
+const WAKE = 0.002; // s; browsers make 4 ms of it
+const REPORT = 1 / 60; // s
+const RETRY = 0.5; // s between attempts to reach a server
+const FADE = 0.2; // s; the force is gone in 0.15
+const NAME_TAKEN = 4409;
+const SERVER_STOPS = 4503;
+const OPEN = 1; // of a socket
+
+/** What a browser gives. */
+export interface World {
+  /** On the page's clock [s]. */
+  now(): number;
+  /** Calls `action` after a while [s]. */
+  later(seconds: number, action: () => void): void;
+  socket(url: string, protocol: string): WebSocket;
+  post(message: FromWorker): void;
+}
+
+/** A hand, its connection and what becomes of both. */
+export class TouchClient {
+  private readonly engine: TouchEngine;
+  private socket: WebSocket | null = null;
+  private connection: Connection = { phase: "connecting", reason: "" };
+  private report_due = 0;
+  private ended = false;
+
+  constructor(
+    private readonly settings: TouchSettings,
+    private readonly world: World,
+  ) {
+    this.engine = new TouchEngine(settings, world.now());
+    this.connect();
+    this.wake();
+  }
+
+  /** What the page says after `start`. */
+  obey(message: Exclude<ToWorker, { type: "start" }>): void {
+    switch (message.type) {
+      case "point":
+        this.engine.point(message.target);
+        break;
+      case "hand":
+        this.engine.setHand(message.hand);
+        break;
+      case "law":
+        this.engine.setLaw(message.law);
+        break;
+      case "close":
+        this.engine.letGo();
+        this.world.later(this.connection.phase === "joined" ? FADE : 0, () => {
+          this.end("");
+        });
+    }
+  }
+
+  private wake(): void {
+    if (this.ended) return;
+    const now = this.world.now();
+    this.run(now);
+    if (now >= this.report_due) {
+      this.report_due = now + REPORT;
+      this.tell(now);
+    }
+    this.world.later(WAKE, () => {
+      this.wake();
+    });
+  }
+
+  private run(now: number): void {
+    const law = this.engine.lawToTell();
+    if (law !== null) this.socket?.send(law);
+    const sample = this.engine.advance(now);
+    // Newest wins: the next sample is one period away.
+    if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);
+  }
+
+  private tell(now: number): void {
+    const state: TouchState = this.engine.report(now, this.connection);
+    this.world.post({ type: "state", state });
+  }
+
+  private connect(): void {
+    if (this.ended) return;
+    let socket: WebSocket;
+    try {
+      socket = this.world.socket(this.settings.url, SUBPROTOCOL);
+    } catch (error) {
+      this.end(`${this.settings.url} is not an address of a server: ${String(error)}`);
+      return;
+    }
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => {
+      socket.send(this.engine.opened());
+    };
+    socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
+      this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
+    };
+    socket.onclose = ({ code, reason }) => {
+      this.lost(socket, code, reason);
+    };
+  }
+
+  private hear(socket: WebSocket, data: string | Uint8Array): void {
+    if (socket !== this.socket) return;
+    const now = this.world.now();
+    try {
+      this.engine.hear(data, now);
+      if (typeof data === "string") this.connection = { phase: "joined", reason: "" };
+    } catch (error) {
+      if (error instanceof Refused) this.refused(socket, error);
+      else if (error instanceof ProtocolError) this.end(`the server broke the protocol: ${error.message}`);
+      else throw error;
+      return;
+    }
+    this.run(now);
+  }
+
+  private refused(socket: WebSocket, refusal: Refused): void {
+    // After a broken connection the server may not know yet that it is broken; one that stops may come back.
+    const again = refusal.code === NAME_TAKEN || refusal.code === SERVER_STOPS;
+    if (again && this.engine.joined) this.lost(socket, refusal.code, refusal.message);
+    else this.end(`the server refused: ${refusal.message}`);
+  }
+
+  private lost(socket: WebSocket, code: number, reason: string): void {
+    if (socket !== this.socket || this.ended) return;
+    this.socket = null;
+    this.engine.lost();
+    const why = reason || (code === 1006 ? "no server answers" : `closed with ${code}`);
+    this.connection = { phase: "connecting", reason: `${why}; trying again` };
+    socket.close();
+    this.world.later(RETRY, () => {
+      this.connect();
+    });
+  }
+
+  private end(reason: string): void {
+    if (this.ended) return;
+    this.ended = true;
+    const now = this.world.now();
+    const socket = this.socket;
+    this.socket = null;
+    if (socket?.readyState === OPEN) {
+      for (const message of this.engine.farewell(now)) socket.send(message);
+    }
+    socket?.close(1000);
+    this.engine.letGo();
+    this.connection = { phase: "closed", reason };
+    this.tell(now);
+    this.world.post({ type: "ended" });
+  }
+}

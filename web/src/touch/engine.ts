@@ -1,0 +1,210 @@
+/**
+ * The haptic client without I/O: messages, cursor and time in; messages and reports out.
+ *
+ * The Worker (`worker.ts`) is the shell round it. The loop outlives a lost connection: the force fades by itself when
+ * patches stop, and comes back when they do.
+ */
+
+import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
+import { encodeControl, type Welcome } from "../protocol/control";
+import { ProtocolError } from "../protocol/frame";
+import type { HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
+import { ZERO } from "../vec";
+import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./device";
+import { type Pacer, reported, sent, WORKER_WAIT } from "./pacing";
+import { type Connection, reportOf } from "./report";
+import { due, HAPTIC_PERIOD, type Schedule } from "./schedule";
+import { TouchSession } from "./session";
+import { type LoopSettings, loopSettings, type LoopState, type Output, receive, START, step } from "./step";
+import { measured, UNTIMED } from "./timing";
+
+/** The server said why this client may not take part. */
+export class Refused extends Error {
+  override readonly name = "Refused";
+
+  constructor(
+    readonly code: number,
+    reason: string,
+  ) {
+    super(reason);
+  }
+}
+
+/** One user's haptics. */
+export class TouchEngine {
+  private cursor: Vec3;
+  private hand: HandSettings;
+  private law: LawName;
+  private told: LawName; // the server knows of this one
+  private device: CursorState;
+  private loop: LoopState = START;
+  private settings: LoopSettings | null = null;
+  private output: Output | null = null;
+  private schedule: Schedule;
+  private session = new TouchSession();
+  private pacer: Pacer | null = null;
+  private timing = UNTIMED;
+  private seq = 0;
+  private welcome: Welcome | null = null;
+  private leaving = false;
+  private trace: number[] = [];
+  private periods = 0;
+  private reported_at: number;
+
+  constructor(
+    private readonly wanted: TouchSettings,
+    now: number,
+  ) {
+    this.cursor = wanted.target;
+    this.hand = wanted.hand;
+    this.law = this.told = wanted.law;
+    this.device = restAt(wanted.target);
+    this.schedule = { next: now, missed: 0 };
+    this.reported_at = now;
+  }
+
+  /** Whether a server has taken this hand in at some time. */
+  get joined(): boolean {
+    return this.welcome !== null;
+  }
+
+  /** A connection is open: what to say first. */
+  opened(): string {
+    this.session = new TouchSession();
+    this.seq = 0;
+    this.pacer = null;
+    this.timing = UNTIMED; // another server may have another clock
+    this.told = this.law;
+    return TouchSession.greeting({ ...this.wanted, law: this.law }, CURSOR);
+  }
+
+  /** The connection is gone: nothing more is sent until the next one has its welcome. */
+  lost(): void {
+    this.pacer = null;
+  }
+
+  /** One message from the server; throws ProtocolError or Refused, and the connection is to be closed. */
+  hear(data: string | Uint8Array, now: number): void {
+    const event = this.session.receive(data);
+    if (event.type === "patch") {
+      if (this.settings === null || this.leaving) return;
+      this.loop = receive(this.loop, event.patch, now, this.settings);
+      const { seq, t_client, sample_wait } = event.patch;
+      if (seq === 0 || this.pacer === null) return;
+      this.pacer = reported(this.pacer, t_client, sample_wait, WORKER_WAIT);
+      this.timing = measured(this.timing, event.patch, now);
+    } else if (event.type === "welcome") {
+      this.begin(event, now);
+    } else if (event.type === "error") {
+      throw new Refused(event.code, event.message);
+    }
+  }
+
+  point(cursor: Vec3): void {
+    this.cursor = cursor;
+  }
+
+  setHand(hand: HandSettings): void {
+    this.hand = hand;
+  }
+
+  setLaw(law: LawName): void {
+    this.law = law;
+  }
+
+  /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
+  lawToTell(): string | null {
+    if (this.law === this.told || this.pacer === null) return null;
+    this.told = this.law;
+    return encodeControl({ type: "set_law", law: this.law, fixed_gains: null });
+  }
+
+  /** From now on the server counts as silent: the force fades before the end. */
+  letGo(): void {
+    this.leaving = true;
+    this.loop = { ...this.loop, arrived: -Infinity };
+  }
+
+  /** Last messages of the connection: a sample without force, and goodbye; nothing without a welcome. */
+  farewell(now: number): readonly (string | Uint8Array<ArrayBuffer>)[] {
+    if (this.pacer === null) return [];
+    this.pacer = null;
+    return [this.sample(now, ZERO), encodeControl({ type: "bye" })];
+  }
+
+  /** Run the periods that have passed; the sample to send now, if one is due. */
+  advance(now: number): Uint8Array<ArrayBuffer> | null {
+    const [times, schedule] = due(this.schedule, now);
+    this.schedule = schedule;
+    for (const t of times) this.period(t);
+    this.periods += times.length;
+    if (this.pacer === null || this.pacer.due > now) return null;
+    this.pacer = sent(this.pacer, now);
+    return this.sample(now, this.output?.on_body ?? ZERO);
+  }
+
+  /** What the page is told; begins a new trace. */
+  report(now: number, connection: Connection): TouchState {
+    const seconds = now - this.reported_at;
+    const state = reportOf({
+      connection,
+      settings: { ...this.wanted, law: this.law },
+      welcome: this.welcome,
+      loop: this.loop,
+      output: this.output,
+      cursor: this.cursor,
+      timing: this.timing,
+      leaving: this.leaving,
+      loop_hz: seconds > 0 ? this.periods / seconds : 0,
+      missed: this.schedule.missed,
+      trace: Float64Array.from(this.trace),
+      now,
+    });
+    this.trace = [];
+    this.periods = 0;
+    this.reported_at = now;
+    return state;
+  }
+
+  private period(t: number): void {
+    const force = this.output?.force ?? ZERO;
+    this.device = follow(this.device, this.hand, this.cursor, force, HAPTIC_PERIOD);
+    const settings = this.settings;
+    if (settings === null) return;
+    const [loop, output] = step(this.loop, this.device.tip, t, settings);
+    this.loop = loop;
+    this.output = output;
+    const given = Math.hypot(...output.force);
+    this.trace.push(t, given, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
+  }
+
+  /** The server took us in. */
+  private begin(welcome: Welcome, now: number): void {
+    if (this.welcome !== null && this.settings !== null) {
+      // The loop that runs was made for the old one.
+      const same =
+        welcome.simulation_period === this.welcome.simulation_period &&
+        JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
+      if (!same) throw new ProtocolError("what the server has now", welcome.body.name, "the body and rate from before");
+    }
+    const { max_force, passivity } = this.wanted;
+    this.welcome = welcome;
+    this.settings ??= {
+      ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall),
+      max_damping: passivity ? dampingLimit(CURSOR, HAPTIC_PERIOD) : 0,
+    };
+    this.pacer = { period: welcome.simulation_period, due: now };
+  }
+
+  private sample(now: number, force: Vec3): Uint8Array<ArrayBuffer> {
+    this.seq += 1;
+    const sample: ContactSample = {
+      seq: this.seq,
+      tick: this.loop.patch?.tick ?? 0,
+      t_client: now,
+      probe: this.device.tip.position,
+      force,
+    };
+    return encodeContactSample(sample);
+  }
+}

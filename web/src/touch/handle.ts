@@ -1,0 +1,51 @@
+/** The page's handle on the haptic Worker: start it, exchange newest values, end it. */
+
+import type { TouchHandle, TouchSettings, TouchState } from "../types";
+import type { FromWorker, ToWorker } from "./messages";
+
+const GRACE = 1000; // ms for the Worker to end by itself
+
+/** Begin to touch. */
+export function startTouch(settings: TouchSettings): TouchHandle {
+  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "haptics" });
+  const say = (message: ToWorker): void => {
+    worker.postMessage(message);
+  };
+  const listeners = new Set<() => void>();
+  let state: TouchState | null = null;
+  let ended = (): void => undefined;
+  const end = new Promise<void>((resolve) => {
+    ended = resolve;
+  }).then(() => {
+    worker.terminate();
+  });
+  worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
+    if (data.type === "ended") ended();
+    else state = data.state;
+    for (const listener of listeners) listener();
+  };
+  say({ type: "start", settings, time_origin: performance.timeOrigin });
+  return {
+    get state() {
+      return state;
+    },
+    point: (target) => {
+      say({ type: "point", target });
+    },
+    setLaw: (law) => {
+      say({ type: "law", law });
+    },
+    setHand: (hand) => {
+      say({ type: "hand", hand });
+    },
+    subscribe: (listener) => {
+      listeners.add(listener);
+      return () => listeners.delete(listener);
+    },
+    close: () => {
+      say({ type: "close" });
+      setTimeout(ended, GRACE);
+      return end;
+    },
+  };
+}

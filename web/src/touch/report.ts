@@ -1,0 +1,83 @@
+/** What the haptic Worker tells the page, as a function of what it knows. */
+
+import type { Welcome } from "../protocol/control";
+import type { TouchPhase, TouchSettings, TouchState, Vec3 } from "../types";
+import { add, scale } from "../vec";
+import type { LoopState, Output } from "./step";
+import { clockOffset, type LinkTiming } from "./timing";
+
+/** How the connection is, as the Worker sees it. */
+export interface Connection {
+  readonly phase: TouchPhase;
+  /** Why, in one sentence; empty for no reason. */
+  readonly reason: string;
+}
+
+/** All that a report is made of. */
+export interface Known {
+  readonly connection: Connection;
+  readonly settings: TouchSettings;
+  readonly welcome: Welcome | null;
+  readonly loop: LoopState;
+  readonly output: Output | null;
+  readonly cursor: Vec3;
+  readonly timing: LinkTiming;
+  readonly leaving: boolean;
+  readonly loop_hz: number;
+  readonly missed: number;
+  readonly trace: Float64Array;
+  readonly now: number;
+}
+
+export function reportOf(known: Known): TouchState {
+  const { connection, settings, welcome, loop, output, timing, now } = known;
+  const { sight, patch, safety } = loop;
+  const probe = welcome === null ? known.cursor : loop.probe;
+  const normal: Vec3 = sight?.normal ?? [0, 0, 1];
+  const depth = sight?.depth ?? -1;
+  const indentation = safety.scale * (output?.local.indentation ?? 0);
+  // The surface free of the own force, less the own dent: where the tip is held for the eye.
+  const proxy = depth > 0 ? add(probe, scale(normal, Math.max(0, depth - indentation))) : probe;
+  return {
+    ...connection,
+    doing: doing(known),
+    user: welcome?.user ?? 0,
+    name: welcome?.name ?? settings.name,
+    t: now,
+    target: known.cursor,
+    probe,
+    proxy,
+    normal,
+    force: output?.force ?? [0, 0, 0],
+    felt_from_others: safety.scale * (output?.local.felt_from_others ?? 0),
+    depth,
+    indentation,
+    u_others: sight?.u_others ?? 0,
+    law: loop.fade?.now.law ?? null,
+    law_wanted: settings.law,
+    k_o: patch?.k_o ?? 0,
+    k_o_coupled: patch?.k_o_coupled ?? 0,
+    k_h: loop.fade?.now.gains.k_h ?? 0,
+    integral_gain: loop.fade?.now.gains.integral_gain ?? 0,
+    damping: loop.passivity.damping,
+    owed: loop.passivity.owed,
+    scale: safety.scale,
+    fault: safety.fault,
+    round_trip: timing.round_trip,
+    jitter: timing.jitter,
+    clock_offset: clockOffset(timing),
+    simulation_period: welcome?.simulation_period ?? 0,
+    loop_hz: known.loop_hz,
+    missed: known.missed,
+    trace: known.trace,
+  };
+}
+
+/** As the Python client says it, for people. */
+function doing({ connection, loop, output, leaving }: Known): string {
+  if (leaving || connection.phase === "closed") return "stopped";
+  if (loop.patch === null) return "connecting";
+  if (output?.silent === true) return "server silent";
+  if (loop.safety.scale === 0) return "waiting";
+  return output !== null && output.local.normal_force > 0 ? "touching" : "free";
+}

@@ -1,0 +1,182 @@
+import { describe, expect, test } from "vitest";
+import { TouchClient } from "../../src/touch/client";
+import { DEFAULT_HAND } from "../../src/touch/hand";
+import type { FromWorker } from "../../src/touch/messages";
+import type { TouchState } from "../../src/types";
+import { PERIOD, PlaneServer, WELCOME } from "./server";
+
+/** The end of a socket that a server holds. */
+class Line {
+  constructor(private readonly now: () => number) {}
+  readyState = 1;
+  bufferedAmount = 0;
+  binaryType = "";
+  onopen: (() => void) | null = null;
+  onmessage: ((event: { data: string | ArrayBuffer }) => void) | null = null;
+  onclose: ((event: { code: number; reason: string }) => void) | null = null;
+  readonly texts: { type: string }[] = [];
+  readonly server = new PlaneServer();
+  closed: number | null = null;
+
+  send(data: string | Uint8Array): void {
+    if (typeof data === "string") this.texts.push(JSON.parse(data) as { type: string });
+    else this.server.take(data, this.now());
+  }
+  close(code = 1000): void {
+    this.closed ??= code;
+    this.readyState = 3;
+  }
+  say(message: object): void {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+  patch(t: number): void {
+    this.onmessage?.({ data: this.server.patch(t).slice().buffer });
+  }
+  break(code = 1006, reason = ""): void {
+    this.readyState = 3;
+    this.onclose?.({ code, reason });
+  }
+}
+
+/** A browser in virtual time. */
+class Browser {
+  time = 0;
+  private timers: { at: number; action: () => void }[] = [];
+  readonly lines: Line[] = [];
+  readonly posts: FromWorker[] = [];
+  readonly client = new TouchClient(
+    {
+      url: "ws://127.0.0.1:1/",
+      name: "page",
+      law: "predictive",
+      geometry: "plane",
+      max_force: 10,
+      passivity: true,
+      hand: DEFAULT_HAND,
+      target: [0.15, 0, 0],
+    },
+    {
+      now: () => this.time,
+      later: (seconds, action) => this.timers.push({ at: this.time + Math.max(0.001, seconds), action }),
+      socket: () => {
+        const line = new Line(() => this.time);
+        this.lines.push(line);
+        return line as unknown as WebSocket;
+      },
+      post: (message) => this.posts.push(message),
+    },
+  );
+
+  run(seconds: number, ticking = true): void {
+    const until = this.time + seconds;
+    let tick = this.time;
+    while (this.time < until) {
+      this.time += 0.001;
+      const due = this.timers.filter(({ at }) => at <= this.time);
+      this.timers = this.timers.filter(({ at }) => at > this.time);
+      for (const { action } of due) action();
+      if (ticking && this.time >= tick) {
+        tick += PERIOD;
+        this.line.patch(this.time);
+      }
+    }
+  }
+
+  get line(): Line {
+    const line = this.lines.at(-1);
+    if (line === undefined) throw new Error("no connection");
+    return line;
+  }
+
+  get state(): TouchState {
+    const states = this.posts.flatMap((post) => (post.type === "state" ? [post.state] : []));
+    const state = states.at(-1);
+    if (state === undefined) throw new Error("no report");
+    return state;
+  }
+
+  join(): void {
+    this.line.onopen?.();
+    this.line.say(WELCOME);
+    this.run(0.5);
+  }
+}
+
+describe("a client", () => {
+  test("says hello, joins, sends samples and reports sixty times a second", () => {
+    const browser = new Browser();
+    browser.run(0.1, false);
+    expect(browser.state).toMatchObject({ phase: "connecting", doing: "connecting" });
+    browser.join();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", max_stiffness: 2000 }]);
+    expect(browser.state).toMatchObject({ phase: "joined", user: 3, name: "page" });
+    const [posts, samples] = [browser.posts.length, browser.line.server.samples.length];
+    browser.run(1);
+    expect(browser.posts.length - posts).toBeGreaterThan(50);
+    expect(browser.posts.length - posts).toBeLessThan(65);
+    expect(browser.line.server.samples.length - samples).toBeGreaterThan(58);
+  });
+
+  test("connects again half a second after the connection broke, and goes on", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.line.break();
+    browser.run(0.3, false);
+    expect(browser.lines.length).toBe(1);
+    expect(browser.state).toMatchObject({ phase: "connecting", reason: "no server answers; trying again" });
+    browser.run(0.3, false);
+    expect(browser.lines.length).toBe(2);
+    browser.join();
+    expect(browser.state.phase).toBe("joined");
+  });
+
+  test("takes its own name for its own, when it was there before", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    browser.line.say({ type: "error", code: 4409, message: "name is taken" });
+    browser.run(0.6, false);
+    expect(browser.lines.length).toBe(3);
+  });
+
+  test("ends when it is refused, and says why", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "error", code: 4429, message: "the room is full" });
+    expect(browser.state).toMatchObject({ phase: "closed", reason: "the server refused: the room is full" });
+    expect(browser.posts.at(-1)).toEqual({ type: "ended" });
+    browser.run(2, false);
+    expect(browser.lines.length).toBe(1);
+  });
+
+  test("ends when the server breaks the protocol", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "welcome" });
+    expect(browser.state.phase).toBe("closed");
+    expect(browser.state.reason).toContain("the server broke the protocol: protocol is undefined");
+  });
+
+  test("fades before it says goodbye", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.client.obey({ type: "close" });
+    browser.run(0.1);
+    expect(browser.line.closed).toBeNull();
+    browser.run(0.2);
+    expect(browser.line.texts.at(-1)).toEqual({ type: "bye" });
+    expect(browser.line.closed).toBe(1000);
+    expect(browser.posts.at(-1)).toEqual({ type: "ended" });
+  });
+
+  test("leaves a sample out while the one before is not out yet", () => {
+    const browser = new Browser();
+    browser.join();
+    const samples = browser.line.server.samples.length;
+    browser.line.bufferedAmount = 44;
+    browser.run(0.5);
+    expect(browser.line.server.samples.length).toBe(samples);
+  });
+});

@@ -1,0 +1,194 @@
+import { describe, expect, test } from "vitest";
+import { Refused, TouchEngine } from "../../src/touch/engine";
+import { DEFAULT_HAND } from "../../src/touch/hand";
+import { due } from "../../src/touch/schedule";
+import type { TouchSettings, TouchState } from "../../src/types";
+import { C_II, PERIOD, PlaneServer, SURFACE, WELCOME } from "./server";
+
+const SETTINGS: TouchSettings = {
+  url: "ws://127.0.0.1:1/",
+  name: "page",
+  law: "predictive",
+  geometry: "plane",
+  max_force: 10,
+  passivity: true,
+  hand: DEFAULT_HAND,
+  target: [0.15, 0, 0],
+};
+const JOINED = { phase: "joined", reason: "" } as const;
+
+/** An engine at a server, awake every 4 ms. */
+class Session {
+  readonly engine = new TouchEngine(SETTINGS, 0);
+  readonly server = new PlaneServer();
+  now = 0;
+  private nextTick = 0;
+
+  constructor() {
+    this.engine.opened();
+    this.engine.hear(JSON.stringify(WELCOME), 0);
+  }
+
+  run(seconds: number, silent = false): TouchState {
+    const until = this.now + seconds;
+    while (this.now < until) {
+      this.now += 0.004;
+      const sample = this.engine.advance(this.now);
+      if (sample !== null) this.server.take(sample, this.now);
+      if (this.now >= this.nextTick) {
+        this.nextTick += PERIOD;
+        if (!silent) this.engine.hear(this.server.patch(this.now), this.now);
+      }
+    }
+    return this.engine.report(this.now, JOINED);
+  }
+}
+
+describe("a cursor that presses a plane", () => {
+  test("is carried by its spring against the body's, and the body gets the force", () => {
+    const session = new Session();
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    const state = session.run(4);
+    // Springs in series: 20 mm divided by 1 / 400 + C_ii m/N.
+    const force = 0.02 / (1 / DEFAULT_HAND.stiffness + C_II);
+    expect(state.doing).toBe("touching");
+    expect(state.force[0]).toBeCloseTo(force, 2);
+    expect(state.probe[0]).toBeCloseTo(SURFACE - C_II * force, 4);
+    // The exact law: the tip stands where the body is.
+    expect(state.proxy[0]).toBeCloseTo(state.probe[0], 5);
+    expect(session.server.samples.at(-1)?.force[0]).toBeCloseTo(force, 2);
+    expect(session.server.samples.at(-1)?.tick).toBeGreaterThan(250);
+  });
+
+  test("feels what others push", () => {
+    const session = new Session();
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    const alone = session.run(3);
+    session.server.others = 0.005;
+    const both = session.run(3);
+    expect(alone.felt_from_others).toBeCloseTo(0, 6);
+    expect(both.felt_from_others).toBeGreaterThan(0.5);
+    expect(both.force[0]).toBeGreaterThan(alone.force[0]);
+  });
+
+  test("has no force while the server is silent, and gets it back without a step", () => {
+    const session = new Session();
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    session.run(3);
+    const silent = session.run(0.5, true);
+    expect(silent.doing).toBe("server silent");
+    expect(silent.force).toEqual([0, 0, 0]);
+    const { trace } = session.run(2);
+    let before = 0;
+    for (let i = 0; i < trace.length; i += 4) {
+      const size = trace[i + 1] ?? 0;
+      expect(size - before).toBeLessThan(0.1);
+      before = size;
+    }
+    expect(before).toBeGreaterThan(2);
+  });
+
+  test("lets go within 0.2 s, says so with a last sample without force, and goodbye", () => {
+    const session = new Session();
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    session.run(3);
+    session.engine.letGo();
+    expect(session.run(0.2).force).toEqual([0, 0, 0]);
+    const [sample, bye, ...more] = session.engine.farewell(session.now);
+    session.server.take(sample as Uint8Array, session.now);
+    expect(session.server.samples.at(-1)?.force).toEqual([0, 0, 0]);
+    expect(JSON.parse(bye as string)).toEqual({ type: "bye" });
+    expect(more).toEqual([]);
+    expect(session.engine.farewell(session.now)).toEqual([]);
+  });
+
+  test("that leaps does not stop its hand for being too fast", () => {
+    const session = new Session();
+    session.run(2);
+    session.engine.point([-1, 0, 0]);
+    expect(session.run(1).fault).toBe("");
+  });
+});
+
+describe("the engine", () => {
+  test("sends one sample for each tick, which then waits a few milliseconds for it", () => {
+    const session = new Session();
+    session.run(5);
+    const before = session.server.samples.length;
+    session.run(2);
+    expect(session.server.samples.length - before).toBeGreaterThanOrEqual(119);
+    expect(session.server.samples.length - before).toBeLessThanOrEqual(121);
+    expect(session.server.wait).toBeGreaterThan(0.001);
+    expect(session.server.wait).toBeLessThan(0.01);
+    const seqs = session.server.samples.map(({ seq }) => seq);
+    expect(seqs).toEqual(seqs.map((_, i) => i + 1));
+  });
+
+  test("runs a thousand periods in a second, and tells each", () => {
+    const session = new Session();
+    session.run(0.1);
+    session.engine.report(session.now, JOINED);
+    const state = session.run(1);
+    expect(state.loop_hz).toBeCloseTo(1000, -1);
+    expect(state.trace.length).toBe(4 * Math.round(state.loop_hz * 1));
+    expect(state.missed).toBe(0);
+  });
+
+  test("tells the server once of another law, and runs it when patches for it come", () => {
+    const session = new Session();
+    session.run(0.1);
+    expect(session.engine.lawToTell()).toBeNull();
+    session.engine.setLaw("pi");
+    expect(JSON.parse(session.engine.lawToTell() ?? "")).toEqual({ type: "set_law", law: "pi", fixed_gains: null });
+    expect(session.engine.lawToTell()).toBeNull();
+    expect(session.run(0.2)).toMatchObject({ law: "predictive", law_wanted: "pi" });
+    session.server.law = "pi";
+    expect(session.run(1)).toMatchObject({ law: "pi", law_wanted: "pi" });
+  });
+
+  test("asks a new connection for the law that is wanted now", () => {
+    const session = new Session();
+    session.engine.lost();
+    session.engine.setLaw("proportional");
+    expect(session.engine.lawToTell()).toBeNull();
+    expect(JSON.parse(session.engine.opened())).toMatchObject({ type: "hello", law: "proportional", name: "page" });
+  });
+
+  test("throws what the server refuses, and what breaks the protocol", () => {
+    const refused = new TouchEngine(SETTINGS, 0);
+    refused.opened();
+    const said = { type: "error", code: 4409, message: "name is 'page'; expected one that is free" };
+    expect(() => {
+      refused.hear(JSON.stringify(said), 0);
+    }).toThrow(new Refused(4409, said.message));
+    const early = new TouchEngine(SETTINGS, 0);
+    early.opened();
+    expect(() => {
+      early.hear(new PlaneServer().patch(0), 0);
+    }).toThrow('message is "patch"; expected welcome or error');
+  });
+
+  test("does not go on at another body", () => {
+    const session = new Session();
+    session.engine.opened();
+    const other = { ...WELCOME, body: { ...WELCOME.body, name: "cube" } };
+    expect(() => {
+      session.engine.hear(JSON.stringify(other), session.now);
+    }).toThrow("what the server has now");
+  });
+});
+
+test("a schedule runs what has passed, at most 20 at once, and loses the rest", () => {
+  const [none, same] = due({ next: 1, missed: 0 }, 0.9995);
+  expect(none).toEqual([]);
+  const [four, after] = due(same, 1.0035);
+  expect(four.length).toBe(4);
+  const [most, late] = due(after, 1.104);
+  expect(most.length).toBe(20);
+  expect(most.at(-1)).toBeCloseTo(1.104, 9);
+  expect(late.missed).toBe(81);
+});
