@@ -1,53 +1,43 @@
 """The shell: asyncio, websockets, the clock. It moves bytes and decides nothing.
 
 A tick never waits for a peer: frames are written to transports that have room, and the rest waits
-in each session's bounded outbox.
+in each session's bounded outbox. Those who touch come first; those who watch are served once every
+patch of the tick has been written.
 """
 
 from __future__ import annotations
 
 import asyncio
-import errno
 import logging
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
-from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
+from websockets.asyncio.server import Server, ServerConnection
 from websockets.exceptions import ConnectionClosed
-from websockets.typing import Origin, Subprotocol
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import ProtocolError, SettingError, one_line
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import Hello, ServerControl, SetLaw, UserLeft, wrong_version
+from cohaptic.protocol.control_watch import Latency, SetLatency, Watch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.statistics import Tally
-from cohaptic.transport import WEBSOCKET_OPTIONS, tune
+from cohaptic.transport import tune
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.connection import Connection
+from cohaptic_server.listener import listen
 from cohaptic_server.room import REPLACE_AFTER, Room
-from cohaptic_server.session import ServerSession, State
+from cohaptic_server.session import ServerSession
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.watch.gallery import Gallery
+from cohaptic_server.watch.latency import Data
+from cohaptic_server.watch.watcher import Watcher
+from cohaptic_server.web import Web
 
 log = logging.getLogger("cohaptic.server")
 
-MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 CLOSE_TIMEOUT = 1.0  # s for everybody to be told that the server stops
-
-# A page from this machine may touch; a page from elsewhere may not use a visitor's browser to.
-# None is a native client, which sends no origin.
-ORIGINS: Sequence[Origin | re.Pattern[str] | None] = (
-    None,
-    re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d+)?"),
-)
-
-
-@dataclass(eq=False)
-class _Connection:
-    ws: ServerConnection
-    session: ServerSession
-    user: int | None = None
-    closing: asyncio.Task[None] | None = None
+MESH_TIMEOUT = 30.0  # s for the resting mesh to go out
+_PIECE = 16 * 1024  # bytes of the resting mesh that are on their way at once
 
 
 class CohapticServer:
@@ -58,20 +48,27 @@ class CohapticServer:
         settings: Of the server.
 
     Attributes:
+        room: Who touches.
+        gallery: Who watches.
         tick_cost: Time that the world's tick and the writing of its patches took [s].
         tick_late: How late each tick began [s].
+        watch_cost: Time that those who watch took after a tick [s].
         overruns: Ticks that were left out because the one before took too long.
     """
 
     def __init__(self, body: Body, settings: ServerSettings) -> None:
         self.settings = settings
-        self.room = Room(body, settings)
         self.clock = SystemClock()
+        self.room = Room(body, settings)
+        self.web = Web(body, settings, self.clock)
+        self.gallery = Gallery(self.room, self.web.model)
         self.tick_cost = Tally()
         self.tick_late = Tally()
+        self.watch_cost = Tally()
         self.overruns = 0
-        self._connections: set[_Connection] = set()
+        self._connections: set[Connection] = set()
         self._listener: Server | None = None
+        self._problem: str | None = None
 
     async def start(self) -> str:
         """Listen; returns the URL.
@@ -81,29 +78,8 @@ class CohapticServer:
         """
         if self.room.has_rest_mesh:
             self.room.rest_mesh()  # now: later it would cost those who are here a few ticks
-        host, port = self.settings.host, self.settings.port
-        try:
-            self._listener = await serve(
-                self._handle,
-                host,
-                port,
-                origins=ORIGINS,
-                subprotocols=[Subprotocol(SUBPROTOCOL)],
-                # A client without our subprotocol gets a sentence from the session, not a bare 400.
-                select_subprotocol=_select_subprotocol,
-                server_header=None,
-                max_size=MAX_INBOUND_BYTES,
-                **WEBSOCKET_OPTIONS,
-            )
-        except OSError as error:
-            if error.errno == errno.EADDRINUSE:
-                free = "a free one: stop the other server, or choose with --port"
-                raise SettingError("port", f"{port}, which is in use on {host}", free) from error
-            raise SettingError(
-                "address", f"{host}:{port} ({error})", "one of this machine"
-            ) from error
-        name = f"[{host}]" if ":" in host else host
-        return f"ws://{name}:{next(iter(self._listener.sockets)).getsockname()[1]}"
+        self._listener, url = await listen(self._handle, self.web.process, self.settings)
+        return url
 
     async def run(self) -> None:
         """Tick until cancelled, then tell everybody and close."""
@@ -124,58 +100,102 @@ class CohapticServer:
             await self._stop()
 
     def _tick(self) -> None:
-        now = self.clock.now()
+        now = self.web.ticked = self.clock.now()
         patches = self.room.tick(now)
+        watching: list[Connection] = []
         for connection in list(self._connections):
+            session = connection.session
+            if isinstance(session, Watcher):
+                watching.append(connection)
+                continue
             patch = patches.get(connection.user) if connection.user is not None else None
             if patch is not None:
-                connection.session.send_patch(patch)
-            connection.session.handle_timer(now)
-            self._flush(connection)
-        self.tick_cost.add(self.clock.now() - now)
+                session.send_patch(patch)
+            session.handle_timer(now)
+            connection.flush()
+        done = self.clock.now()
+        self.tick_cost.add(done - now)
+        if watching:
+            self.gallery.see(self.room.world, patches, now)
+            for connection in watching:
+                self._show(connection, done)
+            self._report(self.gallery.problem)
+            self.watch_cost.add(self.clock.now() - done)
+
+    def _show(self, connection: Connection, now: float) -> None:
+        """Give one who watches the newest scene, if it is due."""
+        watcher = connection.session
+        assert isinstance(watcher, Watcher)
+        was = watcher.slow
+        self.gallery.show(watcher, now, clear=connection.clear)
+        if watcher.slow and not was:
+            log.info("one who watches is slow: its scenes are not acknowledged")
+        connection.flush()
+
+    def _report(self, problem: str | None) -> None:
+        """Say once why nobody is shown anything."""
+        if problem is not None and problem != self._problem:
+            log.warning("the scene cannot be shown: %s", problem)
+        self._problem = problem
 
     async def _handle(self, ws: ServerConnection) -> None:
         """One connection, from its first message to its close."""
-        sock = ws.transport.get_extra_info("socket")
-        tune(sock)
-        connection = _Connection(ws, ServerSession(self.clock.now()))
+        tune(ws.transport.get_extra_info("socket"))
+        session = ServerSession(self.clock.now())
+        connection = Connection(ws, session, self.clock, self._take)
         self._connections.add(connection)
         if ws.subprotocol != SUBPROTOCOL:
             offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
-            connection.session.fail(wrong_version(offered or "not named as a subprotocol"))
-        reason = "connection lost"
+            session.fail(wrong_version(offered or "not named as a subprotocol"))
+        reason = ""
         try:
-            self._flush(connection)
+            connection.flush()
             while True:
-                connection.session.receive(await ws.recv(), self.clock.now())
-                self._react(connection)
-                self._flush(connection)
+                connection.receive(await ws.recv())
+                if not connection.ready:
+                    await self._send_mesh(connection)
         except ConnectionClosed as closed:
             frame = closed.rcvd or closed.sent
             if frame is not None and frame.reason:
                 reason = one_line(frame.reason)  # the others read it
         finally:
             self._connections.discard(connection)
-            self._leave(connection, reason)
-            if connection.closing is not None:
-                await connection.closing
+            connection.take_rest()
+            last = connection.session.close
+            self._leave(connection, reason or (last[1] if last else "connection lost"))
+            await connection.closed()
 
-    def _react(self, connection: _Connection) -> None:
+    def _take(self, connection: Connection, data: Data) -> None:
+        """One message, when it has come."""
+        session = connection.session
+        session.receive(data, self.clock.now())
+        if isinstance(session, Watcher):
+            for change in session.events():
+                self._set_latency(connection, change)
+        else:
+            self._react(connection, session)
+        connection.flush()
+
+    def _react(self, connection: Connection, session: ServerSession) -> None:
         """Carry what a client said to the room."""
         now = self.clock.now()
-        for event in connection.session.events():
+        for event in session.events():
             if isinstance(event, Hello):
-                self._join(connection, event, now)
+                self._join(connection, session, event, now)
+            elif isinstance(event, Watch):
+                self._watch(connection, event)
             elif isinstance(event, ContactSample) and connection.user is not None:
                 self.room.sample(connection.user, event, now)
             elif isinstance(event, SetLaw) and connection.user is not None:
                 self._set_law(connection, connection.user, event)
 
-    def _join(self, connection: _Connection, hello: Hello, now: float) -> None:
+    def _join(
+        self, connection: Connection, session: ServerSession, hello: Hello, now: float
+    ) -> None:
         try:
             welcome, news, replaced = self.room.join(hello, now)
         except ProtocolError as error:
-            connection.session.fail(error)
+            session.fail(error)
             return
         if replaced is not None:
             limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
@@ -187,17 +207,71 @@ class CohapticServer:
         connection.user = welcome.user
         rest_mesh = self.room.rest_mesh() if hello.geometry == "mesh" else None
         welcome = welcome.model_copy(update={"to_wall": self.clock.to_wall()})
-        connection.session.accept(welcome, rest_mesh)
+        session.accept(welcome, rest_mesh)
         log.info("%s joined with %s", hello.name, hello.law.value)
         self._tell_others(connection, news)
 
-    def _set_law(self, connection: _Connection, user: int, change: SetLaw) -> None:
+    def _watch(self, connection: Connection, watch: Watch) -> None:
+        """A connection watches from now on."""
+        watcher = Watcher(watch, has_model=self.web.model is not None)
+        connection.session = watcher
+        try:
+            self.gallery.enter(watcher, self.clock.to_wall())
+        except ProtocolError as error:
+            watcher.fail(error)
+            return
+        connection.flush()
+        connection.ready = False  # until it has the mesh
+        for latency in self._latencies():
+            watcher.tell_latency(latency)
+
+    async def _send_mesh(self, connection: Connection) -> None:
+        """The resting mesh, then the scene at once. Waits for this peer, and nobody waits for it.
+
+        In fragments: a large mesh must not lie in memory once for each who watches.
+        """
+        mesh = self.room.rest_mesh()
+        pieces = [mesh[at : at + _PIECE] for at in range(0, len(mesh), _PIECE)]
+        try:
+            async with asyncio.timeout(MESH_TIMEOUT):
+                await connection.ws.send(pieces)
+        except TimeoutError:
+            limit = f"all of it taken within {MESH_TIMEOUT:g} s"
+            error = RemoteProtocolError("rest mesh", "not taken", limit, CloseCode.TOO_SLOW)
+            connection.session.fail(error)
+        connection.ready = True
+        self.gallery.see(self.room.world, self.room.patches, self.web.ticked)
+        self._show(connection, self.clock.now())
+
+    def _set_law(self, connection: Connection, user: int, change: SetLaw) -> None:
         try:
             self.room.set_law(user, change)
         except ProtocolError as error:
             connection.session.fail(error)
 
-    def _leave(self, connection: _Connection, reason: str) -> None:
+    def _set_latency(self, connection: Connection, change: SetLatency) -> None:
+        if not self.settings.allow_latency:
+            limit = "none: start the server with --allow-latency to inject latency"
+            connection.session.fail(RemoteProtocolError("message", "SetLatency", limit))
+            return
+        for other in self._connections:
+            if other.user == change.user and other.latency != (change.delay, change.jitter):
+                other.set_latency(change.delay, change.jitter)
+                news = Latency(user=change.user, delay=change.delay, jitter=change.jitter)
+                for watcher in self.gallery.watchers:
+                    watcher.tell_latency(news)
+
+    def _latencies(self) -> Iterator[Latency]:
+        for connection in self._connections:
+            delay, jitter = connection.latency
+            if connection.user is not None and (delay, jitter) != (0.0, 0.0):
+                yield Latency(user=connection.user, delay=delay, jitter=jitter)
+
+    def _leave(self, connection: Connection, reason: str) -> None:
+        if isinstance(connection.session, Watcher):
+            self.gallery.leave(connection.session)
+            log.info("one who watches left: %s", reason)
+            return
         if connection.user is None:
             log.info("a client was refused: %s", reason)
             return
@@ -206,37 +280,20 @@ class CohapticServer:
             log.info("%s left: %s", news.name, reason)
             self._tell_others(connection, news)
 
-    def _tell_others(self, connection: _Connection, news: ServerControl) -> None:
+    def _tell_others(self, connection: Connection, news: ServerControl) -> None:
         for other in self._connections:
-            if other is not connection and other.session.state is State.JOINED:
+            if other is not connection and other.session.hears_news:
                 other.session.send(news)
-                self._flush(other)
-
-    def _flush(self, connection: _Connection) -> None:
-        """Write what may be written, without waiting; begin the close of an ended session."""
-        transport = connection.ws.transport
-        clear = not transport.is_closing() and transport.get_write_buffer_size() == 0
-        for data in connection.session.outbox.take(clear=clear):
-            broadcast([connection.ws], data)
-        if connection.session.close is not None and connection.closing is None:
-            # The close ends `recv` in the handler, which does the rest.
-            connection.closing = asyncio.get_running_loop().create_task(
-                connection.ws.close(*connection.session.close)
-            )
+                other.flush()
 
     async def _stop(self) -> None:
+        self.web.close()
         for connection in list(self._connections):
             connection.session.stop()
-            self._flush(connection)
+            connection.flush()
         if self._listener is not None:
             self._listener.close()
             try:
                 await asyncio.wait_for(self._listener.wait_closed(), CLOSE_TIMEOUT)
             except TimeoutError:
                 log.warning("some clients did not answer the close")
-
-
-def _select_subprotocol(
-    _connection: ServerConnection, offered: Sequence[Subprotocol]
-) -> Subprotocol | None:
-    return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else None

@@ -18,10 +18,13 @@ from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
 from cohaptic_server.bodies.solid import SolidSettings
+from cohaptic_server.listener import page_address
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.watch.origins import LOOPBACK
 
 SOLID = SolidSettings()
+SWITCH_INTERVAL = 5e-4  # s between two threads of Python
 
 
 def serve(
@@ -66,6 +69,17 @@ def serve(
             help="Let clients choose their own gains, unstable ones too: experiments only.",
         ),
     ] = False,
+    allow_latency: Annotated[
+        bool,
+        typer.Option(
+            "--allow-latency", help="Let pages inject latency between users and the server."
+        ),
+    ] = False,
+    max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
+    allow_origin: Annotated[
+        list[str] | None,
+        typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -81,7 +95,10 @@ def serve(
         datefmt="%H:%M:%S",
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
-    settings = ServerSettings(host, port, simulation_hz, body, max_users, allow_fixed_gains)
+    settings = ServerSettings(
+        host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
+        tuple(allow_origin or ()),
+    )  # fmt: skip
     material = SolidSettings(young, poisson, contact_radius, order)
     solid = ObjectFile(Path(body), fix, scale, edge, repair, material)
     damping = relaxation * simulation_hz
@@ -102,8 +119,11 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
         settings.simulation_hz,
         url,
     )
-    if settings.host not in ("127.0.0.1", "::1", "localhost"):
+    logging.info("page %s", page_address(url))
+    if settings.host not in LOOPBACK:
         logging.warning("listening on %s without access control", settings.host)
+    # What solves beside the tick gives way to it this soon; the default is a third of a tick.
+    sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside
         # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
@@ -119,3 +139,10 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
             1e3 * server.tick_cost.quantile(0.5),
             1e3 * server.tick_cost.quantile(0.99),
         )
+        if server.gallery.came:
+            logging.info(
+                "%d watched, %d times one was slow; they took %.2f ms a tick in the median",
+                server.gallery.came,
+                server.gallery.slow,
+                1e3 * server.watch_cost.quantile(0.5),
+            )

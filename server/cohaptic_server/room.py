@@ -49,13 +49,20 @@ class Member:
 
 
 class Room:
-    """The users of one body."""
+    """The users of one body.
+
+    Attributes:
+        world: After the last tick.
+        members: Who is in, by number.
+        patches: Of the last tick, by user.
+    """
 
     def __init__(self, body: Body, settings: ServerSettings) -> None:
         self.body = body
         self.settings = settings
         self.world = WorldState()
         self.members: dict[int, Member] = {}
+        self.patches: dict[int, Patch] = {}
         self._next_user = 1
         self._rest_mesh: bytes | None = None
 
@@ -143,14 +150,21 @@ class Room:
             )
 
     def _check_geometry(self, geometry: str) -> None:
-        vertices, faces = len(self.body.mesh.vertices), len(self.body.mesh.faces)
         if geometry == "mesh" and not self.has_rest_mesh:
-            raise RemoteProtocolError(
-                "geometry",
-                geometry,
-                f"plane or sphere: the body has {vertices} vertices and {faces} faces,"
-                f" a mesh patch can number {MAX_VERTICES} and {MAX_FACES}",
-            )
+            limit = f"plane or sphere: {self._too_large()}"
+            raise RemoteProtocolError("geometry", geometry, limit)
+
+    def check_watchable(self) -> None:
+        """Raise RemoteProtocolError if the body is too large to be shown."""
+        if not self.has_rest_mesh:
+            raise RemoteProtocolError("message", "Watch", f"Hello alone: {self._too_large()}")
+
+    def _too_large(self) -> str:
+        vertices, faces = len(self.body.mesh.vertices), len(self.body.mesh.faces)
+        return (
+            f"the body has {vertices} vertices and {faces} faces,"
+            f" a mesh patch can number {MAX_VERTICES} and {MAX_FACES}"
+        )
 
     @property
     def has_rest_mesh(self) -> bool:
@@ -187,8 +201,8 @@ class Room:
             if member.touch is not None
         ]
         dt = self.settings.simulation_period
-        self.world, patches = advance(self.body, self.world, touches, now=now, dt=dt)
-        return patches
+        self.world, self.patches = advance(self.body, self.world, touches, now=now, dt=dt)
+        return self.patches
 
 
 def _gains(fixed: FixedGains | None) -> Gains | None:

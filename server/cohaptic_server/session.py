@@ -1,8 +1,9 @@
 """One client's session as a state machine without I/O.
 
     AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
-         |                    |                  |
-         +---- error, or no hello in time, or refused ----> CLOSED
+      |  |                    |                  |
+      |  +---- error, or no hello in time, or refused ----> CLOSED
+      +--watch--> WATCHES, which is another state machine (`watch/watcher.py`)
 
 The shell feeds what came (`receive`), asks for events, writes `data_to_send`, and closes when
 `close` is set. A broken rule never raises at the shell: it becomes an error message to the client
@@ -17,14 +18,14 @@ from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, Remote
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import (
     Bye,
+    ControlMessage,
     Error,
     Hello,
-    ServerControl,
     SetLaw,
     Welcome,
-    decode_client_control,
     encode_control,
 )
+from cohaptic.protocol.control_watch import ClientMessage, Watch, decode_client_message
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.outbox import MAX_EVENTS, Outbox
 
@@ -37,16 +38,18 @@ class State(Enum):
     AWAIT_HELLO = "waits for hello"
     GREETED = "waits for the room"
     JOINED = "joined"
+    WATCHES = "watches"
     CLOSED = "closed"
 
 
-Event = Hello | SetLaw | ContactSample | Bye
+Event = Hello | Watch | SetLaw | ContactSample | Bye
 
 # Which message may come in which state; everything else breaks the protocol.
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
-    State.AWAIT_HELLO: (Hello,),
+    State.AWAIT_HELLO: (Hello, Watch),
     State.GREETED: (),
     State.JOINED: (ContactSample, SetLaw, Bye),
+    State.WATCHES: (),
     State.CLOSED: (),
 }
 
@@ -89,6 +92,8 @@ class ServerSession:
             self._last_seq = message.seq
         elif isinstance(message, Hello):
             self.state = State.GREETED
+        elif isinstance(message, Watch):
+            self.state = State.WATCHES
         self._events.append(message)
         if isinstance(message, Bye):
             self._end(1000, "bye")
@@ -123,7 +128,16 @@ class ServerSession:
         if self.state is not State.CLOSED:
             self._end(CloseCode.SERVER_STOPS.value, "the server stops")
 
-    def send(self, message: ServerControl) -> None:
+    @property
+    def hears_news(self) -> bool:
+        """Whether it is told who comes and goes."""
+        return self.state is State.JOINED
+
+    def take(self, *, clear: bool) -> list[str | bytes]:
+        """What to write now: events, then a patch; nothing unless the path is `clear`."""
+        return self.outbox.take(clear=clear)
+
+    def send(self, message: ControlMessage) -> None:
         """Queue an event for the client."""
         self._put_event(encode_control(message))
 
@@ -158,8 +172,8 @@ class ServerSession:
             self.fail(error)
 
     def _decode(self, data: str | bytes) -> Event:
-        message = (
-            ContactSample.decode(data) if isinstance(data, bytes) else decode_client_control(data)
+        message: ContactSample | ClientMessage = (
+            ContactSample.decode(data) if isinstance(data, bytes) else decode_client_message(data)
         )
         if not isinstance(message, ALLOWED[self.state]):
             allowed = " or ".join(kind.__name__ for kind in ALLOWED[self.state]) or "nothing yet"
@@ -170,5 +184,9 @@ class ServerSession:
 
     def _end(self, code: int, reason: str) -> None:
         self.state = State.CLOSED
-        # RFC 6455: the reason of a close frame has at most 123 bytes.
-        self.close = (code, reason.encode()[:120].decode(errors="ignore"))
+        self.close = close_frame(code, reason)
+
+
+def close_frame(code: int, reason: str) -> tuple[int, str]:
+    """Code and reason as a close frame carries them: at most 123 bytes (RFC 6455)."""
+    return code, reason.encode()[:120].decode(errors="ignore")

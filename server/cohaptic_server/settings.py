@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from cohaptic.errors import SettingError
@@ -18,6 +19,10 @@ class ServerSettings:
         body: Name in the catalogue.
         max_users: Who may touch at once.
         allow_fixed_gains: Whether clients may choose gains themselves, unstable ones too.
+        allow_latency: Whether those who watch may inject latency between users and the server.
+        max_watchers: Who may watch at once.
+        allow_origins: Of pages from elsewhere that may open a websocket, such as
+            `https://lab.example`.
     """
 
     host: str = "127.0.0.1"
@@ -26,6 +31,9 @@ class ServerSettings:
     body: str = "balloon"
     max_users: int = 16
     allow_fixed_gains: bool = False
+    allow_latency: bool = False
+    max_watchers: int = 100
+    allow_origins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:
@@ -34,6 +42,12 @@ class ServerSettings:
             raise SettingError("port", self.port, "from 0 to 65535")
         if not 1 <= self.max_users <= 64:
             raise SettingError("max_users", self.max_users, "from 1 to 64")
+        if not 0 <= self.max_watchers <= 1000:
+            raise SettingError("max_watchers", self.max_watchers, "from 0 to 1000")
+        for origin in self.allow_origins:
+            if not re.fullmatch(r"https?://[^/\s@]+", origin):
+                limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
+                raise SettingError("origin", repr(origin), limit)
 
     @property
     def simulation_period(self) -> float:

@@ -37,8 +37,9 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3
-from cohaptic_server.app import CLOSE_TIMEOUT, MAX_INBOUND_BYTES, CohapticServer
+from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.listener import MAX_INBOUND_BYTES
 from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.room import REPLACE_AFTER
 from cohaptic_server.session import HELLO_TIMEOUT
@@ -374,7 +375,7 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
             encode_control(Bye()),
             None,
             BAD,
-            "message is 'Bye'; expected Hello: waits for hello",
+            "message is 'Bye'; expected Hello or Watch: waits for hello",
             id="bye before hello",
         ),
         pytest.param(

@@ -143,5 +143,7 @@ def test_a_server_says_where_it_listens_and_ends_cleanly(
         finally:
             process.kill()
     assert f"cohaptic touch {first.split()[1]} --name NAME" in news[0]
+    address = first.split()[1].replace("ws://", "http://")
+    assert news[1].endswith(f" page {address}/")
     assert "stopped after" in news[-1]
-    assert len(news) == 2
+    assert len(news) == 3

@@ -19,7 +19,9 @@ from cohaptic.protocol.control import (
     decode_server_control,
     encode_control,
 )
+from cohaptic.protocol.control_watch import Watch
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
 from tests.client.plane import PLANE
@@ -33,6 +35,7 @@ MESSAGES: dict[type[Event], str | bytes] = {
     Hello: hello_text(),
     ContactSample: sample().encode(),
     Bye: encode_control(Bye()),
+    Watch: encode_control(Watch(protocol=PROTOCOL_VERSION)),
 }
 CLOSE_REASON_BYTES = 123  # RFC 6455, section 5.5: 125 bytes of payload, two of them for the code
 
@@ -44,7 +47,8 @@ def session_in(state: State) -> ServerSession:
     session = ServerSession(0.0)
     if state is State.AWAIT_HELLO:
         return session
-    session.receive(hello_text(), 0.0)
+    first = MESSAGES[Watch] if state is State.WATCHES else hello_text()
+    session.receive(first, 0.0)
     if state in (State.JOINED, State.CLOSED):
         session.accept(WELCOME)
     if state is State.CLOSED:
@@ -197,7 +201,7 @@ def test_a_hello_that_comes_with_the_deadline_is_too_late() -> None:
     assert session.state is State.CLOSED
 
 
-@pytest.mark.parametrize("state", [State.GREETED, State.JOINED, State.CLOSED])
+@pytest.mark.parametrize("state", [State.GREETED, State.JOINED, State.WATCHES, State.CLOSED])
 def test_time_ends_no_session_that_has_said_hello(state: State) -> None:
     session = session_in(state)
     close = session.close

@@ -39,15 +39,19 @@ class Surface:
     units: Units
 
     @classmethod
-    def of(cls, displacement: npt.NDArray[np.float64]) -> Surface:
+    def of(cls, displacement: npt.NDArray[np.float64], finest: float = FINEST) -> Surface:
         """The surface nearest to `displacement`, shape (n, 3) [m].
+
+        Args:
+            displacement: From rest, shape (n, 3) [m].
+            finest: One unit, if all of it fits [m].
 
         Raises:
             LocalProtocolError: It is not finite, or reaches out of the world.
         """
         largest = float(np.abs(displacement).max(initial=0.0))
         check_range("displacement of a surface", largest, 0.0, MAX_POSITION, remote=False)
-        scale = _single(max(FINEST, largest / MAX_UNITS))
+        scale = _single(max(finest, largest / MAX_UNITS))
         return cls(scale, np.rint(displacement * (1.0 / scale)).astype(np.int16))
 
     @property

@@ -1,0 +1,73 @@
+"""The port: opened with the options of every websocket, or refused in a sentence."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+from cohaptic.errors import SettingError
+from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.transport import WEBSOCKET_OPTIONS
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.web import DOWNLOAD_TIMEOUT
+
+MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
+_EVERYWHERE = ("0.0.0.0", "::")
+
+
+async def listen(
+    handle: Callable[[ServerConnection], Awaitable[None]],
+    process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
+    settings: ServerSettings,
+) -> tuple[Server, str]:
+    """Open the port; returns the listener and its URL.
+
+    Args:
+        handle: Takes care of a websocket until it returns.
+        process: Answers a request, or lets it become a websocket.
+        settings: Of the server.
+
+    Raises:
+        SettingError: The address or port cannot be had.
+    """
+    host, port = settings.host, settings.port
+    options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
+    try:
+        listener = await serve(
+            handle,
+            host,
+            port,
+            process_request=process,
+            subprotocols=[Subprotocol(SUBPROTOCOL)],
+            # A client without our subprotocol gets a sentence from the session, not a bare 400.
+            select_subprotocol=_select_subprotocol,
+            server_header=None,
+            max_size=MAX_INBOUND_BYTES,
+            **options,
+        )
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = "a free one: stop the other server, or choose with --port"
+            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
+        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
+    name = f"[{host}]" if ":" in host else host
+    return listener, f"ws://{name}:{next(iter(listener.sockets)).getsockname()[1]}"
+
+
+def page_address(url: str) -> str:
+    """Where a browser on this machine finds the page of the server at `url`."""
+    scheme, _, rest = url.partition("://")
+    host, _, port = rest.rpartition(":")
+    name = "localhost" if host.strip("[]") in _EVERYWHERE else host
+    return f"{scheme.replace('ws', 'http', 1)}://{name}:{port}/"
+
+
+def _select_subprotocol(
+    _connection: ServerConnection, offered: Sequence[Subprotocol]
+) -> Subprotocol | None:
+    return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else None

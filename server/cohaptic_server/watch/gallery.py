@@ -1,0 +1,106 @@
+"""Everybody who watches one room, and the one scene that all of them are shown. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
+from cohaptic.protocol.control_watch import WatchedUser, Watching
+from cohaptic.protocol.patch import Patch
+from cohaptic_server.room import Room, describe
+from cohaptic_server.watch.records import displacement, records
+from cohaptic_server.watch.scene_encoder import SceneEncoder
+from cohaptic_server.watch.watcher import Watcher
+from cohaptic_server.world import WorldState
+
+
+class Gallery:
+    """Who watches.
+
+    Args:
+        room: That is watched.
+        model: Of the body's Green's functions; None where its surface is no sum of them.
+
+    Attributes:
+        watchers: Who is in.
+        came: How many ever were.
+        slow: How often one fell behind.
+        problem: Why the newest scene could not be sent; None if it could.
+    """
+
+    def __init__(self, room: Room, model: str | None) -> None:
+        self.room = room
+        self.model = model
+        self.watchers: set[Watcher] = set()
+        self.came = 0
+        self.slow = 0
+        self.problem: str | None = None
+        self._vertices = len(room.body.mesh.vertices)
+        self._encoder = SceneEncoder(follows_records=model is not None)
+
+    def enter(self, watcher: Watcher, to_wall: float) -> None:
+        """Take one in.
+
+        Raises:
+            RemoteProtocolError: It is full, or the body has too many vertices to be shown.
+        """
+        settings = self.room.settings
+        if len(self.watchers) >= settings.max_watchers:
+            number, limit = len(self.watchers) + 1, f"at most {settings.max_watchers}"
+            raise RemoteProtocolError("number of watchers", number, limit, CloseCode.ROOM_FULL)
+        self.room.check_watchable()
+        self.watchers.add(watcher)
+        self.came += 1
+        members = self.room.members.values()
+        watcher.accept(
+            Watching(
+                simulation_period=settings.simulation_period,
+                to_wall=to_wall,
+                body=describe(self.room.body),
+                model=self.model,
+                users=tuple(WatchedUser(user=m.user, name=m.hello.name) for m in members),
+                allow_latency=settings.allow_latency,
+                allow_fixed_gains=settings.allow_fixed_gains,
+            )
+        )
+
+    def leave(self, watcher: Watcher) -> None:
+        """One is gone, or was never in."""
+        self.watchers.discard(watcher)
+
+    def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:
+        """Take the world after a tick; costs nothing while nobody watches.
+
+        Args:
+            world: After the tick.
+            patches: Of the tick, by user.
+            now: Time of the tick [s].
+        """
+        if self.watchers and world.tick > self._encoder.tick:
+            self._encoder.see(
+                world.tick,
+                now,
+                records(world, patches),
+                lambda: displacement(world, self._vertices),
+            )
+
+    def show(self, watcher: Watcher, now: float, *, clear: bool) -> None:
+        """Give one the newest scene if it is due.
+
+        Args:
+            watcher: Who.
+            now: Time [s].
+            clear: Whether all that was written to it before has left the process.
+        """
+        encoder = self._encoder
+        if watcher.due(encoder.version, now, clear=clear):
+            try:
+                frame = encoder.frame(surface=watcher.wants_surface)
+            except LocalProtocolError as error:
+                self.problem = str(error)
+                return
+            self.problem = None
+            watcher.put_scene(frame, encoder.tick, encoder.version, now)
+        was = watcher.slow
+        watcher.handle_timer(now)
+        self.slow += watcher.slow and not was

@@ -1,0 +1,119 @@
+"""Green's functions of a body as a page gets them, and the name by which they are cached.
+
+A linear body's surface is a sum: of its displacement for a unit force on each vertex, times what
+the contacts put on that vertex. A page that has the functions needs only the forces. They depend on
+the body alone, so they are named by its content and can be kept for ever, whoever serves them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from typing import Protocol
+
+import numpy as np
+
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.body import Body, Load
+from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.solid import Solid
+
+_HEAD = struct.Struct("<f")
+_UNITS = 2**15 - 1
+_SIGNATURE = 8  # vertices whose functions the name is made of
+
+
+class GreenSource(Protocol):
+    """Where Green's functions come from. Called from a thread beside the tick's."""
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting surface."""
+        ...
+
+    def green(self, vertex: int) -> Floats:
+        """Displacement of all vertices per unit force on one, along x, y, z, (3, n, 3) [m/N]."""
+        ...
+
+
+class Superposition:
+    """Of a body that answers each force apart, asked with unit forces.
+
+    Args:
+        body: Linear and without memory; `respond` must not change it.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting surface."""
+        return self._body.mesh
+
+    def green(self, vertex: int) -> Floats:
+        """As `GreenSource`."""
+        where, all_of_it = np.array([vertex]), np.ones(1)
+        return self._body.respond([Load(where, all_of_it, axis, 0.0) for axis in np.eye(3)]).fields
+
+
+class SolidGreen:
+    """Of a solid, solved directly: its own store belongs to the tick.
+
+    Args:
+        solid: The body.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        self._solid = solid
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting surface."""
+        return self._solid.mesh
+
+    def green(self, vertex: int) -> Floats:
+        """As `GreenSource`."""
+        return self._solid.columns.respond(np.array([vertex]), np.eye(3)[None]).reshape(3, -1, 3)
+
+
+def green_source(body: Body) -> GreenSource | None:
+    """Green's functions of a body; None where its surface is no sum of them."""
+    if isinstance(body, Solid):
+        return SolidGreen(body)
+    if isinstance(body, Balloon) and body.damping == 0.0:
+        return Superposition(body)
+    return None
+
+
+def encode_block(green: Floats) -> bytes:
+    """One vertex's functions as the wire carries them: a scale, and 16 bits a number.
+
+    Args:
+        green: Shape (3, n, 3) [m/N].
+    """
+    # The next 32-bit number: the largest value must fit its integer.
+    scale = float(np.nextafter(np.float32(np.abs(green).max() / _UNITS), np.float32(np.inf)))
+    return _HEAD.pack(scale) + np.rint(green / scale).astype("<i2").tobytes()
+
+
+def decode_block(data: bytes) -> Floats:
+    """What `encode_block` has made, shape (3, n, 3) [m/N]."""
+    (scale,) = _HEAD.unpack_from(data)
+    units = np.frombuffer(data, "<i2", offset=_HEAD.size).astype(np.float64)
+    return np.asarray(scale * units.reshape(3, -1, 3))
+
+
+def model_name(source: GreenSource) -> str:
+    """Hash of the resting mesh and of what the body answers at a few vertices, 32 digits.
+
+    Bodies that are alike in these are alike: stiffness, support and size change all of them.
+    """
+    mesh = source.mesh
+    n = len(mesh.vertices)
+    content = hashlib.sha256()
+    content.update(mesh.vertices.astype("<f4").tobytes())
+    content.update(mesh.faces.astype("<u4").tobytes())
+    for vertex in np.linspace(0, n - 1, min(_SIGNATURE, n)).astype(int).tolist():
+        content.update(encode_block(source.green(vertex)))
+    return content.hexdigest()[:32]

@@ -1,0 +1,71 @@
+"""Green's functions solved beside the tick, one at a time, and the newest of them kept.
+
+A solve on a large solid takes longer than a tick. It runs in a thread of its own, and who asks
+waits; the tick does not.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from concurrent.futures import ThreadPoolExecutor
+
+from cohaptic_server.watch.green import GreenSource, encode_block
+
+_KEPT_BYTES = 64 * 2**20
+_MAX_WAITING = 64  # solves that wait for their turn: more than a hand has vertices under it
+
+
+class GreenBlocks:
+    """Blocks by vertex.
+
+    Args:
+        source: Of the functions.
+        kept_bytes: Memory for blocks.
+
+    Attributes:
+        solved: How many were solved for so far.
+    """
+
+    def __init__(self, source: GreenSource, kept_bytes: int = _KEPT_BYTES) -> None:
+        self._source = source
+        self._kept_bytes = kept_bytes
+        self._kept: OrderedDict[int, bytes] = OrderedDict()
+        self._solving: dict[int, asyncio.Future[bytes]] = {}
+        self._thread = ThreadPoolExecutor(1, "green")
+        self.solved = 0
+
+    async def block(self, vertex: int, patience: float) -> bytes | None:
+        """The block of a vertex; None if it was not there within `patience` [s]."""
+        if vertex in self._kept:
+            self._kept.move_to_end(vertex)
+            return self._kept[vertex]
+        if vertex not in self._solving:
+            if len(self._solving) >= _MAX_WAITING:
+                return None
+            loop = asyncio.get_running_loop()
+            task = loop.run_in_executor(self._thread, self._solve, vertex)
+            task.add_done_callback(lambda done: self._keep(vertex, done))
+            self._solving[vertex] = task
+        # Who gives up leaves the solve to those who ask again.
+        waiting = asyncio.shield(self._solving[vertex])
+        try:
+            return await asyncio.wait_for(waiting, patience)
+        except TimeoutError:
+            return None
+
+    def close(self) -> None:
+        """Solve for nothing more."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+    def _solve(self, vertex: int) -> bytes:
+        return encode_block(self._source.green(vertex))
+
+    def _keep(self, vertex: int, done: asyncio.Future[bytes]) -> None:
+        del self._solving[vertex]
+        if done.cancelled() or done.exception() is not None:
+            return
+        self.solved += 1
+        self._kept[vertex] = done.result()
+        while len(self._kept) > 1 and sum(map(len, self._kept.values())) > self._kept_bytes:
+            self._kept.popitem(last=False)

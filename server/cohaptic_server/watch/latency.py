@@ -1,0 +1,59 @@
+"""Latency injected between one user and the server, both ways, as if its path were longer.
+
+Messages pass two delay lines with the semantics of a stream (`cohaptic.link`): one that grows
+shorter never lets a message overtake those in front. Nothing here sleeps; the shell asks what is
+due and when to ask again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cohaptic.link import DelayLine, LinkSettings
+
+Data = str | bytes
+
+
+class UserLatency:
+    """The two directions of one user's path.
+
+    Args:
+        seed: Of the jitter.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.delay = self.jitter = 0.0
+        self._up: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed))
+        self._down: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed + 1))
+
+    def set(self, delay: float, jitter: float) -> None:
+        """From now on, each way [s]; what is in flight stays so."""
+        self.delay, self.jitter = delay, jitter
+        for line in (self._up, self._down):
+            line.settings = replace(line.settings, delay=delay, jitter=jitter)
+
+    @property
+    def gone(self) -> bool:
+        """Whether nothing is delayed any more, and nothing in flight."""
+        return self.delay == self.jitter == 0.0 and not self._up and not self._down
+
+    def push_up(self, data: Data, now: float) -> None:
+        """A message from the user; raises LinkOverflow."""
+        self._up.push(data, now)
+
+    def push_down(self, data: Data, now: float) -> None:
+        """A message to the user; raises LinkOverflow."""
+        self._down.push(data, now)
+
+    def due_up(self, now: float) -> list[Data]:
+        """Messages that have come from the user by `now`, in order."""
+        return self._up.pop_due(now)
+
+    def due_down(self, now: float) -> list[Data]:
+        """Messages that are to reach the user by `now`, in order."""
+        return self._down.pop_due(now)
+
+    def next_due(self) -> float | None:
+        """When a message is due next [s]; None when none is in flight."""
+        times = [due for due in (self._up.next_due(), self._down.next_due()) if due is not None]
+        return min(times, default=None)

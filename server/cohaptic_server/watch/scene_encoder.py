@@ -1,0 +1,117 @@
+"""One tick's scene as bytes, made once for all who want it the same way, and only if somebody does.
+
+It also decides what is news: a scene in which nobody has moved by more than a screen shows, or
+pressed harder than a plot shows, is the scene before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cohaptic.protocol.scene import UserRecord, encode_scene
+from cohaptic.protocol.scene_surface import FINEST, Surface
+from cohaptic_server.bodies.mesh import Floats
+
+# Two of them are on their way to a watcher, which shall not cost more than 256 kB.
+MAX_SURFACE_BYTES = 96 * 1024
+_COARSER = 4.0  # times the unit of displacements, if a surface is too long
+
+# What counts as a change: 10 um, 1 mN, 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
+_STEPS = np.array(
+    [1e-5] * 6 + [1e-3] * 3 + [1e-6, 1.0, 1.0, 10.0, 1e-3] + [1e-3] * 3 + [1e-2, 0.1] + [1e-5] * 3
+)
+
+
+class SceneEncoder:
+    """The newest scene.
+
+    Args:
+        follows_records: Whether the surface follows from the records: that of a body without
+            memory, which is at rest when nobody's record changes.
+
+    Attributes:
+        tick: Of the newest scene; 0 before the first.
+        version: Rises with every scene that is news.
+    """
+
+    def __init__(self, *, follows_records: bool) -> None:
+        self.tick = 0
+        self.version = 0
+        self._follows_records = follows_records
+        self._now = 0.0
+        self._records: Sequence[UserRecord] = ()
+        self._surface: Callable[[], Floats] = _nothing
+        self._key: tuple[object, ...] = ()
+        self._shown: Floats | None = None
+        self._frames: dict[bool, bytes] = {}
+        self._finest = FINEST
+
+    def see(
+        self,
+        tick: int,
+        now: float,
+        records: Sequence[UserRecord],
+        surface: Callable[[], Floats],
+    ) -> None:
+        """Take the scene after a tick.
+
+        Args:
+            tick: Its number.
+            now: Its time [s].
+            records: Of the users.
+            surface: Gives the displacement of all vertices, shape (n, 3) [m]; called if needed.
+        """
+        self.tick, self._now, self._records, self._surface = tick, now, records, surface
+        self._frames.clear()
+        key = _key(records)
+        changed = self.version == 0 or key != self._key
+        if not self._follows_records:
+            shape = surface()
+            moved = self._shown is None or bool(np.abs(shape - self._shown).max() > FINEST)
+            changed |= moved
+            if changed:
+                self._shown = shape
+        if changed:
+            self.version += 1
+            self._key = key
+
+    def frame(self, *, surface: bool) -> bytes:
+        """The newest scene, with the surface or without; made by the first who asks.
+
+        Raises:
+            LocalProtocolError: The wire cannot carry it: something is out of the world.
+        """
+        if surface not in self._frames:
+            records = b"".join(record.encode() for record in self._records)
+            tail = self._tail() if surface else b""
+            self._frames[surface] = encode_scene(self.tick, self._now, records, tail)
+        return self._frames[surface]
+
+    def _tail(self) -> bytes:
+        shape = self._surface()
+        tail = Surface.of(shape, self._finest).encode()
+        while len(tail) > MAX_SURFACE_BYTES:
+            self._finest *= _COARSER
+            tail = Surface.of(shape, self._finest).encode()
+        return tail
+
+
+def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
+    """What of the records can be seen; equal keys look the same."""
+    numbers = [
+        (
+            *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
+            r.loop_delay, *r.normal, r.presence, r.curvature, *r.x_free,
+        )
+        for r in records
+    ]  # fmt: skip
+    table = np.rint(np.array(numbers).reshape(-1, len(_STEPS)) / _STEPS)
+    # Added to zero, because -0 and 0 look the same and have other bytes.
+    words = [(r.user, r.law, r.geometry, r.fresh, r.friction) for r in records]
+    return ((table + 0.0).tobytes(), *words)
+
+
+def _nothing() -> Floats:
+    return np.zeros((0, 3))

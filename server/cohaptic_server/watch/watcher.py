@@ -1,0 +1,183 @@
+"""One connection that watches, as a state machine without I/O.
+
+    due?  --yes--> a frame goes out, unacknowledged --ack--> drawn
+          --two are unacknowledged, or the path is full--> nothing; the next tick asks again
+
+No frame waits here: what may not go out now is made newer instead. So a slow page gets fewer
+frames and never older ones, and costs two frames of memory whatever it does.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.protocol.ack import Ack
+from cohaptic.protocol.control import ControlMessage, Error, encode_control
+from cohaptic.protocol.control_watch import (
+    Latency,
+    SetLatency,
+    SetView,
+    Watch,
+    Watching,
+    decode_client_message,
+)
+from cohaptic_server.outbox import MAX_EVENTS, Outbox
+from cohaptic_server.session import close_frame
+
+IN_FLIGHT = 2  # scenes that may be unacknowledged: one on its way, one being drawn
+SLOW_AFTER = 2.0  # s
+DROPPED_AFTER = 10.0  # s
+_MAX_LATENCIES = 64  # as many as can touch at once
+
+
+class Watcher:
+    """The server's half of the protocol with one who watches.
+
+    Args:
+        watch: What it said first.
+        has_model: Whether the body's surface can be made of forces; else it gets it in frames.
+
+    Attributes:
+        close: Code and reason once the connection is to be closed.
+        outbox: What is to be written now.
+        slow: Whether it has been too far behind for `SLOW_AFTER`.
+    """
+
+    def __init__(self, watch: Watch, *, has_model: bool) -> None:
+        self.close: tuple[int, str] | None = None
+        self.outbox = Outbox()
+        self.slow = False
+        self._has_model = has_model
+        self._encoding, self._rate = watch.encoding, watch.rate
+        self._wants = False
+        self._accepted = False
+        self._events: list[SetLatency] = []
+        self._latencies: dict[int, Latency] = {}
+        self._in_flight: deque[int] = deque()  # ticks
+        self._sent_tick = 0
+        self._sent_version = 0
+        self._sent_surface = False
+        self._next = float("-inf")  # when the rate allows another scene [s]
+        self._behind_since: float | None = None
+
+    def receive(self, data: str | bytes, now: float) -> None:
+        """Take one message from the client."""
+        del now
+        if self.close is not None:
+            return
+        try:
+            if isinstance(data, bytes):
+                self._acknowledge(Ack.decode(data))
+                return
+            message = decode_client_message(data)
+            if not isinstance(message, SetView | SetLatency):
+                what = type(message).__name__
+                raise RemoteProtocolError("message", what, "Ack or SetView or SetLatency: watches")
+        except ProtocolError as error:
+            self.fail(error)
+            return
+        if isinstance(message, SetView):
+            self._encoding, self._rate = message.encoding, message.rate
+            self._next = float("-inf")
+        else:
+            self._events.append(message)
+
+    def events(self) -> list[SetLatency]:
+        """What it asked of the server since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def accept(self, watching: Watching) -> None:
+        """The gallery has taken it in."""
+        self._accepted = True
+        self.send(watching)
+
+    @property
+    def hears_news(self) -> bool:
+        """Whether it is told who comes and goes."""
+        return self._accepted and self.close is None
+
+    @property
+    def wants_surface(self) -> bool:
+        """Whether the next scene has the surface."""
+        return self._wants or self._encoding == "frames" or not self._has_model
+
+    def due(self, version: int, now: float, *, clear: bool) -> bool:
+        """Whether the newest scene goes out now; to be asked at every tick.
+
+        Args:
+            version: Of the newest scene.
+            now: Time [s].
+            clear: Whether all that was written before has left the process.
+        """
+        if not self.hears_news:
+            return False
+        full = len(self._in_flight) >= IN_FLIGHT
+        if not full and (clear or not self._in_flight):
+            self._behind_since, self.slow = None, False
+        elif self._behind_since is None:
+            self._behind_since = now
+        lacks_surface = self.wants_surface and not self._sent_surface
+        news = version > self._sent_version or (version > 0 and lacks_surface)
+        return news and clear and not full and now >= self._next
+
+    def put_scene(self, frame: bytes, tick: int, version: int, now: float) -> None:
+        """Send the newest scene, with the surface if `wants_surface`."""
+        self.outbox.put_patch(frame)
+        self._in_flight.append(tick)
+        self._sent_tick, self._sent_version = tick, version
+        self._sent_surface = self.wants_surface
+        # On average the rate; after a rest the next one still keeps its distance.
+        self._next = max(self._next, now - 0.25 / self._rate) + 1.0 / self._rate
+
+    def handle_timer(self, now: float) -> None:
+        """Notice that time has passed."""
+        if self._behind_since is None or self.close is not None:
+            return
+        behind = now - self._behind_since
+        self.slow = behind >= SLOW_AFTER
+        if behind >= DROPPED_AFTER:
+            limit = f"acks: {len(self._in_flight)} scenes wait for one"
+            waited = f"{DROPPED_AFTER:g} s"
+            self.fail(RemoteProtocolError("silence", waited, limit, CloseCode.TOO_SLOW))
+
+    def send(self, message: ControlMessage) -> None:
+        """Queue an event."""
+        if not self.outbox.put_event(encode_control(message)):
+            reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
+            self.close = self.close or (CloseCode.TOO_SLOW.value, reason)
+
+    def tell_latency(self, latency: Latency) -> None:
+        """Say that a user's latency is another; of each user only the newest waits."""
+        self._latencies.pop(latency.user, None)
+        self._latencies[latency.user] = latency
+        while len(self._latencies) > _MAX_LATENCIES:
+            self._latencies.pop(next(iter(self._latencies)))
+
+    def take(self, *, clear: bool) -> list[str | bytes]:
+        """What to write now: events, latencies, then a scene."""
+        out = self.outbox.take(clear=clear)
+        if clear and self._latencies:
+            at = len(out) - (1 if out and isinstance(out[-1], bytes) else 0)
+            out[at:at] = [encode_control(latency) for latency in self._latencies.values()]
+            self._latencies.clear()
+        return out
+
+    def fail(self, error: ProtocolError) -> None:
+        """End the session because of `error` and tell the client."""
+        if self.close is None:
+            self.send(Error(code=error.code.value, message=str(error)))
+            self.close = close_frame(error.code.value, str(error))
+
+    def stop(self) -> None:
+        """End the session because the server stops."""
+        self.close = self.close or (CloseCode.SERVER_STOPS.value, "the server stops")
+
+    def _acknowledge(self, ack: Ack) -> None:
+        if ack.tick > self._sent_tick:
+            limit = f"at most that of the newest scene sent, {self._sent_tick}"
+            raise RemoteProtocolError("tick of an ack", ack.tick, limit)
+        while self._in_flight and self._in_flight[0] <= ack.tick:
+            self._in_flight.popleft()
+        self._wants = bool(ack.wants)

@@ -1,0 +1,79 @@
+"""The shell of what the port serves besides websockets: from the library's requests and back."""
+
+from __future__ import annotations
+
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.http11 import Request as HttpRequest
+from websockets.http11 import Response
+
+from cohaptic.clock import Clock
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.watch.green import green_source, model_name
+from cohaptic_server.watch.green_blocks import GreenBlocks
+from cohaptic_server.watch.http import Answer, GreenWanted, Request, Site, green_block, text
+from cohaptic_server.watch.origins import may_connect
+from cohaptic_server.watch.page import load_page
+
+DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
+_PATIENCE = 4.0  # s for a block to be solved, after which the page asks again
+_ALIVE = 2.0  # s since the last tick
+
+
+class Web:
+    """Files, Green's functions, and who may open a websocket.
+
+    Args:
+        body: Whose functions are served.
+        settings: Of the server.
+        clock: Of the server.
+
+    Attributes:
+        model: Of the body's Green's functions; None if it has none.
+        ticked: When the last tick was [s].
+    """
+
+    def __init__(self, body: Body, settings: ServerSettings, clock: Clock) -> None:
+        source = green_source(body)
+        self.model = None if source is None else model_name(source)
+        self.ticked = clock.now()
+        self._clock = clock
+        self._settings = settings
+        self._blocks = None if source is None else GreenBlocks(source)
+        self._site = Site(load_page(), self.model, len(body.mesh.vertices))
+
+    async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
+        """Answer a request; None lets it become a websocket."""
+        headers = request.headers
+        # Before version 17 the library refuses other methods itself, and does not name GET.
+        method = str(getattr(request, "method", "GET"))
+        asked = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
+        if "Upgrade" in headers:
+            origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
+            if len(origins) <= 1 and may_connect(
+                origins[0] if origins else None,
+                hosts[0] if len(hosts) == 1 else None,
+                listens_on=self._settings.host,
+                allowed=self._settings.allow_origins,
+            ):
+                return None
+            words = "a page from elsewhere may not use this server; see --allow-origin\n"
+            return _response(text(asked, 403, "Forbidden", words))
+        # The library waits so long for the peer to have it all, then cuts it off.
+        connection.close_timeout = DOWNLOAD_TIMEOUT
+        ticking = self._clock.now() - self.ticked < _ALIVE
+        answer = self._site.answer(asked, ticking=ticking)
+        if isinstance(answer, GreenWanted):
+            assert self._blocks is not None
+            answer = green_block(asked, await self._blocks.block(answer.vertex, _PATIENCE))
+        return _response(answer)
+
+    def close(self) -> None:
+        """Solve for nothing more."""
+        if self._blocks is not None:
+            self._blocks.close()
+
+
+def _response(answer: Answer) -> Response:
+    return Response(answer.status, answer.phrase, Headers(answer.headers), answer.body)
