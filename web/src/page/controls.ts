@@ -15,7 +15,7 @@ export function attachControls(page: Page, host: HTMLElement): void {
   if (page.stage !== null) pointers(page, host);
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
-    const deed = deedOf(event, target as HTMLInputElement | null);
+    const deed = deedOf(event, target);
     // In an open dialog keys belong to the dialog.
     if (deed === null || (page.help.root.open && deed !== "help")) return;
     if (event.repeat && deed === "press") {

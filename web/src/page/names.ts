@@ -11,7 +11,7 @@ export function freshName(random: () => number): string {
 
 /** What of a text can be a name; `otherwise` where nothing of it can. */
 export function usableName(text: string, otherwise: string): string {
-  const printable = [...text.normalize("NFC")].filter((c) => !/\p{C}|\p{Zl}|\p{Zp}/u.test(c)).join("");
-  const tidy = [...printable.replace(/\s+/gu, " ").trim()].slice(0, 32).join("").trim();
+  const printable = Array.from(text.normalize("NFC")).filter((c) => !/\p{C}|\p{Zl}|\p{Zp}/u.test(c)).join("");
+  const tidy = Array.from(printable.replace(/\s+/gu, " ").trim()).slice(0, 32).join("").trim();
   return tidy === "" ? otherwise : tidy;
 }

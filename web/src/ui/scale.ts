@@ -28,7 +28,7 @@ export function ticks(range: Range, count = 4): number[] {
   const first = Math.ceil(range.low / step - 1e-9);
   const last = Math.floor(range.high / step + 1e-9);
   const out: number[] = [];
-  for (let i = first; i <= last && out.length < 50; i++) out.push(i * step);
+  for (let i = first; i <= last && out.length < 50; i++) out.push(i * step + 0); // no minus zero
   return out;
 }
 

@@ -1,7 +1,8 @@
 /** Normals of a deformed surface, and how far each vertex went along the resting ones. */
 
 /**
- * Smooth normals at the vertices: the mean of the faces round each, by their area.
+ * Smooth normals at the vertices, exact on spheres whatever the triangles (Max 1999: each face counts by
+ * its edges' cross product over the squares of their lengths).
  *
  * @param positions Shape (n, 3) [m].
  * @param faces Counter-clockwise seen from outside, shape (m, 3).
@@ -18,23 +19,21 @@ export function vertexNormals(
     const a = 3 * (faces[f] ?? 0);
     const b = 3 * (faces[f + 1] ?? 0);
     const c = 3 * (faces[f + 2] ?? 0);
-    const ax = p[a] ?? 0;
-    const ay = p[a + 1] ?? 0;
-    const az = p[a + 2] ?? 0;
-    const ux = (p[b] ?? 0) - ax;
-    const uy = (p[b + 1] ?? 0) - ay;
-    const uz = (p[b + 2] ?? 0) - az;
-    const vx = (p[c] ?? 0) - ax;
-    const vy = (p[c + 1] ?? 0) - ay;
-    const vz = (p[c + 2] ?? 0) - az;
+    const ux = (p[b] ?? 0) - (p[a] ?? 0);
+    const uy = (p[b + 1] ?? 0) - (p[a + 1] ?? 0);
+    const uz = (p[b + 2] ?? 0) - (p[a + 2] ?? 0);
+    const vx = (p[c] ?? 0) - (p[a] ?? 0);
+    const vy = (p[c + 1] ?? 0) - (p[a + 1] ?? 0);
+    const vz = (p[c + 2] ?? 0) - (p[a + 2] ?? 0);
+    const ab = ux * ux + uy * uy + uz * uz || 1;
+    const ac = vx * vx + vy * vy + vz * vz || 1;
+    const bc = (vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2 || 1;
     const nx = uy * vz - uz * vy;
     const ny = uz * vx - ux * vz;
     const nz = ux * vy - uy * vx;
-    for (const i of [a, b, c]) {
-      out[i] = (out[i] ?? 0) + nx;
-      out[i + 1] = (out[i + 1] ?? 0) + ny;
-      out[i + 2] = (out[i + 2] ?? 0) + nz;
-    }
+    weigh(out, a, nx, ny, nz, 1 / (ab * ac));
+    weigh(out, b, nx, ny, nz, 1 / (ab * bc));
+    weigh(out, c, nx, ny, nz, 1 / (ac * bc));
   }
   for (let i = 0; i + 2 < out.length; i += 3) {
     const length = Math.hypot(out[i] ?? 0, out[i + 1] ?? 0, out[i + 2] ?? 0) || 1;
@@ -43,6 +42,12 @@ export function vertexNormals(
     out[i + 2] = (out[i + 2] ?? 0) / length;
   }
   return out;
+}
+
+function weigh(out: Float32Array, i: number, x: number, y: number, z: number, weight: number): void {
+  out[i] = (out[i] ?? 0) + weight * x;
+  out[i + 1] = (out[i + 1] ?? 0) + weight * y;
+  out[i + 2] = (out[i + 2] ?? 0) + weight * z;
 }
 
 /**
