@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 ARGS   ?=
 BIN    := $(VENV)/bin
+NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
-.PHONY: help demo test check format lint types bench results clean
+.PHONY: help demo test check format lint types web page bench results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
@@ -31,7 +32,7 @@ demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --del
 test: $(VENV)/.dev  ## the whole test suite
 	@$(BIN)/python -m pytest $(ARGS)
 
-check: lint types test  ## what must be green before a commit
+check: lint types web test  ## what must be green before a commit
 
 format: $(VENV)/.dev  ## let ruff arrange the code
 	@$(BIN)/ruff format . && $(BIN)/ruff check --fix .
@@ -45,6 +46,14 @@ types: $(VENV)/.dev  ## mypy and pyright, both strict
 	@$(BIN)/mypy
 	@$(BIN)/pyright
 
+web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
+	@$(NPM) run --silent types
+	@$(NPM) run --silent lint
+	@$(NPM) run --silent test
+
+page: $(VENV)/.dev  ## build the page into the server's package
+	@$(NPM) run --silent build
+
 bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
@@ -53,4 +62,4 @@ results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py
 
 clean:  ## forget what was built
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist web/node_modules server/cohaptic_server/page

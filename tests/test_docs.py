@@ -20,6 +20,7 @@ from cohaptic.protocol import (
     rest_mesh,
     scene,
     scene_surface,
+    traversal,
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
@@ -121,6 +122,7 @@ def test_the_scene_and_its_ack_are_described_in_their_places() -> None:
     (fields_of_ack,) = rows_from_zero("ack (kind 5)")
     assert SIZES["ack (kind 5)", 0] == ack.SIZE
     assert fields_of_ack[3:-1] == [f.name for f in fields(ack.Ack)]
+    assert all(f"{f.name}" in section("scene (kind 4)") for f in fields(traversal.Traversal))
     assert f"| <= {scene.MAX_USERS} |" in section("scene (kind 4)")
 
 

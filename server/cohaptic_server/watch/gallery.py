@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.control_watch import WatchedUser, Watching
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.room import Room, describe
 from cohaptic_server.watch.records import displacement, records
 from cohaptic_server.watch.scene_encoder import SceneEncoder
@@ -36,7 +37,8 @@ class Gallery:
         self.slow = 0
         self.problem: str | None = None
         self._vertices = len(room.body.mesh.vertices)
-        self._encoder = SceneEncoder(follows_records=model is not None)
+        traversal = Traversal.of(self._vertices, room.body.mesh.faces)
+        self._encoder = SceneEncoder(traversal, follows_records=model is not None)
 
     def enter(self, watcher: Watcher, to_wall: float) -> None:
         """Take one in.

@@ -12,6 +12,7 @@ import numpy as np
 
 from cohaptic.protocol.scene import UserRecord, encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
+from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.bodies.mesh import Floats
 
 # Two of them are on their way to a watcher, which shall not cost more than 256 kB.
@@ -28,6 +29,7 @@ class SceneEncoder:
     """The newest scene.
 
     Args:
+        traversal: Of the rest mesh.
         follows_records: Whether the surface follows from the records: that of a body without
             memory, which is at rest when nobody's record changes.
 
@@ -36,9 +38,10 @@ class SceneEncoder:
         version: Rises with every scene that is news.
     """
 
-    def __init__(self, *, follows_records: bool) -> None:
+    def __init__(self, traversal: Traversal, *, follows_records: bool) -> None:
         self.tick = 0
         self.version = 0
+        self._traversal = traversal
         self._follows_records = follows_records
         self._now = 0.0
         self._records: Sequence[UserRecord] = ()
@@ -91,10 +94,10 @@ class SceneEncoder:
 
     def _tail(self) -> bytes:
         shape = self._surface()
-        tail = Surface.of(shape, self._finest).encode()
+        tail = Surface.of(shape, self._finest).encode(self._traversal)
         while len(tail) > MAX_SURFACE_BYTES:
             self._finest *= _COARSER
-            tail = Surface.of(shape, self._finest).encode()
+            tail = Surface.of(shape, self._finest).encode(self._traversal)
         return tail
 
 

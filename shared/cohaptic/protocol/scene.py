@@ -23,6 +23,7 @@ from cohaptic.protocol.frame import (
 )
 from cohaptic.protocol.patch import LAWS, MAX_STIFFNESS, Geometry
 from cohaptic.protocol.scene_surface import Surface
+from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -145,19 +146,23 @@ class Scene:
     users: tuple[UserRecord, ...]
     surface: Surface | None = None
 
-    def encode(self) -> bytes:
-        """The frame; raises LocalProtocolError when a value is out of its limits."""
+    def encode(self, traversal: Traversal) -> bytes:
+        """The frame; raises LocalProtocolError when a value is out of its limits.
+
+        Args:
+            traversal: Of the rest mesh.
+        """
         records = b"".join(user.encode() for user in self.users)
-        surface = b"" if self.surface is None else self.surface.encode()
+        surface = b"" if self.surface is None else self.surface.encode(traversal)
         return encode_scene(self.tick, self.t_server, records, surface)
 
     @classmethod
-    def decode(cls, data: bytes, vertices: int) -> Scene:
+    def decode(cls, data: bytes, traversal: Traversal) -> Scene:
         """The scene in a frame; raises RemoteProtocolError, whatever the bytes.
 
         Args:
             data: The frame.
-            vertices: Of the rest mesh: nothing longer is inflated.
+            traversal: Of the rest mesh; nothing longer than it is inflated.
         """
         flags = open_header(data, FrameKind.SCENE)
         check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
@@ -170,7 +175,7 @@ class Scene:
             limit = f"{end} bytes" + (" and a surface" if flags & _SURFACE_FLAG else "")
             raise RemoteProtocolError("scene length", len(data), limit)
         records = tuple(UserRecord.decode(data, at) for at in range(HEAD_SIZE, end, USER_SIZE))
-        surface = Surface.decode(data[end:], vertices) if flags & _SURFACE_FLAG else None
+        surface = Surface.decode(data[end:], traversal) if flags & _SURFACE_FLAG else None
         return cls(tick, t_server, records, surface)
 
 

@@ -1,8 +1,9 @@
 """The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
 
-Whole numbers with a common scale, each the difference to the vertex before (modulo 2^16), folded so
-that small ones of both signs are small (zigzag), their low bytes apart from their high ones: what
-is left is mostly zeros, and level 1 of zlib finds them. No frame depends on another.
+Whole numbers with a common scale, each less what its neighbours foretell (`traversal.py`, modulo
+2^16), folded so that small ones of both signs are small (zigzag), their low bytes apart from their
+high ones: what is left is mostly zeros, and level 1 of zlib finds them. No frame depends on
+another.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
+from cohaptic.protocol.traversal import Traversal
 
 _HEAD = struct.Struct("<fI")
 FINEST = 1e-5  # m; a hundredth of a millimetre is less than a pixel
@@ -69,11 +71,16 @@ class Surface:
     def __hash__(self) -> int:
         return hash((self.scale, self.units.tobytes()))
 
-    def encode(self) -> bytes:
-        """The tail of the frame; raises LocalProtocolError when the scale is out of its limits."""
+    def encode(self, traversal: Traversal) -> bytes:
+        """The tail of the frame; raises LocalProtocolError when the scale is out of its limits.
+
+        Args:
+            traversal: Of the rest mesh.
+        """
         _check_scale(self.scale, remote=False)
-        steps = self.units.copy()
-        steps[1:] -= self.units[:-1]
+        units = np.concatenate([self.units, np.zeros((1, 3), np.int16)])
+        foretold = units[traversal.p] + units[traversal.q] - units[traversal.r]
+        steps = units[traversal.order] - foretold
         folded = ((steps << 1) ^ (steps >> 15)).astype("<u2", copy=False)
         # By component, then by byte: (2, 3, n).
         planes = folded.view(np.uint8).reshape(-1, 3, 2).transpose(2, 1, 0)
@@ -81,13 +88,14 @@ class Surface:
         return _HEAD.pack(self.scale, len(stream)) + stream
 
     @classmethod
-    def decode(cls, data: bytes, vertices: int) -> Surface:
+    def decode(cls, data: bytes, traversal: Traversal) -> Surface:
         """The surface in the tail of a frame; raises RemoteProtocolError, whatever the bytes.
 
         Args:
             data: From the scale on.
-            vertices: Of the rest mesh: nothing longer is inflated.
+            traversal: Of the rest mesh; nothing longer than it is inflated.
         """
+        n = traversal.vertices
         if len(data) < _HEAD.size:
             raise RemoteProtocolError("surface length", len(data), f"at least {_HEAD.size} bytes")
         scale, length = _HEAD.unpack_from(data)
@@ -95,11 +103,18 @@ class Surface:
         if len(data) != _HEAD.size + length:
             limit = f"{_HEAD.size + length} bytes"
             raise RemoteProtocolError("surface length", len(data), limit)
-        raw = _inflate(data[_HEAD.size :], 6 * vertices)
-        planes = np.frombuffer(raw, np.uint8).reshape(2, 3, vertices)
+        raw = _inflate(data[_HEAD.size :], 6 * n)
+        planes = np.frombuffer(raw, np.uint8).reshape(2, 3, n)
         folded = np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<u2")[:, :, 0]
         steps = (folded >> 1).astype(np.int16) ^ -(folded & 1).astype(np.int16)
-        return cls(scale, np.cumsum(steps, axis=0, dtype=np.int16))
+        units = np.zeros((n + 1, 3), np.int16)  # the last one stands for zero
+        for v, p, q, r, step in zip(
+            *(a.tolist() for a in (traversal.order, traversal.p, traversal.q, traversal.r)),
+            steps,
+            strict=True,
+        ):
+            units[v] = units[p] + units[q] - units[r] + step
+        return cls(scale, units[:n])
 
 
 def _check_scale(scale: float, *, remote: bool) -> None:

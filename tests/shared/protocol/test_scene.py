@@ -16,6 +16,7 @@ from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.scene import HEAD_SIZE, MAX_USERS, USER_SIZE, Scene, UserRecord
 from cohaptic.protocol.scene_surface import FINEST, MAX_UNITS, Surface
+from cohaptic.protocol.traversal import Traversal
 from tests.strategies import as_surface, scenes, surfaces, user_records
 
 ANN = UserRecord(
@@ -28,35 +29,46 @@ FLAT = as_surface(1e-5, [(0, 0, 0)] * 3)
 SCENE = Scene(5, 1.0, (ANN,))
 
 
-def vertices(scene: Scene) -> int:
-    return 3 if scene.surface is None else len(scene.surface.units)
+TRIANGLE = Traversal.of(3, [(0, 1, 2)])
+
+
+def traversal(scene: Scene) -> Traversal:
+    """Of a strip of triangles with as many vertices as the scene has."""
+    n = 3 if scene.surface is None else len(scene.surface.units)
+    return Traversal.of(n, [(i, i + 1, i + 2) for i in range(n - 2)])
 
 
 def with_stream(content: bytes, scale: float = 1e-5) -> bytes:
     """A frame of nobody with any deflated content behind it."""
     stream = zlib.compress(content)
-    head = bytearray(Scene(5, 1.0, ()).encode())
+    head = bytearray(Scene(5, 1.0, ()).encode(TRIANGLE))
     head[2] = 1
     return bytes(head) + struct.pack("<fI", scale, len(stream)) + stream
 
 
 @given(scenes)
 def test_comes_back_as_it_was(scene: Scene) -> None:
-    assert Scene.decode(scene.encode(), vertices(scene)) == scene
+    there = traversal(scene)
+    assert Scene.decode(scene.encode(there), there) == scene
 
 
 @given(scenes)
 def test_forces_of_two_fit_in_200_bytes(scene: Scene) -> None:
-    light = replace(scene, surface=None).encode()
+    light = replace(scene, surface=None).encode(TRIANGLE)
     assert len(light) == HEAD_SIZE + USER_SIZE * len(scene.users)
     assert HEAD_SIZE + 2 * USER_SIZE <= 200
 
 
 @given(st.binary(max_size=300))
 def test_any_bytes_give_a_scene_or_the_peers_error(data: bytes) -> None:
-    for frame in (data, SCENE.encode()[:HEAD_SIZE] + data, with_stream(data), b"\2\4\1\0" + data):
+    for frame in (
+        data,
+        SCENE.encode(TRIANGLE)[:HEAD_SIZE] + data,
+        with_stream(data),
+        b"\2\4\1\0" + data,
+    ):
         try:
-            Scene.decode(frame, 3)
+            Scene.decode(frame, TRIANGLE)
         except RemoteProtocolError:
             pass
 
@@ -65,10 +77,11 @@ def test_any_bytes_give_a_scene_or_the_peers_error(data: bytes) -> None:
 def test_a_damaged_frame_gives_a_valid_scene_or_the_peers_error(
     scene: Scene, data: st.DataObject
 ) -> None:
-    frame = bytearray(scene.encode())
+    there = traversal(scene)
+    frame = bytearray(scene.encode(there))
     frame[data.draw(st.integers(0, len(frame) - 1))] ^= data.draw(st.integers(1, 255))
     try:
-        Scene.decode(bytes(frame), vertices(scene)).encode()
+        Scene.decode(bytes(frame), there).encode(there)
     except RemoteProtocolError:
         pass
 
@@ -79,11 +92,11 @@ def test_a_damaged_frame_gives_a_valid_scene_or_the_peers_error(
         (b"", "frame length is 0"),
         (bytes([2, 2, 0, 0]), "frame kind is 2; expected 4"),
         (bytes([2, 4, 2, 0]) + bytes(16), "flags of a scene is 2"),
-        (SCENE.encode()[:19], "scene length is 19; expected at least 20"),
-        (SCENE.encode()[:-1], "scene length is 103; expected 104 bytes"),
-        (SCENE.encode() + b"x", "scene length is 105; expected 104 bytes"),
+        (SCENE.encode(TRIANGLE)[:19], "scene length is 19; expected at least 20"),
+        (SCENE.encode(TRIANGLE)[:-1], "scene length is 103; expected 104 bytes"),
+        (SCENE.encode(TRIANGLE) + b"x", "scene length is 105; expected 104 bytes"),
         (bytes([2, 4, 0, 0]) + bytes(16), "tick of a scene is 0"),
-        (SCENE.encode()[:16] + b"\1\1" + bytes(86), "users of a scene is 257"),
+        (SCENE.encode(TRIANGLE)[:16] + b"\1\1" + bytes(86), "users of a scene is 257"),
         (with_stream(bytes(17)), "inflated size of a surface is 17; expected 18 bytes"),
         (with_stream(bytes(19)), "inflated size of a surface is 'more'"),
         (with_stream(bytes(18)) + b"x", "surface length"),
@@ -95,7 +108,7 @@ def test_a_damaged_frame_gives_a_valid_scene_or_the_peers_error(
 )
 def test_rubbish_is_named(frame: bytes, message: str) -> None:
     with pytest.raises(RemoteProtocolError, match=message):
-        Scene.decode(frame, 3)
+        Scene.decode(frame, TRIANGLE)
 
 
 @pytest.mark.parametrize(
@@ -112,17 +125,17 @@ def test_rubbish_is_named(frame: bytes, message: str) -> None:
     ],
 )
 def test_a_field_out_of_its_limits_is_named(offset: int, value: bytes, message: str) -> None:
-    frame = bytearray(SCENE.encode())
+    frame = bytearray(SCENE.encode(TRIANGLE))
     frame[HEAD_SIZE + offset : HEAD_SIZE + offset + len(value)] = value
     with pytest.raises(RemoteProtocolError, match=message):
-        Scene.decode(bytes(frame), 3)
+        Scene.decode(bytes(frame), TRIANGLE)
 
 
 def test_a_bomb_is_not_inflated() -> None:
     bomb = with_stream(bytes(50_000_000))
     assert len(bomb) < 100_000
     with pytest.raises(RemoteProtocolError, match="inflated size"):
-        Scene.decode(bomb, 3)
+        Scene.decode(bomb, TRIANGLE)
 
 
 @given(user_records)
@@ -137,7 +150,7 @@ def test_what_is_out_of_its_limits_is_our_mistake(user: UserRecord) -> None:
         with pytest.raises(LocalProtocolError):
             wrong.encode()
     with pytest.raises(LocalProtocolError, match="users of a scene is 257"):
-        Scene(1, 0.0, (user,) * (MAX_USERS + 1)).encode()
+        Scene(1, 0.0, (user,) * (MAX_USERS + 1)).encode(TRIANGLE)
 
 
 displacements = hnp.arrays(

@@ -43,6 +43,7 @@ from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from tests.strategies import as_surface, single
 
@@ -121,9 +122,26 @@ SCENES = {
         500.75,
         (ANN,),
         # Steps that wrap, of both signs, beside small ones.
-        as_surface(single(1e-5), [(0, 1, -1), (-32768, 2, -3), (32767, 300, -300), (32767, 0, 7)]),
+        as_surface(
+            single(1e-5),
+            [
+                (0, 1, -1), (-32768, 2, -3), (32767, 300, -300), (32767, 0, 7), (5, -4, 3),
+                (-20000, 20000, 11),
+            ],
+        ),
     ),
+}  # fmt: skip
+Faces = list[tuple[int, int, int]]
+OCTAHEDRON: Faces = [
+    (0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (5, 2, 1), (5, 3, 2), (5, 4, 3), (5, 1, 4),
+]  # fmt: skip
+MESHES: dict[str, tuple[int, Faces]] = {
+    "octahedron": (6, OCTAHEDRON),  # of the scene with a surface
+    "strip and a triangle apart": (8, [(0, 4, 2), (2, 4, 6), (4, 1, 6), (3, 5, 7)]),
+    "three faces at one edge": (5, [(0, 1, 2), (1, 0, 3), (0, 1, 4)]),
 }
+TRAVERSALS = {name: Traversal.of(n, faces) for name, (n, faces) in MESHES.items()}
+OF_SCENE = TRAVERSALS["octahedron"]
 CONTROL: dict[str, Any] = {
     "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
     "set_law": SetLaw(law=Law.PI),
@@ -190,10 +208,19 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
         ],
         "ack": [{"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in ACKS.items()],
         "scene": [
-            {"name": n, "hex": m.encode().hex(), "fields": scene_fields(m)}
+            {"name": n, "hex": m.encode(OF_SCENE).hex(), "fields": scene_fields(m)}
             for n, m in SCENES.items()
         ],
     }
+
+
+def traversal_vectors() -> list[dict[str, Any]]:
+    """Every mesh, and how it is gone through."""
+    return [
+        {"name": name, "vertices": MESHES[name][0], "faces": MESHES[name][1]}
+        | {key: getattr(t, key).tolist() for key in ("order", "p", "q", "r")}
+        for name, t in TRAVERSALS.items()
+    ]
 
 
 def scene_fields(scene: Scene) -> dict[str, Any]:
@@ -253,7 +280,12 @@ def test_the_written_scenes_are_understood_whatever_deflates_them() -> None:
     sent = json.loads(json.dumps(binary_vectors()["scene"]))
     for vector, mine in zip(written, sent, strict=True):
         assert vector["fields"] == mine["fields"]
-        assert Scene.decode(bytes.fromhex(vector["hex"]), vertices=4) == SCENES[vector["name"]]
+        assert Scene.decode(bytes.fromhex(vector["hex"]), OF_SCENE) == SCENES[vector["name"]]
+
+
+def test_the_written_traversals_are_ours() -> None:
+    written = json.loads((FOLDER / "traversal.json").read_text())
+    assert written == json.loads(json.dumps(traversal_vectors()))
 
 
 def test_the_written_control_messages_are_what_we_send_and_understand() -> None:
@@ -274,5 +306,6 @@ def decoder(message: object) -> Callable[[str], object]:
 
 
 if __name__ == "__main__":
-    for kind, vectors in {**binary_vectors(), "control": control_vectors()}.items():
+    others = {"control": control_vectors(), "traversal": traversal_vectors()}
+    for kind, vectors in {**binary_vectors(), **others}.items():
         (FOLDER / f"{kind}.json").write_text(as_json(vectors))

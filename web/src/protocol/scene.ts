@@ -20,6 +20,7 @@ import {
 } from "./frame";
 import { geometryOf, lawOf } from "./patch";
 import { readSurface, type SceneSurface } from "./scene_surface";
+import type { Traversal } from "./traversal";
 
 const HEAD = 20;
 const USER = 84;
@@ -63,9 +64,9 @@ export interface Scene {
 /**
  * The scene in a frame; throws ProtocolError, whatever the bytes.
  *
- * @param vertices Of the rest mesh: nothing longer is inflated.
+ * @param traversal Of the rest mesh.
  */
-export function decodeScene(bytes: Uint8Array, vertices: number): Scene {
+export function decodeScene(bytes: Uint8Array, traversal: Traversal): Scene {
   const { flags, reader } = openFrame(bytes, "scene", HEAD);
   checkRange("flags of a scene", flags, 0, 1);
   const tick = reader.u32();
@@ -79,7 +80,7 @@ export function decodeScene(bytes: Uint8Array, vertices: number): Scene {
   if (bytes.length < end) throw new ProtocolError("scene length", bytes.length, `at least ${end} bytes`);
   const users = Array.from({ length: count }, () => readUser(reader));
   if (flags === 0) checkSize("scene", bytes, end);
-  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, vertices) };
+  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal) };
 }
 
 function readUser(reader: Reader): UserRecord {

@@ -1,7 +1,12 @@
-/** The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated. */
+/**
+ * The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
+ *
+ * Whole numbers with a common scale, each less what its neighbours foretell (`traversal.ts`).
+ */
 
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
 import { inflate } from "./inflate";
+import type { Traversal } from "./traversal";
 
 const HEAD = 8;
 const MAX_SCALE = MAX_POSITION / 32767;
@@ -16,27 +21,28 @@ export interface SceneSurface {
 }
 
 /** The surface in what is left of a frame; throws ProtocolError, whatever the bytes. */
-export function readSurface(reader: Reader, vertices: number): SceneSurface {
+export function readSurface(reader: Reader, traversal: Traversal): SceneSurface {
   if (reader.left < HEAD) throw new ProtocolError("surface length", reader.left, `at least ${HEAD} bytes`);
   const scale = reader.f32();
   const length = reader.u32();
   checkRange("scale of a surface", scale, SMALLEST, MAX_SCALE);
   if (reader.left !== length) throw new ProtocolError("surface length", reader.left, `${length} bytes`);
-  return { scale, units: unfold(inflate("a surface", reader.rest(), 6 * vertices), vertices) };
+  // Nothing longer than the rest mesh is inflated.
+  return { scale, units: unfold(inflate("a surface", reader.rest(), 6 * traversal.vertices), traversal) };
 }
 
-/** Byte planes to running sums, modulo 2^16: low bytes of all x, then y, then z, then the high ones. */
-function unfold(raw: Uint8Array, n: number): Int16Array {
-  const units = new Int16Array(3 * n);
+/** Byte planes to units, modulo 2^16: low bytes of all x, then y, then z, then the high ones. */
+function unfold(raw: Uint8Array, { vertices: n, order, foretold }: Traversal): Int16Array {
+  const units = new Int16Array(3 * (n + 1)); // the last one stands for zero
   for (let c = 0; c < 3; c += 1) {
     const low = c * n;
     const high = (3 + c) * n;
-    let sum = 0;
-    for (let v = 0; v < n; v += 1) {
-      const z = (raw[low + v] ?? 0) | ((raw[high + v] ?? 0) << 8);
-      sum += (z >> 1) ^ -(z & 1);
-      units[3 * v + c] = sum; // an Int16Array keeps it modulo 2^16
+    const unit = (k: number): number => units[3 * (foretold[k] ?? n) + c] ?? 0;
+    for (let k = 0; k < n; k += 1) {
+      const z = (raw[low + k] ?? 0) | ((raw[high + k] ?? 0) << 8);
+      const step = (z >> 1) ^ -(z & 1);
+      units[3 * (order[k] ?? n) + c] = unit(3 * k) + unit(3 * k + 1) - unit(3 * k + 2) + step;
     }
   }
-  return units;
+  return units.subarray(0, 3 * n);
 }

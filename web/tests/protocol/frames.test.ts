@@ -5,6 +5,7 @@ import { decodePatch, type Patch } from "../../src/protocol/patch";
 import { encodeAck } from "../../src/protocol/ack";
 import { decodeRestMesh } from "../../src/protocol/rest_mesh";
 import { decodeScene, type Scene } from "../../src/protocol/scene";
+import { traversalOf } from "../../src/protocol/traversal";
 import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
 
 const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
@@ -16,8 +17,18 @@ interface SceneFields extends Omit<Scene, "surface"> {
 }
 const scenes = vectors("scene") as BinaryVector<SceneFields>[];
 const acks = vectors("ack") as BinaryVector<{ tick: number; wants: 0 | 1 }>[];
+const traversals = vectors("traversal") as {
+  name: string;
+  vertices: number;
+  faces: number[][];
+  order: number[];
+  p: number[];
+  q: number[];
+  r: number[];
+}[];
 /** Of the rest mesh that the written scenes are of. */
-const VERTICES = scenes.find(({ fields }) => fields.surface !== null)?.fields.surface?.units.length ?? 0;
+const OCTAHEDRON = traversals.find(({ name }) => name === "octahedron");
+const TRAVERSAL = traversalOf(OCTAHEDRON?.vertices ?? 0, Uint32Array.from(OCTAHEDRON?.faces.flat() ?? []));
 
 describe("golden vectors", () => {
   test.each(samples)("contact_sample $name", ({ hex, fields }) => {
@@ -38,7 +49,7 @@ describe("golden vectors", () => {
 
 describe("golden vectors of watching", () => {
   test.each(scenes)("scene $name", ({ hex, fields }) => {
-    const { surface, ...scene } = decodeScene(fromHex(hex), VERTICES);
+    const { surface, ...scene } = decodeScene(fromHex(hex), TRAVERSAL);
     expect({
       ...scene,
       surface: surface && { scale: surface.scale, units: Array.from(surface.units) },
@@ -49,11 +60,19 @@ describe("golden vectors of watching", () => {
     expect(toHex(encodeAck(fields.tick, fields.wants))).toBe(hex);
   });
 
+  test.each(traversals)("traversal of $name", ({ vertices, faces, order, p, q, r }) => {
+    const found = traversalOf(vertices, Uint32Array.from(faces.flat()));
+    expect(Array.from(found.order)).toEqual(order);
+    expect(Array.from(found.foretold)).toEqual(p.flatMap((_, k) => [p[k], q[k], r[k]]));
+  });
+
   test("a surface of another number of vertices is refused", () => {
     const withSurface = scenes.find(({ fields }) => fields.surface !== null);
     const frame = fromHex(withSurface?.hex ?? "");
-    expect(() => decodeScene(frame, VERTICES + 1)).toThrow(/inflated size of a surface/);
-    expect(() => decodeScene(frame, VERTICES - 1)).toThrow(/inflated size of a surface is "more"/);
+    const more = traversalOf(7, Uint32Array.from([0, 1, 2]));
+    const fewer = traversalOf(5, Uint32Array.from([0, 1, 2]));
+    expect(() => decodeScene(frame, more)).toThrow(/inflated size of a surface/);
+    expect(() => decodeScene(frame, fewer)).toThrow(/inflated size of a surface is "more"/);
   });
 });
 
@@ -62,7 +81,7 @@ describe("whatever the bytes, a message or a ProtocolError", () => {
     contact_sample: decodeContactSample,
     patch: decodePatch,
     rest_mesh: decodeRestMesh,
-    scene: (bytes: Uint8Array): Scene => decodeScene(bytes, VERTICES),
+    scene: (bytes: Uint8Array): Scene => decodeScene(bytes, TRAVERSAL),
   };
   const all = (Object.keys(decoders) as (keyof typeof decoders)[]).flatMap((kind) =>
     (vectors(kind) as BinaryVector<unknown>[]).map(({ name, hex }) => ({ kind, name, frame: fromHex(hex) })),

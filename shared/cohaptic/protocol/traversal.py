@@ -1,0 +1,107 @@
+"""The order in which a surface is sent, and from which vertices each is foretold.
+
+Whoever has the resting mesh finds the same: breadth first from vertex 0, neighbours by number. A
+vertex is foretold by the parallelogram over an edge that came before it, p + q - r: where a surface
+bends smoothly, what is left is small. Touma and Gotsman (1998) code positions so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.sparse.csgraph import breadth_first_order
+
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Traversal:
+    """Of one resting mesh.
+
+    Args:
+        order: Vertices as they are sent, shape (n,).
+        p, q, r: Vertices that foretell `order[k]` as p + q - r, shape (n,); n stands for zero.
+    """
+
+    order: Ints
+    p: Ints
+    q: Ints
+    r: Ints
+
+    @classmethod
+    def of(cls, n: int, faces: npt.ArrayLike) -> Traversal:
+        """The traversal of a mesh.
+
+        Args:
+            n: How many vertices it has.
+            faces: Their corners, shape (m, 3).
+        """
+        corners = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
+        graph = _graph(n, corners)
+        order = _breadth_first(graph)
+        place = np.empty(n, dtype=np.int64)
+        place[order] = np.arange(n)
+        foretold = np.full((n, 3), n)  # by vertex
+        _by_neighbour(foretold, graph, order, place)
+        _by_parallelogram(foretold, corners, place)
+        p, q, r = foretold[order].T
+        return cls(order, p, q, r)
+
+    @property
+    def vertices(self) -> int:
+        """How many there are."""
+        return len(self.order)
+
+
+def _graph(n: int, corners: Ints) -> sp.csr_array:
+    """Which vertices share an edge, neighbours by number."""
+    a, b = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    rows, columns = np.concatenate([a, b]), np.concatenate([b, a])
+    ones = np.ones(len(rows), dtype=np.int8)
+    graph = sp.csr_array(sp.coo_array((ones, (rows, columns)), shape=(n, n)))
+    graph.sort_indices()
+    return graph
+
+
+def _breadth_first(graph: sp.csr_array) -> Ints:
+    """All vertices; each part of the mesh begins with its lowest."""
+    left = np.ones(graph.shape[0], dtype=np.bool_)
+    parts: list[Ints] = []
+    while left.any():
+        start = int(left.argmax())
+        part = breadth_first_order(graph, start, return_predecessors=False)
+        parts.append(np.asarray(part, dtype=np.int64))
+        left[part] = False
+    return np.concatenate(parts)
+
+
+def _by_neighbour(foretold: Ints, graph: sp.csr_array, order: Ints, place: Ints) -> None:
+    """The neighbour that came first foretells alone: p = q = r."""
+    rows = np.repeat(np.arange(len(order)), np.diff(graph.indptr))
+    first = np.full(len(order), len(order))
+    np.minimum.at(first, rows, place[graph.indices])
+    came = first < place
+    foretold[came] = order[first[came]][:, None]
+
+
+def _by_parallelogram(foretold: Ints, corners: Ints, place: Ints) -> None:
+    """Over an edge of exactly two faces; of several, the one whose far corner r came first."""
+    far = corners.ravel()
+    ends = np.sort(np.stack([corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]], axis=2).reshape(-1, 2))
+    _, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    by_edge = np.argsort(edge.ravel(), kind="stable")
+    one, two = by_edge[count[edge.ravel()[by_edge]] == 2].reshape(-1, 2).T
+    v = far[np.concatenate([one, two])]
+    r = far[np.concatenate([two, one])]
+    sides = ends[np.concatenate([one, one])]
+    later = (place[sides[:, 0]] > place[sides[:, 1]]).astype(np.int64)
+    rows = np.arange(len(sides))
+    p, q = sides[rows, later], sides[rows, 1 - later]
+    keep = np.flatnonzero(np.maximum(place[q], place[r]) < place[v])
+    # Sorted so that the best of each vertex is the last to be written.
+    best = keep[np.lexsort((place[q[keep]], place[p[keep]], place[r[keep]]))][::-1]
+    for column, corner in enumerate((p, q, r)):
+        foretold[v[best], column] = corner[best]

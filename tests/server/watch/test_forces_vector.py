@@ -1,0 +1,113 @@
+"""The surface from forces, as a second language makes it: an example with everything that it needs.
+
+`python -m tests.server.watch.test_forces_vector` writes it again.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.contact import pressure
+from cohaptic_server.watch.green import decode_block, encode_block, green_source
+
+FILE = Path(__file__).parents[2] / "vectors" / "forces.json"
+# Of two sizes, and with a radius below the mesh's resolution.
+CONTACTS = [
+    {"radius": 0.03, "foot": [0.09, 0.02, 0.03], "force": [2.0, 0.5, -0.25]},
+    {"radius": 0.02, "foot": [0.0, 0.0, 0.1], "force": [0.0, 0.0, 1.5]},
+    {"radius": 0.002, "foot": [-0.07, 0.05, -0.03], "force": [-1.0, 1.0, 0.0]},
+]
+
+
+def vector() -> dict[str, Any]:
+    """A coarse balloon, contacts on it, their weights, the blocks under them, the surface."""
+    balloon = Balloon(BalloonSettings(subdivisions=2))
+    source = green_source(balloon)
+    assert source is not None
+    contacts: list[dict[str, Any]] = []
+    blocks: dict[int, str] = {}
+    whole = np.zeros_like(balloon.mesh.vertices)
+    for contact in CONTACTS:
+        foot, force = np.array(contact["foot"]), np.array(contact["force"])
+        vertices, weights = pressure(balloon.mesh, foot, float(np.float64(contact["radius"])))
+        size = float(np.linalg.norm(force))
+        load = Load(vertices, weights, -force / size, size)
+        whole += balloon.respond([load]).displacement
+        contacts.append(contact | {"vertices": vertices.tolist(), "weights": weights.tolist()})
+        for vertex in vertices.tolist():
+            blocks[vertex] = encode_block(source.green(vertex)).hex()
+    return {
+        "vertices": np.round(balloon.mesh.vertices, 9).tolist(),
+        "faces": balloon.mesh.faces.tolist(),
+        "contacts": contacts,
+        "blocks": {str(vertex): blocks[vertex] for vertex in sorted(blocks)},
+        "displacement": np.round(whole, 9).tolist(),
+    }
+
+
+@pytest.fixture(scope="module")
+def written() -> dict[str, Any]:
+    return json.loads(FILE.read_text())
+
+
+def test_the_written_example_is_ours(written: dict[str, Any]) -> None:
+    mine = vector()
+    assert written["faces"] == mine["faces"]
+    for key in ("vertices", "displacement"):
+        assert np.allclose(written[key], mine[key], rtol=0.0, atol=2e-9)
+    for theirs, ours in zip(written["contacts"], mine["contacts"], strict=True):
+        assert theirs["vertices"] == ours["vertices"]
+        assert np.allclose(theirs["weights"], ours["weights"], rtol=0.0, atol=1e-9)
+    for vertex, block in written["blocks"].items():
+        got = decode_block(bytes.fromhex(block))
+        want = decode_block(bytes.fromhex(mine["blocks"][vertex]))
+        assert np.abs(got - want).max() <= 1e-4 * np.abs(want).max()
+
+
+def test_the_pages_rule_gives_the_displacement_from_blocks_and_forces(
+    written: dict[str, Any],
+) -> None:
+    """The sum of `docs/protocol.md` from what is written alone, within 0.1 %."""
+    want = np.array(written["displacement"])
+    got = np.zeros_like(want)
+    for contact in written["contacts"]:
+        for vertex, weight in zip(contact["vertices"], contact["weights"], strict=True):
+            block = decode_block(bytes.fromhex(written["blocks"][str(vertex)]))
+            got -= weight * np.tensordot(np.array(contact["force"]), block, axes=1)
+    assert np.abs(got - want).max() <= 1e-3 * np.abs(want).max()
+
+
+def test_the_pages_rule_of_the_pressure_gives_the_weights(written: dict[str, Any]) -> None:
+    """Point by point, as the protocol's page says it."""
+    x, faces = np.array(written["vertices"]), written["faces"]
+    shares = [((i + 1 / 3) / 3, (j + 1 / 3) / 3) for i in range(3) for j in range(3 - i)]
+    shares += [((i + 2 / 3) / 3, (j + 2 / 3) / 3) for i in range(3) for j in range(2 - i)]
+    assert len(shares) == 9
+    for contact in written["contacts"]:
+        foot = np.array(contact["foot"])
+        points: list[tuple[float, float, list[int], tuple[float, float, float]]] = []
+        for face in faces:
+            a, b, c = x[face]
+            area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
+            for s, t in shares:
+                far = float(np.linalg.norm(s * a + t * b + (1 - s - t) * c - foot))
+                points.append((far, area / 9, face, (s, t, 1 - s - t)))
+        under = [p for p in points if p[0] <= contact["radius"]] or [min(points)]
+        got = np.zeros(len(x))
+        for far, area, face, coordinates in under:
+            count = area * max(1.0 - (far / contact["radius"]) ** 2, 1e-12)
+            got[face] += count * np.array(coordinates)
+        got /= got.sum()
+        assert np.flatnonzero(got).tolist() == contact["vertices"]
+        assert np.allclose(got[contact["vertices"]], contact["weights"], rtol=0.0, atol=1e-6)
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(vector()) + "\n")

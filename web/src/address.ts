@@ -1,0 +1,23 @@
+/** Where the server of a page is. */
+
+/** The websocket of the server at an http or ws address; the page's path is kept, it may stand behind a proxy. */
+export function socketUrl(address: string): string {
+  const url = folder(address);
+  url.protocol = url.protocol.replace("http", "ws");
+  return url.href;
+}
+
+/** Green's functions of one vertex of a model. */
+export function greenUrl(address: string, model: string, vertex: number): string {
+  const url = folder(address);
+  url.protocol = url.protocol.replace("ws", "http");
+  return new URL(`v1/models/${model}/green/${vertex}`, url).href;
+}
+
+/** The address without what follows its last slash. */
+function folder(address: string): URL {
+  const url = new URL(".", address);
+  url.search = "";
+  url.hash = "";
+  return url;
+}

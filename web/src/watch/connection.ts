@@ -1,0 +1,247 @@
+/**
+ * The watch connection: a socket that comes back when it is lost, acks for what is drawn, and the store behind it.
+ *
+ * Socket, clock and timers are given, so that a test can be the server. `openWatch` gives the browser's.
+ */
+
+import { greenUrl, socketUrl } from "../address";
+import { encodeControl } from "../protocol/control";
+import { ProtocolError } from "../protocol/frame";
+import { SUBPROTOCOL } from "../protocol/version";
+import type { Encoding, Latency, RestMesh, RoomEvent, SceneStore, SceneView, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../types";
+import { LASTED, wait } from "./backoff";
+import { Meter } from "./meter";
+import { WatchSession } from "./session";
+import { Store } from "./store";
+
+const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
+const FINAL: readonly number[] = [4400, 4426]; // refusals that another attempt would not change
+const OPEN = 1; // of a socket
+
+/** What a browser gives. */
+export interface World {
+  /** [s] */
+  now(): number;
+  /** Calls `action` after a while [s]. */
+  later(seconds: number, action: () => void): void;
+  /** From 0 to 1. */
+  chance(): number;
+  /** Whether nobody sees the page, and nothing is drawn. */
+  hidden(): boolean;
+  socket(url: string, protocol: string): WebSocket;
+  fetch(url: string): Promise<ArrayBuffer>;
+}
+
+/** Watch the room of a server. */
+export class Watch implements SceneStore {
+  private readonly store: Store;
+  private readonly listeners = new Set<() => void>();
+  private socket: WebSocket | null = null;
+  private session = new WatchSession();
+  private meter = new Meter();
+  private phase: WatchPhase = "connecting";
+  private reason = "";
+  private retry_at = 0;
+  private failures = 0;
+  private opened_at = 0;
+  private drawn = true;
+  private asked: { readonly encoding: Encoding; readonly rate: number };
+  private closed = false;
+
+  /** @param address Of the server, http: or ws:. */
+  constructor(
+    private readonly address: string,
+    encoding: Encoding,
+    rate: number,
+    private readonly world: World,
+  ) {
+    const fetch = (model: string) => (vertex: number) => world.fetch(greenUrl(address, model, vertex));
+    this.store = new Store(encoding, rate, fetch, () => world.now(), () => {
+      this.notify();
+    });
+    this.asked = { encoding, rate };
+    this.connect();
+  }
+
+  get info(): WatchInfo | null {
+    return this.store.info;
+  }
+  get mesh(): RestMesh | null {
+    return this.store.mesh;
+  }
+  get events(): readonly RoomEvent[] {
+    return this.store.events;
+  }
+  get roster(): SceneStore["roster"] {
+    return this.store.room.roster;
+  }
+
+  get status(): WatchStatus {
+    const rates = this.meter.rates(this.world.now());
+    const { here, missing } = this.store.blocks;
+    return {
+      phase: this.phase,
+      reason: this.reason,
+      retry_at: this.retry_at,
+      frames: this.meter.frames,
+      bytes: this.meter.bytes,
+      frames_per_second: rates.frames,
+      bytes_per_second: rates.bytes,
+      playout_delay: this.store.playoutDelay,
+      encoding: this.store.inUse,
+      blocks: here,
+      blocks_wanted: missing,
+    };
+  }
+
+  at(now: number): SceneView | null {
+    this.acknowledge();
+    return this.store.at(now);
+  }
+
+  history(user: number): UserHistory | null {
+    return this.store.history(user);
+  }
+
+  setView(encoding: Encoding, rate: number): void {
+    this.say(this.store.setView(encoding, rate));
+    this.notify();
+  }
+
+  setLatency(user: number, { delay, jitter }: Latency): void {
+    this.say(encodeControl({ type: "set_latency", user, delay, jitter }));
+  }
+
+  readonly subscribe = (listener: () => void): (() => void) => {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  };
+
+  close(): void {
+    this.closed = true;
+    this.socket?.close(1000);
+    this.socket = null;
+  }
+
+  private connect(): void {
+    if (this.closed) return;
+    const socket = this.world.socket(socketUrl(this.address), SUBPROTOCOL);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.session = new WatchSession();
+    this.meter = new Meter();
+    this.drawn = true;
+    this.opened_at = this.world.now();
+    socket.onopen = () => {
+      const { encoding, rate } = this.store;
+      this.asked = { encoding, rate };
+      socket.send(WatchSession.greeting(encoding, rate));
+    };
+    socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
+      this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
+    };
+    socket.onclose = ({ code, reason }) => {
+      this.lost(socket, reason || (code === 1006 ? "no server answers" : `closed with ${code}`));
+    };
+  }
+
+  private hear(socket: WebSocket, data: string | Uint8Array): void {
+    if (socket !== this.socket) return;
+    const now = this.world.now();
+    try {
+      const event = this.session.receive(data);
+      this.store.take(event, now);
+      if (event.type === "scene") {
+        this.meter.push(now, data.length);
+        this.expectDrawn();
+        return;
+      }
+      if (event.type === "error") {
+        this.lost(socket, event.message, FINAL.includes(event.code));
+        return;
+      }
+      if (event.type === "rest_mesh") this.begin();
+      this.notify();
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.lost(socket, `the server broke the protocol: ${error.message}`);
+    }
+  }
+
+  /** Body and room are known: scenes follow. */
+  private begin(): void {
+    [this.phase, this.reason] = ["watching", ""];
+    const { encoding, rate } = this.store;
+    // Changed since the greeting.
+    if (this.asked.encoding !== encoding || this.asked.rate !== rate) this.setView(encoding, rate);
+  }
+
+  /** A frame is acknowledged when it is drawn, or when it should have been: a page that is hidden draws none. */
+  private expectDrawn(): void {
+    this.drawn = false;
+    if (this.world.hidden()) {
+      this.acknowledge();
+      return;
+    }
+    const { meter } = this;
+    const frame = meter.frames;
+    this.world.later(PATIENCE, () => {
+      if (this.meter === meter && meter.frames === frame) this.acknowledge();
+    });
+  }
+
+  private acknowledge(): void {
+    if (this.drawn) return;
+    const ack = this.store.ack();
+    this.drawn = true;
+    if (ack !== null) this.say(ack);
+  }
+
+  private say(data: string | Uint8Array<ArrayBuffer>): void {
+    if (this.socket?.readyState === OPEN && this.phase === "watching") this.socket.send(data);
+  }
+
+  private lost(socket: WebSocket, reason: string, final = false): void {
+    if (socket !== this.socket) return;
+    this.socket = null;
+    socket.close(1000);
+    const now = this.world.now();
+    this.reason = reason;
+    if (final) {
+      this.phase = "refused";
+    } else {
+      this.failures = this.phase === "watching" && now - this.opened_at > LASTED ? 1 : this.failures + 1;
+      const seconds = wait(this.failures, this.world.chance());
+      this.phase = "waiting";
+      this.retry_at = now + seconds;
+      this.world.later(seconds, () => {
+        this.phase = "connecting";
+        this.connect();
+        this.notify();
+      });
+    }
+    this.notify();
+  }
+
+  private notify(): void {
+    for (const listener of this.listeners) listener();
+  }
+}
+
+/** Watch the room of the server at an address, http: or ws:. */
+export function openWatch(address: string, encoding: Encoding = "frames", rate = 30): SceneStore {
+  return new Watch(address, encoding, rate, {
+    now: () => performance.now() / 1000,
+    later: (seconds, action) => {
+      setTimeout(action, 1000 * seconds);
+    },
+    chance: () => Math.random(),
+    hidden: () => document.hidden,
+    socket: (url, protocol) => new WebSocket(url, protocol),
+    fetch: async (url) => {
+      const response = await fetch(url);
+      if (!response.ok) throw new Error(`${url}: ${response.status}`);
+      return response.arrayBuffer();
+    },
+  });
+}

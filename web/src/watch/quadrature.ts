@@ -1,0 +1,61 @@
+/** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `bodies/mesh.py`. */
+
+import type { RestMesh } from "../types";
+
+/** Each face carries SPLIT^2 points, the centroids of equal triangles. */
+const SPLIT = 3;
+
+/** q points, in the order of the faces. */
+export interface Quadrature {
+  /** Shape (q, 3) [m]. */
+  readonly points: Float64Array;
+  /** Share of the surface that each point of a face stands for, shape (m,) [m^2]. */
+  readonly areas: Float64Array;
+  /** Barycentric coordinates of a face's points, shape (SPLIT^2, 3). */
+  readonly shares: Float64Array;
+  /** Corners of each face, shape (m, 3). */
+  readonly faces: Uint32Array;
+  /** Points on each face. */
+  readonly split: number;
+}
+
+export function quadratureOf({ vertices, faces }: RestMesh): Quadrature {
+  const shares = barycentric();
+  const split = shares.length / 3;
+  const count = faces.length / 3;
+  const points = new Float64Array(3 * split * count);
+  const areas = new Float64Array(count);
+  const corner = (f: number, c: number, axis: number): number => vertices[3 * (faces[3 * f + c] ?? 0) + axis] ?? 0;
+  for (let f = 0; f < count; f += 1) {
+    const u: number[] = [];
+    const v: number[] = [];
+    for (let axis = 0; axis < 3; axis += 1) {
+      const [a, b, c] = [corner(f, 0, axis), corner(f, 1, axis), corner(f, 2, axis)];
+      u.push(b - a);
+      v.push(c - a);
+      for (let s = 0; s < split; s += 1) {
+        const [wa, wb, wc] = [shares[3 * s] ?? 0, shares[3 * s + 1] ?? 0, shares[3 * s + 2] ?? 0];
+        points[3 * (f * split + s) + axis] = wa * a + wb * b + wc * c;
+      }
+    }
+    const [ux = 0, uy = 0, uz = 0] = u;
+    const [vx = 0, vy = 0, vz = 0] = v;
+    areas[f] = (0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)) / split;
+  }
+  return { points, areas, shares, faces, split };
+}
+
+/** Centroids of SPLIT^2 equal triangles, shape (SPLIT^2, 3). */
+function barycentric(): Float64Array {
+  const rows: number[] = [];
+  for (let i = 0; i < SPLIT; i += 1) {
+    for (let j = 0; i + j < SPLIT; j += 1) {
+      for (const third of i + j < SPLIT - 1 ? [1, 2] : [1]) {
+        const a = (i + third / 3) / SPLIT;
+        const b = (j + third / 3) / SPLIT;
+        rows.push(a, b, 1 - a - b);
+      }
+    }
+  }
+  return Float64Array.from(rows);
+}

@@ -1,0 +1,62 @@
+/** Who is in the room and what happened, as the events say. */
+
+import type { Latency, RoomEvent } from "../types";
+import type { WatchEvent } from "./session";
+
+const MOST_EVENTS = 100;
+const NONE: Latency = { delay: 0, jitter: 0 };
+
+/** Roster, injected latency and the newest events of a room. */
+export class Room {
+  private readonly names = new Map<number, string>();
+  private readonly latencies = new Map<number, Latency>();
+  events: readonly RoomEvent[] = [];
+
+  get roster(): readonly { readonly user: number; readonly name: string }[] {
+    return [...this.names].map(([user, name]) => ({ user, name })).sort((a, b) => a.user - b.user);
+  }
+
+  nameOf(user: number): string {
+    return this.names.get(user) ?? "";
+  }
+
+  latencyOf(user: number): Latency {
+    return this.latencies.get(user) ?? NONE;
+  }
+
+  /** An event of the server; scenes and meshes are none. */
+  take(event: WatchEvent, at: number): void {
+    switch (event.type) {
+      case "watching":
+        this.names.clear();
+        this.latencies.clear();
+        for (const { user, name } of event.users) this.names.set(user, name);
+        break;
+      case "user_joined":
+        this.names.set(event.user, event.name);
+        this.say({ at, kind: "joined", user: event.user, name: event.name, detail: "" });
+        break;
+      case "user_left":
+        this.names.delete(event.user);
+        this.latencies.delete(event.user);
+        this.say({ at, kind: "left", user: event.user, name: event.name, detail: event.reason });
+        break;
+      case "latency": {
+        const { user, delay, jitter } = event;
+        this.latencies.set(user, { delay, jitter });
+        const detail = `${Math.round(1e3 * delay)} ms each way, up to ${Math.round(1e3 * jitter)} ms more`;
+        this.say({ at, kind: "latency", user, name: this.nameOf(user), detail });
+        break;
+      }
+      case "error":
+        this.say({ at, kind: "error", user: 0, name: "", detail: event.message });
+        break;
+      case "rest_mesh":
+      case "scene":
+    }
+  }
+
+  private say(event: RoomEvent): void {
+    this.events = [...this.events.slice(1 - MOST_EVENTS), event];
+  }
+}

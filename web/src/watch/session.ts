@@ -1,0 +1,84 @@
+/** The watcher's half of the protocol as a state machine without I/O. */
+
+import { decodeServerControl, encodeControl, type ServerControl, type Watching } from "../protocol/control";
+import { Kind, kindOf, ProtocolError } from "../protocol/frame";
+import { decodeRestMesh } from "../protocol/rest_mesh";
+import { decodeScene, type Scene } from "../protocol/scene";
+import { type Traversal, traversalOf } from "../protocol/traversal";
+import { PROTOCOL_VERSION } from "../protocol/version";
+import type { Encoding, RestMesh } from "../types";
+
+export type WatchEvent =
+  | Watching
+  | Extract<ServerControl, { type: "user_joined" | "user_left" | "latency" | "error" }>
+  | { readonly type: "rest_mesh"; readonly mesh: RestMesh }
+  | { readonly type: "scene"; readonly scene: Scene };
+
+type State = "await_watching" | "await_mesh" | "watching" | "closed";
+
+const EVENTS = ["latency", "user_joined", "user_left", "error"];
+const ALLOWED: Readonly<Record<State, readonly string[]>> = {
+  await_watching: ["watching", "error"],
+  await_mesh: ["rest_mesh", ...EVENTS],
+  watching: ["scene", ...EVENTS],
+  closed: [],
+};
+
+/** One connection to a server, seen from the page that watches. */
+export class WatchSession {
+  private state: State = "await_watching";
+  private traversal: Traversal = { vertices: 0, order: new Uint32Array(), foretold: new Uint32Array() };
+  private tick = 0;
+
+  /** First message of the connection. */
+  static greeting(encoding: Encoding, rate: number): string {
+    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate });
+  }
+
+  /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */
+  receive(data: string | Uint8Array): WatchEvent {
+    try {
+      const event = this.decode(data);
+      this.advance(event);
+      return event;
+    } catch (error) {
+      this.state = "closed";
+      throw error;
+    }
+  }
+
+  private decode(data: string | Uint8Array): WatchEvent {
+    if (typeof data === "string") {
+      const message = decodeServerControl(data);
+      if (message.type === "welcome") throw new ProtocolError("message", message.type, "watching, after a watch");
+      this.check(message.type);
+      return message;
+    }
+    if (kindOf(data) === Kind.rest_mesh) {
+      this.check("rest_mesh");
+      return { type: "rest_mesh", mesh: decodeRestMesh(data) };
+    }
+    this.check("scene");
+    return { type: "scene", scene: decodeScene(data, this.traversal) };
+  }
+
+  private check(type: string): void {
+    const allowed = ALLOWED[this.state];
+    if (!allowed.includes(type)) throw new ProtocolError("message", type, allowed.join(" or ") || "nothing more");
+  }
+
+  private advance(event: WatchEvent): void {
+    if (event.type === "watching") this.state = "await_mesh";
+    if (event.type === "error") this.state = "closed";
+    if (event.type === "rest_mesh") {
+      this.state = "watching";
+      this.traversal = traversalOf(event.mesh.vertices.length / 3, event.mesh.faces);
+    }
+    if (event.type === "scene") {
+      if (event.scene.tick <= this.tick) {
+        throw new ProtocolError("tick of a scene", event.scene.tick, `more than the one before, ${this.tick}`);
+      }
+      this.tick = event.scene.tick;
+    }
+  }
+}

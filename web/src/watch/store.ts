@@ -1,0 +1,195 @@
+/**
+ * The page's copy of the scene without I/O: messages and time in, acks and what is shown out.
+ *
+ * The connection (`connection.ts`) is the shell round it.
+ */
+
+import { encodeAck } from "../protocol/ack";
+import { encodeControl } from "../protocol/control";
+import type { Scene } from "../protocol/scene";
+import type { Encoding, RestMesh, RoomEvent, SceneView, UserHistory, WatchInfo } from "../types";
+import { Blocks, type Fetch } from "./blocks";
+import { displacementOf, needed, type Press, pressesOf } from "./green";
+import { Histories } from "./history";
+import { type Quadrature, quadratureOf } from "./quadrature";
+import { Reel } from "./reel";
+import { Room } from "./room";
+import type { WatchEvent } from "./session";
+import { frameInterval } from "./timeline";
+
+/** What is had of a body. */
+interface Held {
+  readonly mesh: RestMesh;
+  readonly reel: Reel;
+  readonly quadrature: Quadrature;
+  readonly model: string | null;
+  /** Null where the surface is no sum of Green's functions. */
+  readonly blocks: Blocks | null;
+}
+
+/** The scene of one room, over all connections to it. */
+export class Store {
+  info: WatchInfo | null = null;
+  readonly room = new Room();
+  private readonly histories = new Histories();
+  private held: Held | null = null;
+  private newest: Scene | null = null;
+  private lacking: readonly Press[] = []; // of the newest scene, whose surface is still to be made
+  private acknowledged = { tick: 0, wants: 0 as 0 | 1 };
+
+  /**
+   * @param fetch Has Green's functions of a model.
+   * @param arrived Called when blocks have come and what is shown may be better.
+   */
+  constructor(
+    public encoding: Encoding,
+    public rate: number,
+    private readonly fetch: (model: string) => Fetch,
+    private readonly now: () => number,
+    private readonly arrived: () => void,
+  ) {}
+
+  get mesh(): RestMesh | null {
+    return this.held?.mesh ?? null;
+  }
+
+  get events(): readonly RoomEvent[] {
+    return this.room.events;
+  }
+
+  get playoutDelay(): number {
+    return this.held?.reel.playoutDelay ?? 0;
+  }
+
+  /** Blocks that are here, and that are missing. */
+  get blocks(): { readonly here: number; readonly missing: number } {
+    const blocks = this.held?.blocks;
+    return { here: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
+  }
+
+  /** Frames as long as blocks are on their way, and for bodies without any. */
+  get inUse(): Encoding {
+    return this.encoding === "forces" && this.held?.blocks !== null && this.wants === 0 ? "forces" : "frames";
+  }
+
+  /** A message of the server. */
+  take(event: WatchEvent, now: number): void {
+    this.room.take(event, now);
+    if (event.type === "watching") {
+      this.info = event;
+      this.newest = null;
+      this.lacking = [];
+      this.acknowledged = { tick: 0, wants: 0 };
+    } else if (event.type === "rest_mesh") {
+      this.hold(event.mesh);
+    } else if (event.type === "scene") {
+      this.show(event.scene, now);
+    }
+  }
+
+  /** What is shown at `now`. */
+  at(now: number): SceneView | null {
+    return this.held?.reel.at(now, this.room) ?? null;
+  }
+
+  history(user: number): UserHistory | null {
+    return this.histories.get(user);
+  }
+
+  /** What to say to have another view. */
+  setView(encoding: Encoding, rate: number): string {
+    this.encoding = encoding;
+    this.rate = Math.min(60, Math.max(1, rate));
+    if (this.held !== null) this.held.reel.interval = this.interval;
+    return encodeControl({ type: "set_view", encoding, rate: this.rate });
+  }
+
+  /** The ack of what has come, once it is drawn; null if the server knows it already. */
+  ack(): Uint8Array<ArrayBuffer> | null {
+    if (this.newest === null) return null;
+    const { tick } = this.newest;
+    const wants = this.wants;
+    const same = tick === this.acknowledged.tick && wants === this.acknowledged.wants;
+    // What is no longer missing is said with the next frame: it brings nothing new by itself.
+    if (same || (tick === this.acknowledged.tick && wants === 0)) return null;
+    this.acknowledged = { tick, wants };
+    return encodeAck(tick, wants);
+  }
+
+  /** Blocks came: the surface of the newest scene may be had now. */
+  complete(): void {
+    if (this.held === null || this.held.blocks === null || this.lacking.length === 0) return;
+    if (!this.held.blocks.ask(needed(this.lacking))) return;
+    const made = this.make(this.held, this.lacking);
+    if (made === null) return;
+    if (this.newest?.surface === null) this.held.reel.amend(made);
+    this.lacking = [];
+  }
+
+  private get wants(): 0 | 1 {
+    return this.lacking.length > 0 ? 1 : 0;
+  }
+
+  private get interval(): number {
+    return frameInterval(this.rate, this.info?.simulation_period ?? 0);
+  }
+
+  private hold(mesh: RestMesh): void {
+    const before = this.held;
+    const same = before !== null && sameMesh(before.mesh, mesh);
+    // The very object where nothing has changed: who draws it keeps what it has made of it.
+    const kept = same ? before.mesh : mesh;
+    if (!same) this.histories.clear();
+    const model = this.info?.model ?? null;
+    this.held = {
+      mesh: kept,
+      reel: new Reel(kept, this.interval),
+      quadrature: same ? before.quadrature : quadratureOf(mesh),
+      model,
+      blocks: same && before.model === model ? before.blocks : this.newBlocks(model, mesh),
+    };
+  }
+
+  private newBlocks(model: string | null, mesh: RestMesh): Blocks | null {
+    if (model === null) return null;
+    return new Blocks(mesh.vertices.length / 3, this.fetch(model), this.now, () => {
+      this.complete();
+      this.arrived();
+    });
+  }
+
+  private show(scene: Scene, now: number): void {
+    if (this.held === null) return;
+    this.newest = scene;
+    this.histories.push(scene.t_server, scene.users);
+    this.held.reel.take(scene, this.surfaceOf(this.held, scene), now);
+  }
+
+  /** Displacement that a scene says or implies; null while blocks are missing. */
+  private surfaceOf(held: Held, scene: Scene): Float32Array | null {
+    this.lacking = [];
+    if (this.encoding === "forces" && held.blocks !== null) {
+      const radius = this.info?.body.contact_radius ?? 0;
+      const presses = pressesOf(scene.users, held.quadrature, radius);
+      // Asked for even where a surface came: it came because they are missing.
+      if (!held.blocks.ask(needed(presses))) this.lacking = presses;
+      else if (scene.surface === null) return this.make(held, presses);
+    }
+    if (scene.surface === null) return null;
+    const { scale, units } = scene.surface;
+    return Float32Array.from(units, (u) => scale * u);
+  }
+
+  private make(held: Held, presses: readonly Press[]): Float32Array | null {
+    return held.blocks === null ? null : displacementOf(presses, held.blocks.get, held.mesh.vertices.length / 3);
+  }
+}
+
+function sameMesh(a: RestMesh, b: RestMesh): boolean {
+  return (
+    a.vertices.length === b.vertices.length &&
+    a.faces.length === b.faces.length &&
+    a.vertices.every((x, i) => x === b.vertices[i]) &&
+    a.faces.every((x, i) => x === b.faces[i])
+  );
+}
