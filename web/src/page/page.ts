@@ -1,5 +1,6 @@
 /** The whole page: makes its parts, lets them know of each other, and runs the frame. */
 
+import { socketUrl } from "../address";
 import type { SceneStore, SceneView } from "../types";
 import { Dock, type LawChoice } from "../ui/dock";
 import { Feedback } from "../ui/feedback";
@@ -25,11 +26,12 @@ import { OwnHand, type StartTouch } from "./own_hand";
 import { Watchfulness } from "./watchfulness";
 
 const NAME = "cohaptic.name";
+const RATE = 30; // frames per second that are asked for; between them the page interpolates
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
 export interface PageSettings {
-  /** Of the server, ws: or wss:. */
-  readonly url: string;
+  /** Of the server, http: or https:. */
+  readonly address: string;
   readonly store: SceneStore;
   readonly startTouch: StartTouch;
 }
@@ -46,7 +48,7 @@ export class Page {
   readonly stage: Stage | null;
   view: SceneView | null = null;
 
-  private readonly url: string;
+  private readonly address: string;
   private readonly theme: Theme;
   private readonly player: Player | null;
   private readonly toolbar: Toolbar;
@@ -61,13 +63,13 @@ export class Page {
   private letGo = false;
   private seen = false;
 
-  constructor({ url, store, startTouch }: PageSettings) {
-    this.url = url;
+  constructor({ address, store, startTouch }: PageSettings) {
+    this.address = address;
     this.store = store;
     this.own = new OwnHand(startTouch, () => { this.write(performance.now() / 1000); });
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { store.setLatency(user, latency); });
+    this.panel = new Panel(colour, (user, latency) => { store.setLatency(user, latency); }, (encoding) => { store.setView(encoding, RATE); });
     this.legend = new LegendBox((by) => { this.player?.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
@@ -110,7 +112,7 @@ export class Page {
   }
 
   touch(on: boolean): void {
-    if (on) this.own.start(this.url, this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
+    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
     else this.own.stop();
     if (!on) this.feedback.still();
     this.write(performance.now() / 1000);

@@ -1,8 +1,8 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
-import type { Latency, SceneStore, SceneView } from "../types";
+import type { Encoding, Latency, SceneStore, SceneView } from "../types";
 import { AreaCard } from "./area_card";
-import { el, say, show } from "./dom";
+import { choice, el, say, show, type Choice } from "./dom";
 import { inks, type Inks } from "./plot";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, milliseconds } from "./words";
@@ -19,7 +19,8 @@ export class Panel {
     class: "empty",
     text: "Nobody is here yet. Touch the object yourself, or open this page once more.",
   });
-  private readonly stream = el("p", { class: "stream" });
+  private readonly stream = el("p", { class: "stream-words" });
+  private readonly encoding: Choice<Encoding>;
   private readonly latencyNote = el("p", {
     class: "fine",
     text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
@@ -28,7 +29,20 @@ export class Panel {
   private readonly setLatency: (user: number, latency: Latency) => void;
   private ink: Inks | null = null;
 
-  constructor(colour: (user: number) => string, setLatency: (user: number, latency: Latency) => void) {
+  constructor(
+    colour: (user: number) => string,
+    setLatency: (user: number, latency: Latency) => void,
+    setEncoding: (encoding: Encoding) => void,
+  ) {
+    this.encoding = choice<Encoding>(
+      "How the surface comes",
+      [
+        ["forces", "forces", "Only contact forces come; the page computes the exact surface from them"],
+        ["frames", "frames", "The whole surface comes, quantised and compressed"],
+      ],
+      setEncoding,
+    );
+    this.encoding.set("forces");
     this.colour = colour;
     this.setLatency = setLatency;
     this.area = new AreaCard(colour);
@@ -40,7 +54,7 @@ export class Panel {
       this.list,
       this.latencyNote,
       this.area.root,
-      this.stream,
+      el("div", { class: "stream" }, this.encoding.root, this.stream),
     );
   }
 
@@ -86,6 +100,8 @@ export class Panel {
       for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
     }
     this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, ink);
+    // A body that is no sum of Green's functions comes in frames, whatever is asked for.
+    this.encoding.enable("forces", store.info?.model !== null);
     say(this.stream, streamWords(store));
   }
 
@@ -114,8 +130,7 @@ export class Panel {
 function streamWords(store: SceneStore): string {
   const s = store.status;
   if (s.phase !== "watching") return "";
-  const how = s.encoding === "forces" ? "contact forces, surface computed here" : "surface frames";
-  const fetching = s.blocks_wanted > 0 ? `, fetching ${s.blocks_wanted} blocks` : "";
-  const parts = [how + fetching, bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`];
+  const fetching = s.blocks_wanted > 0 ? [`fetching ${s.blocks_wanted} blocks`] : [];
+  const parts = [bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`, ...fetching];
   return [...parts, `${milliseconds(s.playout_delay)} behind`].join(" \u00b7 ");
 }

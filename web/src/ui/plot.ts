@@ -88,9 +88,7 @@ export class Plot {
     this.lanes.forEach((lane, i) => {
       const columns = lane.lines.map((line) => line.column);
       const found = data.range(columns, now - span);
-      const data_: Range = found ?? { low: 0, high: lane.least };
-      const wide = lane.zero ? { low: Math.min(0, data_.low), high: Math.max(0, data_.high) } : data_;
-      const range = follow(this.ranges[i] ?? null, wide, lane.least);
+      const range = follow(this.ranges[i] ?? null, withZero(found, lane), lane.least);
       this.ranges[i] = range;
       const y = linear(range, { low: top + TOP + lane.height, high: top + TOP });
       axis(c, lane, range, y, width, top, ink);
@@ -98,6 +96,14 @@ export class Plot {
       top += TOP + lane.height + GAP;
     });
   }
+}
+
+/** What a lane has to show: its data with zero, and no less than its least width. */
+export function withZero(found: Range | null, lane: Pick<Lane, "zero" | "least">): Range {
+  const data = found ?? { low: 0, high: 0 };
+  const low = lane.zero ? Math.min(0, data.low) : data.low;
+  const high = lane.zero ? Math.max(0, data.high) : data.high;
+  return { low, high: Math.max(high, low + lane.least) };
 }
 
 function axis(

@@ -6,6 +6,7 @@ import type { UserState } from "../../src/types";
 import { areaWords } from "../../src/ui/area_card";
 import { gainsOf, periods, verdict } from "../../src/ui/area_plot";
 import { cut } from "../../src/ui/meter";
+import { withZero } from "../../src/ui/plot";
 import { digits, follow, linear, niceStep, ticks } from "../../src/ui/scale";
 import { isStable, isStable15, rootsInside, stableOutline } from "../../src/ui/stability";
 import { Timeline } from "../../src/ui/timeline";
@@ -40,6 +41,19 @@ describe("scales", () => {
     expect(range.high - range.low).toBeGreaterThanOrEqual(0.05);
     expect(range.low).toBeLessThanOrEqual(0.2);
     expect(range.high).toBeGreaterThanOrEqual(0.2);
+  });
+});
+
+describe("a lane", () => {
+  const lane = { zero: true, least: 2 };
+
+  it("has zero at its foot while nothing is felt", () => {
+    expect(withZero({ low: 0, high: 0 }, lane)).toEqual({ low: 0, high: 2 });
+    expect(withZero(null, lane)).toEqual({ low: 0, high: 2 });
+  });
+
+  it("shows what is below zero too", () => {
+    expect(withZero({ low: -3, high: -1 }, lane)).toEqual({ low: -3, high: 0 });
   });
 });
 

@@ -17,7 +17,7 @@ const OCTAHEDRON = {
 
 /** A sphere of radius 1, `times` splits from an octahedron. */
 function sphere(times: number): { vertices: Float32Array; faces: Uint32Array } {
-  let { vertices, faces } = OCTAHEDRON;
+  let { vertices, faces }: { vertices: Float32Array; faces: Uint32Array } = OCTAHEDRON;
   for (let k = 0; k < times; k++) {
     const how = split(vertices.length / 3, faces);
     const out = new Float32Array(3 * how.coarse + 1.5 * how.edges.length);
