@@ -30,7 +30,7 @@ export function attachControls(page: Page, host: HTMLElement): void {
   });
   document.addEventListener("visibilitychange", () => {
     // In the background nobody sees what the hand does: it lets go.
-    if (document.hidden && !page.guide.running) page.own.release();
+    if (document.hidden) page.hide();
   });
   addEventListener("pagehide", () => {
     page.own.stop();

@@ -61,6 +61,7 @@ export class Page {
   private last = 0;
   private written = 0;
   private letGo = false;
+  private wish = false;
   private seen = false;
 
   constructor({ address, store, startTouch }: PageSettings) {
@@ -111,7 +112,17 @@ export class Page {
     requestAnimationFrame((t) => { this.frame(t / 1000); });
   }
 
+  /** The tab went to the background: nobody sees what the hand does, so it lets go. */
+  hide(): void {
+    this.awake.hide();
+    if (this.guide.running || !this.own.pressing) return;
+    this.own.release();
+    this.letGo = true;
+  }
+
   touch(on: boolean): void {
+    // Before the body is known there is nothing to touch: the wish is kept.
+    this.wish = on && this.store.info === null;
     if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
     else this.own.stop();
     if (!on) this.feedback.still();
@@ -139,6 +150,7 @@ export class Page {
   private body(): void {
     this.player?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
+    if (this.wish && this.store.info !== null) this.touch(true);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.live.news(this.store.events);
     this.write(performance.now() / 1000);

@@ -1,6 +1,7 @@
 /** Notices that the page did not run for a while: a tab in the background, a laptop asleep. */
 
-const GAP = 4; // s without a frame that count as a pause
+const HIDDEN = 3; // s in the background that are worth a word
+const GAP = 15; // s without a frame, though in sight: the machine slept
 const TELL = 8; // s for which it is said
 const SETTLED = 10; // frames after which the page has begun
 
@@ -9,6 +10,12 @@ export class Watchfulness {
   private slept = 0;
   private until = 0;
   private frames = 0;
+  private hidden = false;
+
+  /** The tab went to the background. */
+  hide(): void {
+    this.hidden = true;
+  }
 
   /** A frame is drawn at `now` [s]; returns for how long the page slept, if it has just woken [s]. */
   frame(now: number): number {
@@ -16,7 +23,9 @@ export class Watchfulness {
     this.last = now;
     this.frames += 1;
     // The first frames prepare the graphics, which can take seconds: no pause.
-    if (gap <= GAP || this.frames < SETTLED) return 0;
+    const least = this.hidden ? HIDDEN : GAP;
+    this.hidden = false;
+    if (gap <= least || this.frames < SETTLED) return 0;
     this.slept = gap;
     this.until = now + TELL;
     return gap;

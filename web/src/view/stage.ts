@@ -18,7 +18,8 @@ import type { Scheme } from "./colours";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
 
 /** Slower than this, and fewer pixels are drawn [s]. */
-const SLOW = 0.045;
+const SLOW = 0.05;
+const COARSEST = 0.6; // pixels drawn for one of the window
 
 export class Stage {
   readonly scene = new Scene();
@@ -39,6 +40,7 @@ export class Stage {
   private ratio = Math.min(window.devicePixelRatio, 2);
   private cost = 0;
   private lift = 0;
+  private drew = false;
 
   /** @throws Error where the browser has no WebGL. */
   constructor(host: HTMLElement) {
@@ -99,12 +101,15 @@ export class Stage {
   draw(dt: number): boolean {
     const before = this.orbit;
     this.orbit = this.still ? this.wanted : eased(this.orbit, this.wanted, dt);
-    if (this.orbit === before && !this.dirty) return false;
+    if (this.orbit === before && !this.dirty) {
+      this.drew = false;
+      return false;
+    }
     this.dirty = false;
     this.place();
-    const start = performance.now();
     this.renderer.render(this.scene, this.camera);
-    this.spare(1e-3 * (performance.now() - start));
+    this.spare(this.drew ? dt : 0);
+    this.drew = true;
     return true;
   }
 
@@ -162,11 +167,11 @@ export class Stage {
     this.touch();
   }
 
-  /** A machine that cannot keep up gets fewer pixels. */
+  /** A machine that cannot keep up gets fewer pixels; what counts is the time from one frame to the next. */
   private spare(seconds: number): void {
-    this.cost += 0.1 * (seconds - this.cost);
-    if (this.cost < SLOW || this.ratio <= 0.75) return;
-    this.ratio = Math.max(0.75, 0.75 * this.ratio);
+    this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
+    if (this.cost < SLOW || this.ratio <= COARSEST) return;
+    this.ratio = Math.max(COARSEST, 0.75 * this.ratio);
     this.cost = 0;
     this.resize();
   }

@@ -76,6 +76,16 @@ describe("pauses", () => {
     expect(w.told(now + 1)).toBeCloseTo(60, 6);
     expect(w.told(now + 60)).toBe(0);
   });
+
+  it("of a slow machine are none, of the same length in the background they are", () => {
+    const w = new Watchfulness();
+    let now = 0;
+    for (let i = 0; i < 20; i++) w.frame((now += 0.016));
+    expect(w.frame((now += 6))).toBe(0);
+    w.hide();
+    expect(w.frame((now += 6))).toBeCloseTo(6, 6);
+    expect(w.frame((now += 6))).toBe(0);
+  });
 });
 
 describe("names", () => {
