@@ -1,0 +1,123 @@
+/** Scenes and their frames for tests; what the page's decoders are given. */
+
+import { zlibSync } from "fflate";
+import { newFrame } from "../../src/protocol/frame";
+import type { UserRecord } from "../../src/protocol/scene";
+import { traversalOf } from "../../src/protocol/traversal";
+import type { RestMesh } from "../../src/types";
+
+/** A tetrahedron of 0.1 m. */
+export const MESH: RestMesh = {
+  vertices: Float32Array.from([0.1, 0, 0, -0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]),
+  faces: Uint32Array.from([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]),
+};
+export const N = 4;
+
+export function record(user: number, x = 0): UserRecord {
+  return {
+    user,
+    probe: [x, 0, 0],
+    foot: [0.1, 0, 0],
+    force: [1, 0, 0],
+    c_ii: 0.004,
+    k_o_coupled: 200,
+    k_h: 250,
+    integral_gain: 0,
+    loop_delay: 0.05,
+    normal: [1, 0, 0],
+    law: "predictive",
+    geometry: "plane",
+    presence: 1,
+    curvature: 0,
+    fresh: true,
+    friction: false,
+    x_free: [0.1, 0, 0],
+  };
+}
+
+/** The frame of a rest mesh. */
+export function meshFrame({ vertices, faces }: RestMesh): Uint8Array {
+  const raw = new Uint8Array(4 * vertices.length + 2 * faces.length);
+  raw.set(new Uint8Array(vertices.buffer));
+  raw.set(new Uint8Array(Uint16Array.from(faces).buffer), 4 * vertices.length);
+  const stream = zlibSync(raw);
+  const head = newFrame("rest_mesh", 12 + stream.length);
+  head.setUint32(4, vertices.length / 3, true);
+  head.setUint32(8, faces.length / 3, true);
+  const frame = new Uint8Array(head.buffer);
+  frame.set(stream, 12);
+  return frame;
+}
+
+/** The frame of a scene; with a surface where all vertices have moved by `units` along x, in 10 um. */
+export function sceneFrame(tick: number, t_server: number, users: readonly UserRecord[], units: number | null): Uint8Array {
+  const surface = units === null ? new Uint8Array() : surfaceTail(units);
+  const view = newFrame("scene", 20 + 84 * users.length + surface.length, units === null ? 0 : 1);
+  view.setUint32(4, tick, true);
+  view.setFloat64(8, t_server, true);
+  view.setUint16(16, users.length, true);
+  users.forEach((user, i) => {
+    writeUser(new DataView(view.buffer, 20 + 84 * i, 84), user);
+  });
+  const frame = new Uint8Array(view.buffer);
+  frame.set(surface, 20 + 84 * users.length);
+  return frame;
+}
+
+function writeUser(view: DataView, user: UserRecord): void {
+  view.setUint32(0, user.user, true);
+  const floats = [
+    ...user.probe,
+    ...user.foot,
+    ...user.force,
+    user.c_ii,
+    user.k_o_coupled,
+    user.k_h,
+    user.integral_gain,
+    user.loop_delay,
+  ];
+  floats.forEach((value, i) => {
+    view.setFloat32(4 + 4 * i, value, true);
+  });
+  user.normal.forEach((value, i) => {
+    view.setInt16(60 + 2 * i, Math.round(32767 * value), true);
+  });
+  view.setUint8(66, (3 << 4) | 1);
+  view.setUint8(67, Math.round(255 * user.presence));
+  view.setUint8(70, 1);
+  user.x_free.forEach((value, i) => {
+    view.setFloat32(72 + 4 * i, value, true);
+  });
+}
+
+/** The same displacement everywhere: the first vertex has it, what foretells the others says the rest. */
+function surfaceTail(units: number): Uint8Array {
+  const { foretold } = traversalOf(N, MESH.faces);
+  const raw = new Uint8Array(6 * N);
+  for (let k = 0; k < N; k += 1) {
+    const nothing = foretold[3 * k] === N;
+    const step = nothing ? units : 0;
+    const z = ((step << 1) ^ (step >> 15)) & 0xffff;
+    raw[k] = z & 255;
+    raw[3 * N + k] = z >> 8;
+  }
+  const stream = zlibSync(raw);
+  const tail = new Uint8Array(8 + stream.length);
+  const view = new DataView(tail.buffer);
+  view.setFloat32(0, 1e-5, true);
+  view.setUint32(4, stream.length, true);
+  tail.set(stream, 8);
+  return tail;
+}
+
+export const WATCHING = {
+  type: "watching",
+  protocol: 2,
+  simulation_period: 1 / 60,
+  to_wall: 0,
+  body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },
+  model: "0123456789abcdef0123456789abcdef",
+  users: [{ user: 1, name: "ana" }],
+  allow_latency: true,
+  allow_fixed_gains: false,
+};
