@@ -1,6 +1,6 @@
 /** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
 
-import type { SceneStore, SceneView, TouchState, Vec3 } from "../types";
+import type { SceneStore, SceneView, TouchState, UserHistory, Vec3 } from "../types";
 import { norm, sub, unit } from "../vec";
 import { TourCard } from "../tour/card";
 import { goBack, goNext, pause, start, tick, type Action, type Facts, type TourState, type Turn } from "../tour/machine";
@@ -9,7 +9,8 @@ import type { Colouring } from "../view/surface";
 import { facing, HOME, type Orbit } from "../view/orbit";
 import { Timeline } from "../ui/timeline";
 import type { Yardstick } from "../ui/area_plot";
-import { guidedDirection, type OwnHand } from "./own_hand";
+import { guidedDirection } from "./guided";
+import type { OwnHand } from "./own_hand";
 
 /** What the tour may do to the page. */
 export interface Hands {
@@ -149,7 +150,10 @@ export class Guide {
     const body = this.hands.store().info?.body;
     const own = this.hands.own.state?.user ?? 0;
     const users = this.hands.view()?.users.filter((user) => user.user !== own && user.c_ii > 0) ?? [];
-    const others = body === undefined ? [] : users.map((user) => unit(sub(user.foot, body.center)));
+    const others =
+      body === undefined
+        ? []
+        : users.map((user) => ({ direction: unit(sub(user.foot, body.center)), busy: moved(this.hands.store().history(user.user)) }));
     const chosen = guidedDirection(others, [0.4, -0.9, 0]);
     // Before the scene is there, a guess is not kept.
     if (body !== undefined) this.direction = chosen;
@@ -175,4 +179,16 @@ export class Guide {
       paper: this.hands.own.law === "paper",
     };
   }
+}
+
+/** How much a user's force moved, as far back as is remembered [N]. */
+function moved(history: UserHistory | null): number {
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = 0; i < (history?.force.length ?? 0); i++) {
+    const f = history?.force.value(i) ?? 0;
+    low = Math.min(low, f);
+    high = Math.max(high, f);
+  }
+  return Math.max(0, high - low);
 }

@@ -1,7 +1,7 @@
 /** The visitor's hand: in the room or not, where it wants to be, and the law it presses with. */
 
 import type { HandSettings, LawName, SceneView, TouchHandle, TouchSettings, TouchState, Vec3, WatchInfo, RestMesh } from "../types";
-import { norm, scale, unit } from "../vec";
+import { norm, unit } from "../vec";
 import type { LawChoice } from "../ui/dock";
 import { vertexNormals } from "../view/normals";
 import { at, pick, placeTowards, type Place } from "../view/pick";
@@ -18,6 +18,8 @@ export type StartTouch = (settings: TouchSettings) => TouchHandle;
 
 export class OwnHand {
   handle: TouchHandle | null = null;
+  /** Last word of a hand that the server ended; null while there is none. */
+  ended: TouchState | null = null;
   /** What was chosen; the law that runs follows with the next patches. */
   law: LawChoice = "predictive";
   private readonly startTouch: StartTouch;
@@ -38,6 +40,14 @@ export class OwnHand {
 
   get state(): TouchState | null {
     return this.handle?.state ?? null;
+  }
+
+  /** A hand that the server sent away is gone; what it said last stays to be read. */
+  tidy(): void {
+    const state = this.state;
+    if (this.handle === null || state?.phase !== "closed") return;
+    this.stop();
+    this.ended = state;
   }
 
   get pressing(): boolean {
@@ -66,6 +76,7 @@ export class OwnHand {
   /** @param towards From the middle of the body to where the hand appears. */
   start(url: string, name: string, towards: Vec3): void {
     if (this.handle !== null || this.info === null) return;
+    this.ended = null;
     const { center, radius } = this.info.body;
     this.tip = along(center, 1.3 * radius, unit(towards));
     this.handle = this.startTouch({
@@ -167,30 +178,4 @@ export class OwnHand {
       point: at(this.positions ?? mesh.vertices, mesh.faces, place),
     };
   }
-}
-
-/**
- * Where round the body a guided hand goes: as far as possible from the others and yet opposite one of
- * them, where the coupling is strongest.
- *
- * @param others Outward directions of the other hands.
- */
-export function guidedDirection(others: readonly Vec3[], towardsEye: Vec3): Vec3 {
-  if (others.length === 0) return unit([towardsEye[0], towardsEye[1], 0], [0, -1, 0]);
-  let best: Vec3 = [0, -1, 0];
-  let most = -Infinity;
-  for (let i = 0; i < 36; i++) {
-    const angle = (Math.PI * i) / 18;
-    const d: Vec3 = [Math.cos(angle), Math.sin(angle), 0];
-    const angles = others.map((o) => Math.acos(Math.max(-1, Math.min(1, d[0] * o[0] + d[1] * o[1] + d[2] * o[2]))));
-    const nearest = Math.min(...angles);
-    const farthest = Math.max(...angles);
-    const seen = d[0] * towardsEye[0] + d[1] * towardsEye[1];
-    const score = Math.min(nearest, 1.0) * 3 + farthest + 0.2 * seen;
-    if (score > most) {
-      most = score;
-      best = d;
-    }
-  }
-  return scale(best, 1);
 }

@@ -15,7 +15,7 @@ import { Toolbar } from "../ui/toolbar";
 import { userColour } from "../view/colours";
 import { HOME } from "../view/orbit";
 import { Player } from "../view/player";
-import { Stage } from "../view/stage";
+import { openStage, type Stage } from "../view/stage";
 import { circumstances } from "./circumstances";
 import { attachControls } from "./controls";
 import { Guide } from "./guide";
@@ -183,6 +183,7 @@ export class Page {
   private write(now: number): void {
     this.written = now;
     const own = this.own.state;
+    this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
     this.guide.update(now);
     this.toolbar.update(this.store);
@@ -192,18 +193,6 @@ export class Page {
     if (own !== null) this.dock.update(own, userColour(own.user, this.theme.scheme), inks(this.panel.root));
     const slept = this.awake.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(circumstances(this.store, own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
-  }
-}
-
-/** A stage where the browser can have one. */
-function openStage(host: HTMLElement): Stage | null {
-  try {
-    const stage = new Stage(host);
-    stage.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    return stage;
-  } catch {
-    host.classList.add("no-webgl");
-    return null;
+    this.bar.set(notice(circumstances(this.store, this.own.ended ?? own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

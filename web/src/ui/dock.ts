@@ -101,13 +101,13 @@ export class Dock {
     this.share.style.transform = `scaleX(${Math.min(1, others / FULL_SCALE).toFixed(3)})`;
     this.meter.setAttribute("aria-valuenow", f.toFixed(1));
     this.meter.setAttribute("aria-valuetext", `${f.toFixed(1)} newtons, ${others.toFixed(1)} of them from the others`);
-    this.facts.replaceChildren(...factWords(state, others));
+    this.facts.replaceChildren(...factWords(state));
     this.root.style.setProperty("--user", colour);
     this.picture.draw(state, colour, ink);
   }
 }
 
-function factWords(state: TouchState, others: number): (Node | string)[] {
+function factWords(state: TouchState): (Node | string)[] {
   if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
-  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(others, 2)} N from others \u00b7 `, symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
+  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
 }

@@ -176,3 +176,14 @@ export class Stage {
     this.resize();
   }
 }
+
+/** A stage where the browser can have one; null without WebGL. */
+export function openStage(host: HTMLElement): Stage | null {
+  try {
+    const stage = new Stage(host);
+    stage.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return stage;
+  } catch {
+    return null;
+  }
+}

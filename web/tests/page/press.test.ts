@@ -3,7 +3,7 @@
 import { describe, expect, it } from "vitest";
 import type { Vec3 } from "../../src/types";
 import { norm, sub } from "../../src/vec";
-import { guidedDirection } from "../../src/page/own_hand";
+import { guidedDirection } from "../../src/page/guided";
 import { eased, eye, facing, FARTHEST, HOME, NEAREST, nearTurn, rotated, zoomed } from "../../src/view/orbit";
 import { deeper, DEPTH, follow, goal, hover, penDepth, press, release, slide, type Place3 } from "../../src/view/press";
 import { turn } from "../../src/view/vec";
@@ -96,16 +96,22 @@ describe("the tip", () => {
 });
 
 describe("the guided hand", () => {
-  it("keeps away from the others' hands", () => {
-    const others: Vec3[] = [[-1, 0, 0], [1, 0, 0]];
-    const d = guidedDirection(others, [0.4, -0.9, 0]);
-    for (const o of others) expect(Math.acos(o[0] * d[0] + o[1] * d[1])).toBeGreaterThan(0.6);
-    // Of two such places it takes the one in sight.
+  const left = { direction: [-1, 0, 0] as Vec3, busy: 3 };
+  const right = { direction: [1, 0, 0] as Vec3, busy: 1 };
+
+  it("stands opposite to a single other", () => {
+    expect(guidedDirection([left], [0, -1, 0])[0]).toBeGreaterThan(0.95);
+  });
+
+  it("keeps away from the others, next to the place opposite to who moves most, in sight", () => {
+    const d = guidedDirection([left, right], [0.2, -0.9, 0]);
+    expect(Math.acos(d[0])).toBeGreaterThan(0.7);
+    expect(Math.acos(d[0])).toBeLessThan(0.95);
     expect(d[1]).toBeLessThan(0);
   });
 
-  it("stands opposite to a single other", () => {
-    expect(guidedDirection([[-1, 0, 0]], [0, -1, 0])[0]).toBeGreaterThan(0.9);
+  it("comes to who looks, where nobody else is", () => {
+    expect(guidedDirection([], [0, -0.9, 0.4])).toEqual([0, -1, 0]);
   });
 });
 
