@@ -9,6 +9,8 @@ export default defineConfig({
     target: "es2022",
     // Inlined scripts and styles would need an unsafe content security policy.
     assetsInlineLimit: 0,
+    // Whose code is in the bundle, and under which licence.
+    license: { fileName: "licenses.txt" },
     modulePreload: { polyfill: false },
     chunkSizeWarningLimit: 1000,
   },

@@ -19,9 +19,10 @@ from cohaptic.control.stability import (
     proportional_model,
 )
 from cohaptic.control.stability_area import closed_edges, lifted_edges
-from cohaptic.vec import Vec3, add, unit
+from cohaptic.vec import ZERO, Vec3, add, unit
 from cohaptic_client.pacing import Pacer
 from cohaptic_client.passivity import Passivity, dissipate, observe
+from cohaptic_client.safety import Mode, SafetyLimits, SafetyState, guard
 from cohaptic_client.timing import LinkTiming
 
 T, PERIOD = 0.001, 0.016  # s
@@ -118,13 +119,36 @@ def energies() -> list[dict[str, Any]]:
     return rows
 
 
+def guards() -> list[dict[str, Any]]:
+    """The safety layer: steps of the wanted force, a silent server, a stall, a hand too fast."""
+    rng, rows, state = random.Random(6), list[dict[str, Any]](), SafetyState()
+    limits, now, wanted = SafetyLimits(max_force=6.0, engage_time=0.05), 0.0, ZERO
+    for i in range(300):
+        now = round(now + (0.05 if i == 220 else T), 6)
+        if i % 20 == 10:
+            wanted = ZERO if i % 60 == 50 else point(rng, 6.0)
+        velocity = (2.0, 0.0, 0.0) if i == 140 else point(rng, 0.2)
+        given = {"now": now, "wanted": wanted, "velocity": velocity, "silent": 160 <= i < 200}
+        state = guard(
+            state, wanted, now=now, velocity=velocity, silent=160 <= i < 200, limits=limits
+        )
+        engaged = state.mode is Mode.ENGAGED
+        rows.append(
+            given | {"force": state.force, "scale": state.scale, "engaged": engaged}
+            | {"fault": state.fault}
+        )  # fmt: skip
+    return rows
+
+
 def links() -> list[dict[str, Any]]:
     """Round trip, clock offset and the phase of sending, patch after patch."""
     rng, rows = random.Random(4), list[dict[str, Any]]()
     timing, pacer = LinkTiming(), Pacer(PERIOD, 10.0)
     for i in range(150):
         t_client = round(10.0 + 0.1 * i, 6)
-        up, wait, down = pick(rng, 0.01, 0.05), pick(rng, 0.0, PERIOD), pick(rng, 0.02, 0.04)
+        # It becomes slower: the shortest round trips are old ones.
+        up, down = pick(rng, 0.01, 0.05) + 2e-4 * i, pick(rng, 0.02, 0.04)
+        wait = pick(rng, 0.0, PERIOD)
         now, t_server = t_client + up + wait + down, t_client + up + wait + 500.0
         timing = timing.measured(t_client=t_client, t_server=t_server, sample_wait=wait, now=now)
         pacer = pacer.reported(t_client, wait).sent(now)

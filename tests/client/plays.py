@@ -57,6 +57,14 @@ PLAYS = (
         ((0, -0.01), (0.3, 0.02), (1.2, 0.015), (1.4, -0.02)),
         others=0.002,
     ),
+    # Back in the middle of a change, and a change while hardly anything is felt.
+    Play(
+        "laws change back",
+        ((0.0, Law.PI), (0.4, Law.PREDICTIVE), (0.48, Law.PI), (0.9, Law.PROPORTIONAL)),
+        10.0,
+        ((0, -0.01), (0.3, 0.02), (0.8, 0.02), (0.95, 0.0005), (1.4, 0.0008)),
+        others=0.0,
+    ),
     Play("pi lets go", ((0.0, Law.PI),), 5.0, ((0, -0.01), (0.3, 0.02), (0.8, 0.02), (0.9, -0.02))),
     Play(
         "the server falls silent",

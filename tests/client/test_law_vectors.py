@@ -12,13 +12,14 @@ from typing import cast
 
 import pytest
 
-from tests.client.law_vectors import energies, links, presses, stabilities, surfaces
+from tests.client.law_vectors import energies, guards, links, presses, stabilities, surfaces
 from tests.client.plays import PLAYS, play_out
 
 FOLDER = Path(__file__).parents[1] / "vectors"
 FILES: dict[str, Callable[[], object]] = {
     "law": lambda: {"surfaces": surfaces(), "presses": presses()},
     "passivity": energies,
+    "safety": guards,
     "link": links,
     "step": lambda: [play_out(play) for play in PLAYS],
     "stability": stabilities,

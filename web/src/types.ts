@@ -279,6 +279,8 @@ export interface TouchState {
 export interface TouchHandle {
   /** Newest report; null before the first. */
   readonly state: TouchState | null;
+  /** Why there are no more reports, if the Worker itself has failed; empty else. */
+  readonly failure: string;
   /** Move the intended hand position [m]. */
   point(target: Vec3): void;
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */

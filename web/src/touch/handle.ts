@@ -13,6 +13,7 @@ export function startTouch(settings: TouchSettings): TouchHandle {
   };
   const listeners = new Set<() => void>();
   let state: TouchState | null = null;
+  let failure = "";
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
     ended = resolve;
@@ -24,10 +25,18 @@ export function startTouch(settings: TouchSettings): TouchHandle {
     else state = data.state;
     for (const listener of listeners) listener();
   };
+  worker.onerror = ({ message }) => {
+    failure = `the haptic Worker failed: ${message || "it could not be loaded"}`;
+    ended();
+    for (const listener of listeners) listener();
+  };
   say({ type: "start", settings, time_origin: performance.timeOrigin });
   return {
     get state() {
       return state;
+    },
+    get failure() {
+      return failure;
     },
     point: (target) => {
       say({ type: "point", target });

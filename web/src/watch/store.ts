@@ -35,7 +35,6 @@ export class Store {
   private held: Held | null = null;
   private newest: Scene | null = null;
   private lacking: readonly Press[] = []; // of the newest scene, whose surface is still to be made
-  private acknowledged = { tick: 0, wants: 0 as 0 | 1 };
 
   /**
    * @param fetch Has Green's functions of a model.
@@ -79,7 +78,6 @@ export class Store {
       this.info = event;
       this.newest = null;
       this.lacking = [];
-      this.acknowledged = { tick: 0, wants: 0 };
     } else if (event.type === "rest_mesh") {
       this.hold(event.mesh);
     } else if (event.type === "scene") {
@@ -104,16 +102,9 @@ export class Store {
     return encodeControl({ type: "set_view", encoding, rate: this.rate });
   }
 
-  /** The ack of what has come, once it is drawn; null if the server knows it already. */
+  /** The ack of what has come, once it is drawn; null before the first scene. */
   ack(): Uint8Array<ArrayBuffer> | null {
-    if (this.newest === null) return null;
-    const { tick } = this.newest;
-    const wants = this.wants;
-    const same = tick === this.acknowledged.tick && wants === this.acknowledged.wants;
-    // What is no longer missing is said with the next frame: it brings nothing new by itself.
-    if (same || (tick === this.acknowledged.tick && wants === 0)) return null;
-    this.acknowledged = { tick, wants };
-    return encodeAck(tick, wants);
+    return this.newest === null ? null : encodeAck(this.newest.tick, this.wants);
   }
 
   /** Blocks came: the surface of the newest scene may be had now. */

@@ -8,6 +8,7 @@
  */
 
 const WINDOW = 4; // s; a frame counts for at least this long and at most twice that
+const BEGINNING = 1; // s; what came while the page was busy with its own start counts no longer than that
 const SLEW = 0.1; // s of lag per s
 const MARGIN = 0.003; // s; a display does not ask at the moment that a frame comes
 const MOST_LATE = 0.5; // s; a stall of the network is a stall, not a reason to show the past for ever
@@ -24,6 +25,8 @@ export interface Timeline {
   readonly before: Span | null;
   /** End of the present window, page's clock [s]. */
   readonly until: number;
+  /** Whether the present window is the first. */
+  readonly beginning: boolean;
   /** Page's clock less the time that is shown [s]. */
   readonly lag: number;
   /** Arrival of the newest frame, page's clock [s]. */
@@ -34,7 +37,7 @@ export interface Timeline {
 export function firstFrame(t_server: number, now: number, interval: number): Timeline {
   const age = now - t_server;
   const recent = { least: age, largest: age };
-  return { recent, before: null, until: now + WINDOW, lag: age + interval + MARGIN, at: now };
+  return { recent, before: null, until: now + BEGINNING, beginning: true, lag: age + interval + MARGIN, at: now };
 }
 
 /**
@@ -45,17 +48,19 @@ export function firstFrame(t_server: number, now: number, interval: number): Tim
 export function nextFrame(timeline: Timeline, t_server: number, now: number, interval: number): Timeline {
   const age = now - t_server;
   const over = now >= timeline.until;
-  const { recent: now_, before: then } = timeline;
   const recent = over
     ? { least: age, largest: age }
-    : { least: Math.min(now_.least, age), largest: Math.max(now_.largest, age) };
-  const before = over ? now_ : then;
+    : { least: Math.min(timeline.recent.least, age), largest: Math.max(timeline.recent.largest, age) };
+  // After a pause in which nothing changed, the window before is long past.
+  const outdated = timeline.beginning || now >= timeline.until + WINDOW;
+  const before = over ? (outdated ? null : timeline.recent) : timeline.before;
   const least = Math.min(recent.least, before?.least ?? Infinity);
   const largest = Math.max(recent.largest, before?.largest ?? -Infinity);
   const target = least + Math.min(largest - least, MOST_LATE) + interval + MARGIN;
   const most = SLEW * (now - timeline.at);
   const lag = timeline.lag + Math.min(Math.max(target - timeline.lag, -most), most);
-  return { recent, before, until: over ? now + WINDOW : timeline.until, lag, at: now };
+  const until = over ? now + WINDOW : timeline.until;
+  return { recent, before, until, beginning: timeline.beginning && !over, lag, at: now };
 }
 
 /** How late frames are shown after the fastest could be [s]. */

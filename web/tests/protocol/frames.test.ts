@@ -108,6 +108,31 @@ test("an error names the value and the limit", () => {
   expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "2"));
 });
 
+test.each([
+  ["tick of a patch", 4, 0, "u32"],
+  ["sample_wait", 28, -1, "f32"],
+  ["length of x_free", 32, 11, "f32"],
+  ["length of normal", 44, 1.01, "f32"],
+  ["length of normal", 44, 0.99, "f32"],
+  ["time stamp", 56, Infinity, "f32"],
+  ["k_o", 60, -1, "f32"],
+  ["k_o_coupled", 64, 2e6, "f32"],
+  ["c_ii", 68, 11, "f32"],
+  ["k_h", 72, NaN, "f32"],
+  ["integral_gain", 76, 2e9, "f32"],
+  ["own_force", 80, 101, "f32"],
+  ["u_others", 84, -11, "f32"],
+  ["geometry of a frame", 2, 0x30, "u16"],
+  ["law of a frame", 2, 0x41, "u16"],
+])("a patch with a wrong %s is refused", (what, offset, value, type) => {
+  const frame = fromHex(patches[0]?.hex ?? "");
+  const view = new DataView(frame.buffer);
+  if (type === "u32") view.setUint32(offset, value, true);
+  else if (type === "u16") view.setUint16(offset, value, true);
+  else view.setFloat32(offset, value, true);
+  expect(() => decodePatch(frame)).toThrow(new RegExp(`^${what} is `));
+});
+
 test("a mesh that inflates to more, or to something else, is refused before it is kept", () => {
   const [first] = meshes;
   if (first === undefined) throw new Error("no vectors");

@@ -106,6 +106,24 @@ describe("a cursor that presses a plane", () => {
     expect(session.engine.farewell(session.now)).toEqual([]);
   });
 
+  test("gives the body the law's force, without the damping that is the hand's affair", () => {
+    const session = new Session();
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    session.run(1.5);
+    let damped = 0;
+    for (let i = 0; i < 1000; i += 1) {
+      session.server.others = 0.006 * Math.sin(0.06 * i);
+      const sent = session.server.samples.length;
+      const state = session.run(0.004);
+      const sample = session.server.samples[sent];
+      if (sample === undefined) continue;
+      expect(sample.force[0]).toBeCloseTo(state.indentation / C_II, 4);
+      damped = Math.max(damped, Math.abs(state.force[0] - sample.force[0]));
+    }
+    expect(damped).toBeGreaterThan(0.01);
+  });
+
   test("that leaps does not stop its hand for being too fast", () => {
     const session = new Session();
     session.run(2);

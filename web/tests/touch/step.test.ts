@@ -103,6 +103,7 @@ test("an older patch is left out, and one of a server that was started anew is t
   const settings = loopSettings(0.016, 10, 0.02);
   const newest = receive(START, patchOf(play, second), 1, settings);
   expect(receive(newest, patchOf(play, first), 1.01, settings)).toBe(newest);
+  expect(receive(newest, patchOf(play, second), 1.01, settings)).toBe(newest);
   expect(receive(newest, patchOf(play, first), 1.2, settings).patch?.tick).toBe(first.tick);
 });
 

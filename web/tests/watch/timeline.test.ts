@@ -44,6 +44,17 @@ describe("the time that is shown", () => {
     expect(playoutDelay(timeline)).toBeCloseTo(INTERVAL + 0.003, 3);
   });
 
+  test("forgets the page's own start", () => {
+    const timeline = stream(200, (i) => (i < 10 ? 0.4 : 0.02));
+    expect(playoutDelay(timeline)).toBeCloseTo(INTERVAL + 0.003, 3);
+  });
+
+  test("forgets what came before a pause", () => {
+    const busy = stream(100, (i) => (i % 2 ? 0.3 : 0.02));
+    const after = nextFrame(busy, 60 + AHEAD, 60.02, INTERVAL);
+    expect(playoutDelay(after)).toBeCloseTo(INTERVAL + 0.003, 3);
+  });
+
   test("never runs backwards, nor more than a tenth too fast or too slow", () => {
     let before = NaN;
     let at = NaN;
