@@ -39,6 +39,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3
 from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.listener import MAX_INBOUND_BYTES
 from cohaptic_server.outbox import MAX_EVENTS
 from cohaptic_server.room import REPLACE_AFTER
@@ -141,8 +142,8 @@ class Serving:
 
 
 @contextlib.asynccontextmanager
-async def serving(body: Balloon, max_users: int = 64) -> AsyncGenerator[Serving]:
-    settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users)
+async def serving(body: Body, max_users: int = 64, **more: Any) -> AsyncGenerator[Serving]:
+    settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users, **more)
     server = CohapticServer(body, settings)
     url = await server.start()
     served = Serving(server, url, asyncio.ensure_future(server.run()))

@@ -98,11 +98,11 @@ class Gallery:
         if watcher.due(encoder.version, now, clear=clear):
             try:
                 frame = encoder.frame(surface=watcher.wants_surface)
+                self.problem = None
+                watcher.put_scene(frame, encoder.tick, encoder.version, now)
             except LocalProtocolError as error:
+                # A body pushed out of the world, say: what is touched goes on.
                 self.problem = str(error)
-                return
-            self.problem = None
-            watcher.put_scene(frame, encoder.tick, encoder.version, now)
         was = watcher.slow
         watcher.handle_timer(now)
         self.slow += watcher.slow and not was

@@ -98,6 +98,8 @@ class SceneEncoder:
         while len(tail) > MAX_SURFACE_BYTES:
             self._finest *= _COARSER
             tail = Surface.of(shape, self._finest).encode(self._traversal)
+        if _COARSER * len(tail) < MAX_SURFACE_BYTES:
+            self._finest = max(FINEST, self._finest / _COARSER)
         return tail
 
 

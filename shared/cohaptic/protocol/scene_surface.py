@@ -21,6 +21,7 @@ from cohaptic.protocol.traversal import Traversal
 
 _HEAD = struct.Struct("<fI")
 FINEST = 1e-5  # m; a hundredth of a millimetre is less than a pixel
+MAX_SCALE = 0.1  # m
 MAX_UNITS = 2**15 - 1
 _LEVEL = 1
 _SMALLEST = 2.0**-126
@@ -118,7 +119,7 @@ class Surface:
 
 
 def _check_scale(scale: float, *, remote: bool) -> None:
-    check_range("scale of a surface", scale, 0.0, MAX_POSITION / MAX_UNITS, remote=remote)
+    check_range("scale of a surface", scale, 0.0, MAX_SCALE, remote=remote)
     if scale < _SMALLEST:
         raise wrong("scale of a surface", scale, "above 0", remote=remote)
 

@@ -19,7 +19,7 @@ from cohaptic_server.watch.green import decode_block, encode_block, green_source
 
 FILE = Path(__file__).parents[2] / "vectors" / "forces.json"
 # Of two sizes, and with a radius below the mesh's resolution.
-CONTACTS = [
+CONTACTS: list[dict[str, Any]] = [
     {"radius": 0.03, "foot": [0.09, 0.02, 0.03], "force": [2.0, 0.5, -0.25]},
     {"radius": 0.02, "foot": [0.0, 0.0, 0.1], "force": [0.0, 0.0, 1.5]},
     {"radius": 0.002, "foot": [-0.07, 0.05, -0.03], "force": [-1.0, 1.0, 0.0]},
@@ -36,7 +36,7 @@ def vector() -> dict[str, Any]:
     whole = np.zeros_like(balloon.mesh.vertices)
     for contact in CONTACTS:
         foot, force = np.array(contact["foot"]), np.array(contact["force"])
-        vertices, weights = pressure(balloon.mesh, foot, float(np.float64(contact["radius"])))
+        vertices, weights = pressure(balloon.mesh, foot, contact["radius"])
         size = float(np.linalg.norm(force))
         load = Load(vertices, weights, -force / size, size)
         whole += balloon.respond([load]).displacement
@@ -54,7 +54,8 @@ def vector() -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def written() -> dict[str, Any]:
-    return json.loads(FILE.read_text())
+    found: dict[str, Any] = json.loads(FILE.read_text())
+    return found
 
 
 def test_the_written_example_is_ours(written: dict[str, Any]) -> None:

@@ -1,0 +1,223 @@
+"""What is shown of a world: the records, what counts as news, and one encoding for everybody."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic.protocol.ack import Ack
+from cohaptic.protocol.control_watch import EncodingName, Watch, Watching, decode_watch_control
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.scene import Scene
+from cohaptic.protocol.scene_surface import FINEST
+from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.room import Room
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.watch.gallery import Gallery
+from cohaptic_server.watch.records import displacement, records
+from cohaptic_server.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
+from cohaptic_server.watch.watcher import Watcher
+from cohaptic_server.world import WorldState, advance
+from tests.server.peers import hello
+from tests.server.watch.hands import PERIOD, motion, touches
+
+MODEL = "0" * 32
+
+
+def gallery(body: Body, model: str | None = MODEL, max_watchers: int = 5) -> Gallery:
+    return Gallery(Room(body, ServerSettings(max_watchers=max_watchers)), model)
+
+
+def come(shown: Gallery, encoding: EncodingName = "frames", rate: float = 60.0) -> Watcher:
+    watch = Watch(protocol=PROTOCOL_VERSION, encoding=encoding, rate=rate)
+    watcher = Watcher(watch, has_model=shown.model is not None)
+    shown.enter(watcher, 0.0)
+    return watcher
+
+
+def scenes(watcher: Watcher, body: Body) -> list[Scene]:
+    there = Traversal.of(len(body.mesh.vertices), body.mesh.faces)
+    frames = [data for data in watcher.take(clear=True) if isinstance(data, bytes)]
+    return [Scene.decode(frame, there) for frame in frames]
+
+
+def test_a_record_is_what_the_patch_and_the_body_say(small_balloon: Balloon) -> None:
+    for world, patches in motion(small_balloon, 30):
+        for record, user in zip(records(world, patches), world.users.values(), strict=True):
+            patch = patches[record.user]
+            assert record.x_free == patch.x_free
+            assert record.k_h == patch.k_h
+            assert record.c_ii == patch.c_ii
+            assert np.allclose(record.normal, patch.normal, atol=1e-6)
+            assert np.dot(record.force, record.normal) == pytest.approx(patch.own_force)
+            # The force is what the loads are, with the other sign.
+            whole = sum((load.force * load.direction for load in user.press.loads()), np.zeros(3))
+            assert np.allclose(record.force, -whole)
+            assert record.encode()
+
+
+def test_who_has_left_fades_and_needs_nothing_more(small_balloon: Balloon) -> None:
+    world, patches = list(motion(small_balloon, 30))[-1]
+    seen: list[float] = []
+    for tick in range(31, 60):
+        here = [touch for touch in touches(tick) if touch.user == 1]
+        world, patches = advance(small_balloon, world, here, now=tick * PERIOD, dt=PERIOD)
+        gone = [record for record in records(world, patches) if record.user == 2]
+        if not gone:
+            break
+        assert gone[0].encode()
+        assert (gone[0].k_h, gone[0].c_ii) == (0.0, 0.0)
+        assert not gone[0].fresh
+        seen.append(float(np.linalg.norm(gone[0].force)))
+    assert len(seen) > 5
+    assert seen == sorted(seen, reverse=True)
+
+
+def test_everybody_is_shown_the_same_bytes(small_balloon: Balloon) -> None:
+    shown = gallery(small_balloon)
+    full, also_full, light = come(shown), come(shown), come(shown, "forces")
+    for world, patches in motion(small_balloon, 5):
+        shown.see(world, patches, world.tick * PERIOD)
+        for watcher in (full, also_full, light):
+            shown.show(watcher, world.tick * PERIOD, clear=True)
+        *_, one = full.take(clear=True)
+        *_, two = also_full.take(clear=True)
+        (scene,) = scenes(light, small_balloon)
+        assert one is two
+        assert scene.surface is None
+        assert len(scene.users) == 2
+        for watcher in (full, also_full, light):
+            watcher.receive(Ack(world.tick).encode(), world.tick * PERIOD)
+
+
+def test_a_world_at_rest_costs_nothing_and_who_comes_late_sees_it_at_once(
+    small_balloon: Balloon,
+) -> None:
+    shown = gallery(small_balloon)
+    watcher = come(shown)
+    sent = 0
+    for world, patches in motion(small_balloon, 150, still=True):
+        shown.see(world, patches, world.tick * PERIOD)
+        shown.show(watcher, world.tick * PERIOD, clear=True)
+        count = len(scenes(watcher, small_balloon))
+        watcher.receive(Ack(world.tick).encode(), 0.0) if count else None
+        sent += count
+        if world.tick > 120:
+            assert count == 0
+    assert sent > 10  # while the hands came
+    late = come(shown)
+    shown.see(world, patches, world.tick * PERIOD)
+    shown.show(late, world.tick * PERIOD, clear=True)
+    (scene,) = scenes(late, small_balloon)
+    assert scene.tick == world.tick
+    assert scene.surface is not None
+    n = len(small_balloon.mesh.vertices)
+    assert np.abs(scene.surface.displacement - displacement(world, n)).max() <= FINEST
+
+
+def test_a_viscous_body_is_shown_until_it_has_come_back() -> None:
+    """Nobody is there any more, and still it moves: the records alone do not say that."""
+    plate = Spring(SpringSettings(b_o=2000.0))
+    shown = gallery(plate, model=None)
+    watcher = come(shown, "forces")
+    hand = replace(touches(1, users=1)[0], probe=(-0.01, 0.0, 0.0), force=(3.0, 0.0, 0.0))
+    world, patches = WorldState(), dict[int, Patch]()
+    for tick in range(1, 61):
+        world, patches = advance(plate, world, [hand], now=tick * PERIOD, dt=PERIOD)
+    assert displacement(world, 1)[0, 0] < -0.01
+    depth: list[float] = []
+    for tick in range(61, 400):
+        world, patches = advance(plate, world, [], now=tick * PERIOD, dt=PERIOD)
+        shown.see(world, patches, tick * PERIOD)
+        shown.show(watcher, tick * PERIOD, clear=True)
+        for scene in scenes(watcher, plate):
+            watcher.receive(Ack(scene.tick).encode(), 0.0)
+            assert scene.surface is not None, "without a model forces are served as frames"
+            depth.append(float(np.abs(scene.surface.displacement).max()))
+    assert len(depth) > 60
+    assert depth[-1] <= 3 * FINEST
+
+
+def test_the_surface_is_asked_for_only_if_somebody_is_shown_it(small_balloon: Balloon) -> None:
+    n = len(small_balloon.mesh.vertices)
+    asked: list[int] = []
+    encoder = SceneEncoder(Traversal.of(n, small_balloon.mesh.faces), follows_records=True)
+    for world, patches in motion(small_balloon, 4):
+
+        def surface(world: WorldState = world) -> Floats:
+            asked.append(world.tick)
+            return displacement(world, n)
+
+        encoder.see(world.tick, 0.0, records(world, patches), surface)
+        encoder.frame(surface=False)
+        if world.tick == 3:
+            assert encoder.frame(surface=True) is encoder.frame(surface=True)
+    assert asked == [3]
+
+
+def test_who_is_taken_in_is_told_what_is_here_and_who_is_too_many_why(
+    small_balloon: Balloon,
+) -> None:
+    room = Room(small_balloon, ServerSettings(max_watchers=2, allow_latency=True))
+    room.join(hello("ann"), 0.0)
+    shown = Gallery(room, MODEL)
+    (text,) = come(shown).take(clear=True)
+    watching = decode_watch_control(str(text))
+    assert isinstance(watching, Watching)
+    assert [(user.user, user.name) for user in watching.users] == [(1, "ann")]
+    assert (watching.model, watching.allow_latency) == (MODEL, True)
+    second = come(shown)
+    with pytest.raises(RemoteProtocolError, match="number of watchers is 3") as caught:
+        come(shown)
+    assert caught.value.code is CloseCode.ROOM_FULL
+    shown.leave(second)
+    come(shown)
+    assert shown.came == 3
+
+
+def test_a_scene_that_the_wire_cannot_carry_is_not_shown_and_says_why(
+    small_balloon: Balloon,
+) -> None:
+    shown = gallery(small_balloon)
+    watcher = come(shown)
+    watcher.take(clear=True)
+    world, patches = next(motion(small_balloon, 1))
+    shown.see(world, patches, float("nan"))
+    shown.show(watcher, 0.0, clear=True)
+    assert watcher.take(clear=True) == []
+    assert shown.problem is not None
+    assert "time stamp is nan" in shown.problem
+    world = WorldState(2, world.users, world.response)
+    shown.see(world, patches, 0.5)
+    shown.show(watcher, 0.5, clear=True)
+    assert len(watcher.take(clear=True)) == 1
+    assert shown.problem is None
+
+
+def test_a_slow_watcher_is_counted_once(small_balloon: Balloon) -> None:
+    shown = gallery(small_balloon)
+    watcher = come(shown)
+    for world, patches in motion(small_balloon, 200):
+        shown.see(world, patches, world.tick * PERIOD)
+        shown.show(watcher, world.tick * PERIOD, clear=True)
+    assert watcher.slow
+    assert shown.slow == 1
+
+
+def test_however_rough_a_surface_is_its_frame_is_bounded() -> None:
+    x, faces = icosphere(6, 0.1)
+    noise: Floats = np.random.default_rng(1).normal(scale=1e-2, size=x.shape)
+    encoder = SceneEncoder(Traversal.of(len(x), faces), follows_records=True)
+    encoder.see(1, 0.0, (), lambda: noise)
+    frame = encoder.frame(surface=True)
+    assert len(frame) <= MAX_SURFACE_BYTES + 100
+    assert len(x) * 6 > 2 * MAX_SURFACE_BYTES  # it had to be coarser

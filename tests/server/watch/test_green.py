@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.body import Body, Load
+from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.solid import Solid, SolidSettings
+from cohaptic_server.bodies.spring import Spring
+from cohaptic_server.watch.green import (
+    GreenSource,
+    decode_block,
+    encode_block,
+    green_source,
+    model_name,
+)
+from cohaptic_server.watch.green_blocks import GreenBlocks
+
+PATIENCE = 10.0  # s
+
+
+def solid(young: float = 2e4) -> Solid:
+    """A small one, held at the bottom."""
+    tets = block((0.1, 0.08, 0.06), (3, 3, 2))
+    held = tets.vertices[:, 2] < 0.005
+    return Solid(tets, held, SolidSettings(young=young, contact_radius=0.02))
+
+
+@pytest.mark.parametrize("kind", ["balloon", "solid"])
+def test_the_response_is_the_sum_of_green_functions(kind: str, small_balloon: Balloon) -> None:
+    body: Body = small_balloon if kind == "balloon" else solid()
+    source = green_source(body)
+    assert source is not None
+    rng = np.random.default_rng(5)
+    n = len(body.mesh.vertices)
+    vertices = rng.choice(n, 6, replace=False)
+    weights = rng.random(6)
+    weights /= weights.sum()
+    direction = rng.normal(size=3)
+    direction /= np.linalg.norm(direction)
+    want = body.respond([Load(vertices, weights, direction, 2.5)]).displacement
+    got = np.zeros((n, 3))
+    for vertex, weight in zip(vertices.tolist(), weights.tolist(), strict=True):
+        got += weight * np.tensordot(2.5 * direction, source.green(vertex), axes=1)
+    assert np.abs(got - want).max() <= 1e-9 * np.abs(want).max() + 1e-15
+
+
+def test_asking_a_solid_leaves_the_ticks_columns_alone() -> None:
+    body = solid()
+    source = green_source(body)
+    assert source is not None
+    found = body.columns.found
+    source.green(3)
+    assert body.columns.found == found
+
+
+@pytest.mark.parametrize(
+    "body", [Spring(), Balloon(BalloonSettings(subdivisions=2), damping=0.5)], ids=["plate", "slow"]
+)
+def test_a_body_that_is_no_sum_of_them_has_none(body: Body) -> None:
+    assert green_source(body) is None
+
+
+def test_the_name_is_the_bodys_content() -> None:
+    def name(body: Body) -> str:
+        source = green_source(body)
+        assert source is not None
+        return model_name(source)
+
+    first = name(Balloon(BalloonSettings(subdivisions=2)))
+    assert first == name(Balloon(BalloonSettings(subdivisions=2)))
+    others = [
+        name(Balloon(BalloonSettings(subdivisions=2, mu_h=260.0))),
+        name(Balloon(BalloonSettings(subdivisions=2, base=0.75))),
+        name(Balloon(BalloonSettings(subdivisions=2, radius=0.11))),
+        name(solid()),
+        name(solid(young=3e4)),
+    ]
+    assert len({first, *others}) == 6
+    assert all(len(model) == 32 for model in others)
+
+
+greens = hnp.arrays(
+    np.float64, st.tuples(st.just(3), st.integers(1, 8), st.just(3)), elements=st.floats(-1.0, 1.0)
+)
+
+
+@given(greens, st.floats(1e-6, 1.0))
+def test_a_block_is_within_half_a_unit_of_its_largest(green: Floats, size: float) -> None:
+    green = green * size
+    data = encode_block(green)
+    assert len(data) == 4 + 18 * green.shape[1]
+    unit = np.abs(green).max() / 32767
+    assert np.abs(decode_block(data) - green).max() <= 0.51 * unit + 1e-44
+
+
+class Held:
+    """A source that answers when it is allowed to."""
+
+    def __init__(self, source: GreenSource) -> None:
+        self._source = source
+        self.allowed = threading.Event()
+        self.asked: list[int] = []
+        self.at_once = 0
+        self.most_at_once = 0
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        return self._source.mesh
+
+    def green(self, vertex: int) -> Floats:
+        self.asked.append(vertex)
+        self.at_once += 1
+        self.most_at_once = max(self.most_at_once, self.at_once)
+        assert self.allowed.wait(PATIENCE)
+        self.at_once -= 1
+        return self._source.green(vertex)
+
+
+def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon) -> None:
+    source = green_source(small_balloon)
+    assert source is not None
+    held = Held(source)
+
+    async def play() -> None:
+        blocks = GreenBlocks(held)
+        asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in (1, 2, 1, 3)]
+        # The loop goes on while the first is being solved.
+        for _ in range(20):
+            await asyncio.sleep(0)
+        assert not any(task.done() for task in asking)
+        assert await blocks.block(1, 0.0) is None  # whoever has no patience
+        held.allowed.set()
+        found = await asyncio.gather(*asking)
+        assert found == [encode_block(source.green(v)) for v in (1, 2, 1, 3)]
+        assert await blocks.block(1, 0.0) == found[0]
+        assert blocks.solved == 3
+        blocks.close()
+
+    asyncio.run(play())
+    assert sorted(held.asked) == [1, 2, 3]
+    assert held.most_at_once == 1
+
+
+def test_what_waits_and_what_is_kept_is_bounded(small_balloon: Balloon) -> None:
+    source = green_source(small_balloon)
+    assert source is not None
+    held = Held(source)
+    size = len(encode_block(source.green(0)))
+
+    async def play() -> None:
+        blocks = GreenBlocks(held, kept_bytes=3 * size)
+        asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in range(80)]
+        for _ in range(20):
+            await asyncio.sleep(0)
+        assert [task.done() for task in asking] == [False] * 64 + [True] * 16
+        held.allowed.set()
+        found = await asyncio.gather(*asking)
+        assert sum(block is None for block in found) == 16
+        assert await blocks.block(63, PATIENCE) is not None
+        assert blocks.solved == 64  # among the last three
+        await blocks.block(0, PATIENCE)
+        assert blocks.solved == 65  # gone meanwhile
+        blocks.close()
+
+    asyncio.run(play())

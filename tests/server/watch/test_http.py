@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_server.watch.http import (
+    NOT_BUILT,
+    POLICY,
+    Answer,
+    GreenWanted,
+    Request,
+    Site,
+    green_block,
+)
+from cohaptic_server.watch.page import PageFile, has_page, load_page
+
+MODEL = "0123456789abcdef" * 2
+HTML = b"<!doctype html>" + b" " * 200
+PAGE = {
+    "/index.html": PageFile("text/html; charset=utf-8", HTML, gzip.compress(HTML), hashed=False),
+    "/assets/app-0a1b.js": PageFile("text/javascript; charset=utf-8", b"1", None, hashed=True),
+}
+SITE = Site(PAGE, MODEL, 42)
+
+
+def ask(target: str, method: str = "GET", accepts: str = "", site: Site = SITE) -> Answer:
+    answer = site.answer(Request(method, target, accepts), ticking=True)
+    assert isinstance(answer, Answer)
+    return answer
+
+
+def header(answer: Answer, name: str) -> str | None:
+    found = [value for key, value in answer.headers if key == name]
+    assert len(found) <= 1
+    return found[0] if found else None
+
+
+def test_the_page_and_its_files() -> None:
+    for target in ("/", "/index.html", "/?touch=1", "/index.html#top"):
+        answer = ask(target)
+        assert (answer.status, answer.body) == (200, HTML)
+        assert header(answer, "Content-Type") == "text/html; charset=utf-8"
+        assert header(answer, "Cache-Control") == "no-cache"
+    asset = ask("/assets/app-0a1b.js")
+    assert (asset.status, asset.body) == (200, b"1")
+    assert header(asset, "Cache-Control") == "public, max-age=31536000, immutable"
+
+
+@pytest.mark.parametrize(
+    ("accepts", "deflated"),
+    [("gzip", True), ("br, gzip;q=0.5", True), ("", False), ("br", False), ("xgzip", False)],
+)
+def test_text_is_deflated_for_who_takes_it(accepts: str, deflated: bool) -> None:
+    answer = ask("/", accepts=accepts)
+    assert header(answer, "Content-Encoding") == ("gzip" if deflated else None)
+    assert header(answer, "Vary") == "Accept-Encoding"
+    assert (gzip.decompress(answer.body) if deflated else answer.body) == HTML
+
+
+methods = st.sampled_from(["GET", "HEAD", "POST", "PUT", "OPTIONS"])
+pieces = st.sampled_from(
+    ["/", "..", "%2e%2e", "//", "v1", "models", MODEL, "green", "0", "42", "assets", "etc", "\\"]
+)
+targets = st.text(max_size=60) | st.lists(pieces, max_size=10).map("/".join)
+
+
+@given(methods, targets, st.text(max_size=20), st.booleans())
+def test_every_answer_is_whole_and_guarded(
+    method: str, target: str, accepts: str, ticking: bool
+) -> None:
+    answer = SITE.answer(Request(method, target, accepts), ticking=ticking)
+    if isinstance(answer, GreenWanted):
+        assert 0 <= answer.vertex < 42
+        answer = green_block(Request(method, target), b"block")
+    assert header(answer, "Content-Security-Policy") == POLICY
+    assert header(answer, "X-Content-Type-Options") == "nosniff"
+    assert header(answer, "Referrer-Policy") == "no-referrer"
+    assert header(answer, "Connection") == "close"
+    length = int(header(answer, "Content-Length") or "-1")
+    assert length == len(answer.body) or (method == "HEAD" and answer.body == b"" and length > 0)
+    # Nothing of what came is in the headers, whose lines a stranger could break.
+    for _, value in answer.headers:
+        assert value.isprintable()
+    if answer.status == 200:
+        assert target.split("?")[0].split("#")[0] in ("/", "/index.html", "/healthz") or (
+            MODEL in target
+        )
+
+
+def test_the_policy_has_nothing_unsafe() -> None:
+    assert "unsafe" not in POLICY
+    assert POLICY.startswith("default-src 'none';")
+
+
+@pytest.mark.parametrize(
+    ("target", "status", "words"),
+    [
+        ("/nothing", 404, "nothing of this name"),
+        ("/../pyproject.toml", 404, "nothing of this name"),
+        ("/assets/../index.html", 404, "nothing of this name"),
+        (f"/v1/models/{'0' * 32}/green/1", 404, MODEL),
+        (f"/v1/models/{MODEL}/green/42", 404, "no vertex 42; the last is 41"),
+        (f"/v1/models/{MODEL}/green/-1", 404, "nothing of this name"),
+        (f"/v1/models/{MODEL}/green/1x", 404, "nothing of this name"),
+        ("/healthz", 200, "ok"),
+    ],
+)
+def test_what_is_not_there_is_said_plainly(target: str, status: int, words: str) -> None:
+    answer = ask(target)
+    assert answer.status == status
+    assert words in answer.body.decode()
+    assert header(answer, "Content-Type") == "text/plain; charset=utf-8"
+
+
+def test_other_methods_are_refused() -> None:
+    answer = ask("/", method="POST")
+    assert answer.status == 405
+    assert header(answer, "Allow") == "GET, HEAD"
+
+
+def test_blocks() -> None:
+    request = Request("GET", f"/v1/models/{MODEL}/green/41")
+    assert SITE.answer(request, ticking=True) == GreenWanted(41)
+    there = green_block(request, b"numbers")
+    assert (there.status, there.body) == (200, b"numbers")
+    assert header(there, "Cache-Control") == "public, max-age=31536000, immutable"
+    busy = green_block(request, None)
+    assert busy.status == 503
+    assert header(busy, "Retry-After") == "1"
+    assert header(busy, "Cache-Control") == "no-store"
+    bare = Site(PAGE, None, 42)
+    assert "no sum" in ask(request.target, site=bare).body.decode()
+
+
+def test_health_is_that_of_the_tick() -> None:
+    answer = SITE.answer(Request("GET", "/healthz"), ticking=False)
+    assert isinstance(answer, Answer)
+    assert answer.status == 503
+
+
+def test_without_a_page_it_says_how_to_build_one(tmp_path: Path) -> None:
+    page = load_page(tmp_path / "page")
+    assert not has_page(page)
+    answer = ask("/", site=Site(page, None, 42))
+    assert (answer.status, answer.body.decode()) == (200, NOT_BUILT)
+    assert "make page" in NOT_BUILT
+
+
+def test_a_folder_becomes_a_page(tmp_path: Path) -> None:
+    secret = tmp_path / "secret.txt"
+    secret.write_text("not for visitors")
+    folder = tmp_path / "page"
+    (folder / "assets").mkdir(parents=True)
+    (folder / "index.html").write_bytes(HTML)
+    (folder / "assets" / "app-0a1b.js").write_bytes(b"x" * 500)
+    (folder / "icon.png").write_bytes(bytes(100))
+    (folder / "strange.xyz").write_bytes(b"?")
+    page = load_page(folder)
+    assert has_page(page)
+    assert set(page) == {"/index.html", "/assets/app-0a1b.js", "/icon.png", "/strange.xyz"}
+    assert page["/icon.png"] == PageFile("image/png", bytes(100), None, hashed=False)
+    assert page["/strange.xyz"].kind == "application/octet-stream"
+    script = page["/assets/app-0a1b.js"]
+    assert script.hashed
+    assert script.gzipped is not None
+    assert gzip.decompress(script.gzipped) == b"x" * 500
+    assert script.kind == "text/javascript; charset=utf-8"
