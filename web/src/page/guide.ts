@@ -98,6 +98,7 @@ export class Guide {
     this.hands.law("predictive");
     this.hands.measure("coupled");
     this.hands.own.release();
+    this.hands.own.hold("natural");
     if (!this.touched) this.hands.own.stop();
   }
 
@@ -112,6 +113,9 @@ export class Guide {
       case "lift":
         this.pressing = null;
         this.hands.own.release();
+        break;
+      case "hold":
+        this.hands.own.hold(action.grip);
         break;
       case "law":
         this.hands.law(action.law);
@@ -164,7 +168,6 @@ export class Guide {
     const store = this.hands.store();
     const own: TouchState | null = this.hands.own.state;
     const users = this.hands.view()?.users ?? [];
-    const range = this.forces.range([0], this.forces.last - WINDOW);
     const mine = users.find((user) => user.user === own?.user);
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
@@ -173,7 +176,7 @@ export class Guide {
       touching: own?.phase === "joined",
       force: norm(own?.force ?? [0, 0, 0]),
       fromOthers: own?.felt_from_others ?? 0,
-      swing: range === null ? 0 : range.high - range.low,
+      swing: this.forces.swing(0, this.forces.last - WINDOW),
       loopDelay: mine?.loop_delay ?? 0,
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",

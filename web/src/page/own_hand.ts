@@ -8,11 +8,14 @@ import { at, pick, placeTowards, type Place } from "../view/pick";
 import { deeper, follow, goal, hover, press, release, slide, type Finger, type Place3 } from "../view/press";
 import { along } from "../view/vec";
 
-/** A hand that rests on a desk: heavy enough to be calm, stiff enough to get where the pointer is. */
-const HAND: HandSettings = { mass: 0.15, damping: 8, stiffness: 400 };
+/** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
+const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
+  natural: { mass: 0.15, damping: 8, stiffness: 400 },
+  firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
+};
 const MAX_FORCE = 10; // N
 /** Share of K_o that the paper's rule is run with: inside K_h < K_o, eq. (8). */
-const PAPER = 0.95;
+const PAPER = 0.98;
 
 export type StartTouch = (settings: TouchSettings) => TouchHandle;
 
@@ -23,19 +26,18 @@ export class OwnHand {
   /** What was chosen; the law that runs follows with the next patches. */
   law: LawChoice = "predictive";
   private readonly startTouch: StartTouch;
-  private readonly changed: () => void;
   private mesh: RestMesh | null = null;
   private normals: Float32Array = new Float32Array(0);
   private info: WatchInfo | null = null;
   private positions: Float32Array | null = null;
   private finger: Finger | null = null;
   private tip: Vec3 = [0, 0, 0];
-  private unsubscribe: () => void = () => undefined;
+  private grip: "natural" | "firm" = "natural";
   private paperPending = false;
+  private guided: Vec3 | null = null;
 
-  constructor(startTouch: StartTouch, changed: () => void) {
+  constructor(startTouch: StartTouch) {
     this.startTouch = startTouch;
-    this.changed = changed;
   }
 
   get state(): TouchState | null {
@@ -81,20 +83,16 @@ export class OwnHand {
     this.tip = along(center, 1.3 * radius, unit(towards));
     this.handle = this.startTouch({
       url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
-      max_force: MAX_FORCE, passivity: true, hand: HAND, target: this.tip,
+      max_force: MAX_FORCE, passivity: true, hand: HANDS[this.grip], target: this.tip,
     });
     this.paperPending = this.law === "paper";
-    this.unsubscribe = this.handle.subscribe(this.changed);
-    this.changed();
   }
 
   stop(): void {
-    this.unsubscribe();
     const handle = this.handle;
     this.handle = null;
     this.finger = null;
     if (handle !== null) void handle.close();
-    this.changed();
   }
 
   setLaw(law: LawChoice): void {
@@ -104,10 +102,17 @@ export class OwnHand {
     if (law !== "paper") this.handle?.setLaw(wire, null);
   }
 
+  /** Hold the tip as people do, or as a clamp does. */
+  hold(grip: "natural" | "firm"): void {
+    this.grip = grip;
+    this.handle?.setHand(HANDS[grip]);
+  }
+
   /** Take hold of the surface where a ray meets it. */
   press(origin: Vec3, direction: Vec3, now: number): boolean {
     const place = this.meet(origin, direction);
     if (this.handle === null || place === null) return false;
+    this.guided = null;
     this.finger = press(place, now, this.finger?.depth);
     return true;
   }
@@ -140,6 +145,12 @@ export class OwnHand {
   guide(direction: Vec3, depth: number, now: number): void {
     if (this.mesh === null || this.info === null) return;
     const { center, radius } = this.info.body;
+    // Pressed again, the own dent would count as the surface.
+    if (this.finger?.pressing === true && this.guided === direction) {
+      this.depth(depth);
+      return;
+    }
+    this.guided = direction;
     const found = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
     if (found !== null) this.finger = press(this.place(found), now, depth);
   }

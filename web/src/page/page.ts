@@ -67,7 +67,7 @@ export class Page {
   constructor({ address, store, startTouch }: PageSettings) {
     this.address = address;
     this.store = store;
-    this.own = new OwnHand(startTouch, () => { this.write(performance.now() / 1000); });
+    this.own = new OwnHand(startTouch);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
     this.panel = new Panel(colour, (user, latency) => { store.setLatency(user, latency); }, (encoding) => { store.setView(encoding, RATE); });

@@ -16,7 +16,7 @@ export interface Facts {
   /** On the own hand, and its part that comes from the others [N]. */
   readonly force: number;
   readonly fromOthers: number;
-  /** Largest less smallest force of the last two seconds [N]. */
+  /** How far the own force went to and fro in the last two seconds, less the way from its least to its most [N]. */
   readonly swing: number;
   /** Of the own loop, measured [s]. */
   readonly loopDelay: number;
@@ -30,6 +30,7 @@ export type Action =
   | { readonly kind: "touch" }
   | { readonly kind: "press"; readonly depth: number }
   | { readonly kind: "lift" }
+  | { readonly kind: "hold"; readonly grip: "natural" | "firm" }
   | { readonly kind: "law"; readonly law: "proportional" | "predictive" | "paper" }
   | { readonly kind: "delay"; readonly delay: number }
   | { readonly kind: "measure"; readonly by: "alone" | "coupled" }

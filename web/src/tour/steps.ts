@@ -2,8 +2,9 @@
 
 import type { Facts, Step } from "./machine";
 
-/** A force that swings by more than this swings by itself [N]. */
-export const SWING = 1.0;
+/** A force that goes to and fro by more than this in two seconds swings by itself [N]. */
+export const SWING = 1.5;
+const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
 
 const alone = (facts: Facts): string | null =>
@@ -24,18 +25,18 @@ export const STEPS: readonly Step[] = [
   {
     id: "press",
     title: "Press",
-    text: "The page has lent you a hand and presses for you. Blue went in, amber bulges out; the arrow is the force on your "
+    text: "The page has lent you a hand that holds still, and presses for you. Blue went in, amber bulges out; the arrow is the force on your "
       + "hand. Take over at any time: hold the pointer on the object.",
-    actions: [{ kind: "touch" }, { kind: "law", law: "predictive" }, { kind: "press", depth: 0.2 }, { kind: "look", at: "hand" }],
+    actions: [{ kind: "touch" }, { kind: "hold", grip: "firm" }, { kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.touching && facts.force > 0.3,
     waiting: "your hand feels a force",
   },
   {
     id: "feel",
     title: "Feel the others",
-    text: "Part of that force is not yours: the others push the object against your hand. It is the amber part of the force "
-      + "meter, and it moves with what they do.",
-    actions: [{ kind: "press", depth: 0.2 }, { kind: "look", at: "hand" }],
+    text: "Part of that force is the others\u2019. Where they press, the object bulges against your hand or gives way under it: "
+      + "\u201cfrom others\u201d at the foot of the picture says how much, and it moves with what they do.",
+    actions: [{ kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => Math.abs(facts.fromOthers) > 0.03,
     waiting: "somebody else presses",
     without: alone,
@@ -52,7 +53,7 @@ export const STEPS: readonly Step[] = [
     title: "Now put an ocean between",
     text: "Each message of yours now takes 120 ms longer, and so does each answer. Watch the delay of your loop rise, and the "
       + "force: it does not care. Your sheet is the surface free of your own force, so nothing that you do comes back late.",
-    actions: [{ kind: "press", depth: 0.2 }, { kind: "delay", delay: OCEAN }, { kind: "look", at: "plots" }],
+    actions: [{ kind: "press", depth: DEPTH }, { kind: "delay", delay: OCEAN }, { kind: "look", at: "plots" }],
     until: (facts) => facts.loopDelay > 1.8 * OCEAN,
     waiting: "the server has measured the longer loop",
     without: noDelay,
@@ -62,7 +63,7 @@ export const STEPS: readonly Step[] = [
     title: "The rule for one hand",
     text: "Here is the classic way: press on the surface as it came back, with a gain just below the stiffness of the object, "
       + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, look at the force.",
-    actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: 0.2 }, { kind: "measure", by: "alone" }, { kind: "look", at: "plots" }],
+    actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "plots" }],
     until: (facts) => facts.paper && facts.swing > SWING,
     waiting: "the force begins to swing",
     without: noGains,
@@ -80,7 +81,7 @@ export const STEPS: readonly Step[] = [
     title: "Safe, and soft",
     text: "The classic way can be made safe: the server takes everybody\u2019s coupling into account and gives you a smaller gain. "
       + "Nothing swings. But the object feels softer than it is, and most of what the others do is lost.",
-    actions: [{ kind: "law", law: "proportional" }, { kind: "press", depth: 0.2 }, { kind: "look", at: "plots" }],
+    actions: [{ kind: "law", law: "proportional" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "plots" }],
     until: (facts) => facts.law === "proportional" && !facts.paper && facts.swing < SWING,
     waiting: "the swing has died out",
   },
@@ -89,7 +90,7 @@ export const STEPS: readonly Step[] = [
     title: "Neither soft nor swinging",
     text: "Back to the predictive law. The force returns to what two hands on one object would feel in the same room, with "
       + "the ocean still between them.",
-    actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: 0.2 }, { kind: "look", at: "hand" }],
+    actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.law === "predictive" && facts.force > 0.3,
     waiting: "the predictive law runs",
   },
@@ -98,6 +99,6 @@ export const STEPS: readonly Step[] = [
     title: "It is yours now",
     text: "The delay is as it was. Press, slide, change the law, colour the object by its stiffness, "
       + "or send somebody the address of this page and feel them.",
-    actions: [{ kind: "lift" }, { kind: "delay", delay: 0 }, { kind: "measure", by: "coupled" }, { kind: "look", at: "stage" }],
+    actions: [{ kind: "lift" }, { kind: "hold", grip: "natural" }, { kind: "delay", delay: 0 }, { kind: "measure", by: "coupled" }, { kind: "look", at: "stage" }],
   },
 ];

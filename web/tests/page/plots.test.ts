@@ -74,6 +74,17 @@ describe("the timeline", () => {
     expect(t.length).toBe(1);
   });
 
+  it("tells a swing from a change", () => {
+    const [ramp, wave] = [new Timeline(1, 200), new Timeline(1, 200)];
+    for (let t = 0; t <= 2; t += 0.02) {
+      ramp.push(t, [2 * t]);
+      wave.push(t, [2 * Math.sin(2 * Math.PI * t)]);
+    }
+    expect(ramp.swing(0, 0)).toBeCloseTo(0, 6);
+    expect(wave.swing(0, 0)).toBeGreaterThan(11.5);
+    expect(new Timeline(1, 2).swing(0, 0)).toBe(0);
+  });
+
   it("finds the range since a time, gaps left out", () => {
     const t = new Timeline(2, 8);
     t.push(1, [99, 0]);

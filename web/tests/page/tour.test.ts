@@ -106,5 +106,6 @@ describe("the tour", () => {
     expect(of("delay").at(-1)).toEqual({ kind: "delay", delay: 0 });
     expect(of("measure").at(-1)).toEqual({ kind: "measure", by: "coupled" });
     expect(of("lift")).toHaveLength(1);
+    expect(of("hold").at(-1)).toEqual({ kind: "hold", grip: "natural" });
   });
 });
