@@ -29,7 +29,7 @@ export class AreaCard {
       { class: "card area-card", attrs: { "aria-labelledby": "area-title" } },
       el("div", { class: "area-head" }, el("h3", { class: "area-title", id: "area-title", text: "Stable gains" }), this.pick.root),
       this.canvas,
-      el("p", { class: "axis-x" }, symbol("K", "h"), " / ", symbol("K", "o"), " across, ", symbol("I N T"), " / ", symbol("K", "o"), " up"),
+      el("p", { class: "axis-x" }, symbol("K", "h"), " / ", symbol("K", "o"), " \u2192,  ", symbol("I N T"), " / ", symbol("K", "o"), " \u2191"),
       this.words,
     );
   }

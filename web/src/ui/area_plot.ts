@@ -13,9 +13,9 @@ export function periods(loopDelay: number, simulationPeriod: number): number {
   return Math.min(64, Math.max(0, Math.ceil(loopDelay / simulationPeriod - 1e-6)));
 }
 
-/** A user's gains as shares of K_o; null without a contact. */
+/** A user's gains as shares of K_o; null without a contact. The predictive law's are of the contact alone: K_i C_ii. */
 export function gainsOf(user: UserState, simulationPeriod: number, yardstick: Yardstick): Gains | null {
-  const k_o = yardstick === "alone" ? (user.c_ii > 0 ? 1 / user.c_ii : 0) : user.k_o_coupled;
+  const k_o = yardstick === "alone" || user.law === "predictive" ? (user.c_ii > 0 ? 1 / user.c_ii : 0) : user.k_o_coupled;
   if (!(k_o > 0) || !(user.k_h > 0)) return null;
   return { kappa: user.k_h / k_o, int: (user.integral_gain * simulationPeriod) / k_o };
 }
@@ -30,7 +30,7 @@ export function verdict(user: UserState, simulationPeriod: number, yardstick: Ya
 
 const WIDE = 1.5;
 const HIGH = 2.2;
-const BOX = { left: 34, right: 10, top: 10, bottom: 30 } as const;
+const BOX = { left: 34, right: 10, top: 10, bottom: 20 } as const;
 const outlines = new Map<number, [number, number][]>();
 
 function outline(delay: number): [number, number][] {
@@ -117,9 +117,6 @@ function frame(c: CanvasRenderingContext2D, x: (v: number) => number, y: (v: num
   for (const mark of [0, 1, 2]) c.fillText(`${mark}`, x(0) - 7, y(mark));
   c.textAlign = "center";
   for (const mark of [0.5, 1, 1.5]) c.fillText(`${mark}`, x(mark) - (mark === WIDE ? 6 : 0), y(0) + 11);
-  c.fillText("K\u2095 / K\u2092", x(0.25), y(0) + 22);
-  c.textAlign = "left";
-  c.fillText("I N T / K\u2092", x(0) + 6, y(HIGH) + 6);
 }
 
 function dot(c: CanvasRenderingContext2D, x: number, y: number, colour: string, hollow: boolean, ink: Inks): void {

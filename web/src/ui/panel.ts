@@ -71,7 +71,7 @@ export class Panel {
     for (const card of [this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
       card.classList.toggle("shown", card === target);
     }
-    target?.scrollIntoView({ block: "nearest", behavior: "auto" });
+    target?.scrollIntoView({ block: part === "plots" ? "start" : "nearest", behavior: "auto" });
   }
 
   /** Remember this moment for the plots; cheap, and called for every frame. */

@@ -4,13 +4,35 @@ import type { Vec3 } from "../types";
 import { LEAST_FORCE, type Pose } from "./pose";
 import { norm } from "../vec";
 
-const CLEAR = 52; // px between a hand and its name
-
 interface Label {
   readonly box: HTMLElement;
   readonly name: HTMLElement;
   readonly force: HTMLElement;
   width: number;
+}
+
+interface Pixel {
+  readonly x: number;
+  readonly y: number;
+}
+
+const CLEAR = 46; // px over a hand whose stem points at the eye
+const TALL = 12; // px, half the height of a name
+
+/**
+ * Middle of a name so that it begins where the stem ends and covers neither stem nor arrow.
+ *
+ * @param tip Of the hand, and `end` of its stem [px].
+ * @param half Half the width of the name [px].
+ */
+export function beside(tip: Pixel, end: Pixel, half: number): Pixel {
+  const dx = end.x - tip.x;
+  const dy = end.y - tip.y;
+  const length = Math.hypot(dx, dy);
+  if (length < CLEAR) return { x: end.x, y: Math.min(tip.y, end.y) - CLEAR };
+  // Along the stem until its end lies on the edge of the name's box.
+  const reach = Math.min(half / Math.max(1e-6, Math.abs(dx / length)), TALL / Math.max(1e-6, Math.abs(dy / length)));
+  return { x: end.x + (reach * dx) / length, y: end.y + (reach * dy) / length };
 }
 
 export class Labels {
@@ -51,17 +73,15 @@ export class Labels {
         label.force.textContent = text;
         label.width = label.box.offsetWidth;
       }
-      const at = anchor(pose.user);
-      const pixel = at === null ? null : project(at);
+      const end = anchor(pose.user);
+      const pixel = end === null ? null : project(end);
       label.box.classList.toggle("gone", pixel === null || pose.presence < 0.02);
       if (pixel === null) continue;
+      const half = 0.5 * label.width;
+      const middle = beside(project(pose.proxy) ?? pixel, pixel, half);
       // Kept inside the picture, so that a phone shows the names too.
-      const half = 0.5 * label.width + 6;
-      const x = Math.min(this.host.clientWidth - half, Math.max(half, pixel.x));
-      // A stem that points at the eye is short: the name goes above the hand and leaves it in sight.
-      const tip = project(pose.proxy) ?? pixel;
-      const lift = Math.max(0, CLEAR - Math.hypot(pixel.x - tip.x, pixel.y - tip.y));
-      const y = Math.min(this.host.clientHeight - 20, Math.max(20, pixel.y - lift));
+      const x = Math.min(this.host.clientWidth - half - 6, Math.max(half + 6, middle.x));
+      const y = Math.min(this.host.clientHeight - 20, Math.max(20, middle.y));
       label.box.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
       label.box.style.opacity = pose.presence.toFixed(2);
     }

@@ -162,7 +162,9 @@ describe("dots in the area", () => {
   });
 
   it("of the predictive law are no points of this set", () => {
-    expect(verdict({ ...user(1), law: "predictive" }, T, "coupled")).toBe("own");
+    const own: UserState = { ...user(1), law: "predictive", c_ii: 1 / 250, k_h: 250 };
+    expect(verdict(own, T, "coupled")).toBe("own");
+    expect(gainsOf(own, T, "coupled")?.kappa).toBeCloseTo(1, 9);
   });
 
   it("need a contact", () => {

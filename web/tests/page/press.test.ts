@@ -3,6 +3,7 @@
 import { describe, expect, it } from "vitest";
 import type { Vec3 } from "../../src/types";
 import { norm, sub } from "../../src/vec";
+import { beside } from "../../src/view/labels";
 import { guidedDirection } from "../../src/page/guided";
 import { eased, eye, facing, FARTHEST, HOME, NEAREST, nearTurn, rotated, zoomed } from "../../src/view/orbit";
 import { deeper, DEPTH, follow, goal, hover, penDepth, press, release, slide, type Place3 } from "../../src/view/press";
@@ -112,6 +113,20 @@ describe("the guided hand", () => {
 
   it("comes to who looks, where nobody else is", () => {
     expect(guidedDirection([], [0, -0.9, 0.4])).toEqual([0, -1, 0]);
+  });
+});
+
+describe("a name", () => {
+  const tip = { x: 100, y: 100 };
+
+  it("begins where the stem ends, whichever way it points", () => {
+    expect(beside(tip, { x: 200, y: 100 }, 40)).toEqual({ x: 240, y: 100 });
+    expect(beside(tip, { x: 0, y: 100 }, 40)).toEqual({ x: -40, y: 100 });
+    expect(beside(tip, { x: 100, y: 0 }, 40).y).toBeLessThan(-10);
+  });
+
+  it("leaves a hand in sight whose stem points at the eye", () => {
+    expect(beside(tip, { x: 104, y: 96 }, 40).y).toBeLessThan(60);
   });
 });
 
