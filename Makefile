@@ -57,6 +57,7 @@ page: $(VENV)/.dev  ## build the page into the server's package
 bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
+	@$(BIN)/python benchmarks/spectators.py
 
 results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py

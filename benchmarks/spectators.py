@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import functools
 import math
 import multiprocessing
 import sys
@@ -57,6 +58,7 @@ class Lateness:
     last: float = math.nan
 
     def add(self, patch: Patch, now: float) -> None:
+        """One has come at `now`, on the clock that stamped it."""
         self.patches.append(now - patch.t_server)
         if not math.isnan(self.last):
             self.gaps.append(abs(now - self.last - PERIOD))
@@ -87,7 +89,7 @@ def parts(body: Balloon) -> None:
         world, patches = advance(body, world, touches, now=tick * PERIOD, dt=PERIOD)
         shape = displacement(world, n)
         start = time.perf_counter()
-        encoder.see(tick, 0.0, records(world, patches), lambda shape=shape: shape)
+        encoder.see(tick, 0.0, records(world, patches), functools.partial(np.asarray, shape))
         see.append(time.perf_counter() - start)
         start = time.perf_counter()
         sizes.append(len(encoder.frame(surface=True)))

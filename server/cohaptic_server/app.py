@@ -50,6 +50,7 @@ class CohapticServer:
     Attributes:
         room: Who touches.
         gallery: Who watches.
+        connections: Of both.
         tick_cost: Time that the world's tick and the writing of its patches took [s].
         tick_late: How late each tick began [s].
         watch_cost: Time that those who watch took after a tick [s].
@@ -66,7 +67,7 @@ class CohapticServer:
         self.tick_late = Tally()
         self.watch_cost = Tally()
         self.overruns = 0
-        self._connections: set[Connection] = set()
+        self.connections: set[Connection] = set()
         self._listener: Server | None = None
         self._problem: str | None = None
 
@@ -103,7 +104,7 @@ class CohapticServer:
         now = self.web.ticked = self.clock.now()
         patches = self.room.tick(now)
         watching: list[Connection] = []
-        for connection in list(self._connections):
+        for connection in list(self.connections):
             session = connection.session
             if isinstance(session, Watcher):
                 watching.append(connection)
@@ -143,7 +144,7 @@ class CohapticServer:
         tune(ws.transport.get_extra_info("socket"))
         session = ServerSession(self.clock.now())
         connection = Connection(ws, session, self.clock, self._take)
-        self._connections.add(connection)
+        self.connections.add(connection)
         if ws.subprotocol != SUBPROTOCOL:
             offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
             session.fail(wrong_version(offered or "not named as a subprotocol"))
@@ -159,7 +160,7 @@ class CohapticServer:
             if frame is not None and frame.reason:
                 reason = one_line(frame.reason)  # the others read it
         finally:
-            self._connections.discard(connection)
+            self.connections.discard(connection)
             connection.take_rest()
             last = connection.session.close
             self._leave(connection, reason or (last[1] if last else "connection lost"))
@@ -199,7 +200,7 @@ class CohapticServer:
             return
         if replaced is not None:
             limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
-            for other in self._connections:
+            for other in self.connections:
                 if other.user == replaced:
                     other.session.fail(ProtocolError("silent user", hello.name, limit))
             gone = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
@@ -254,7 +255,7 @@ class CohapticServer:
             limit = "none: start the server with --allow-latency to inject latency"
             connection.session.fail(RemoteProtocolError("message", "SetLatency", limit))
             return
-        for other in self._connections:
+        for other in self.connections:
             if other.user == change.user and other.latency != (change.delay, change.jitter):
                 other.set_latency(change.delay, change.jitter)
                 news = Latency(user=change.user, delay=change.delay, jitter=change.jitter)
@@ -262,7 +263,7 @@ class CohapticServer:
                     watcher.tell_latency(news)
 
     def _latencies(self) -> Iterator[Latency]:
-        for connection in self._connections:
+        for connection in self.connections:
             delay, jitter = connection.latency
             if connection.user is not None and (delay, jitter) != (0.0, 0.0):
                 yield Latency(user=connection.user, delay=delay, jitter=jitter)
@@ -281,14 +282,14 @@ class CohapticServer:
             self._tell_others(connection, news)
 
     def _tell_others(self, connection: Connection, news: ServerControl) -> None:
-        for other in self._connections:
+        for other in self.connections:
             if other is not connection and other.session.hears_news:
                 other.session.send(news)
                 other.flush()
 
     async def _stop(self) -> None:
         self.web.close()
-        for connection in list(self._connections):
+        for connection in list(self.connections):
             connection.session.stop()
             connection.flush()
         if self._listener is not None:

@@ -559,11 +559,7 @@ def test_a_client_that_stops_reading_costs_little_and_delays_nobody(stage: Stage
             user = await client.join(slow)
             await client.play(3)
             client.ws.transport.pause_reading()
-            (at_server,) = (
-                c
-                for c in stage.server._connections  # pyright: ignore[reportPrivateUsage]
-                if c.user == user
-            )
+            (at_server,) = (c for c in stage.server.connections if c.user == user)
             outbox = at_server.session.outbox
             while outbox.patches_skipped < 20:
                 await asyncio.sleep(1.0 / SIMULATION_HZ)

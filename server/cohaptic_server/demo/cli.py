@@ -23,9 +23,11 @@ from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
 from cohaptic.view import status_table
 from cohaptic_server.bodies.catalogue import build_body
+from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.summary import evaluate, show
+from cohaptic_server.listener import page_address
 
 _REFRESH = 0.1  # s
 _GATHER = 45.0  # s for every client to be there and engaged
@@ -50,6 +52,9 @@ def demo(
     keep: Annotated[
         Path | None, typer.Option(help="Keep recordings and logs in this folder.")
     ] = None,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Do not open the page, only say where it is.")
+    ] = False,
 ) -> None:
     """Watch users feel each other on a balloon, over a network with delay.
 
@@ -67,6 +72,10 @@ def demo(
         stage = Stage(scene, folder)
         stop = _stop_on_interrupt()
         with stage:
+            address = page_address(stage.url)
+            console.print(f"page {address}", highlight=False)
+            if console.is_terminal and not no_browser:
+                open_page(address)
             statuses, faults = _watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]

@@ -32,11 +32,12 @@ class Process:
     """A subcommand of cohaptic with a lifeline; its output is read by a thread.
 
     Attributes:
-        line: Newest line of its standard output; empty before the first.
+        first: First line of its standard output; empty before it has come.
+        line: Newest line; empty before the first.
     """
 
     def __init__(self, *arguments: str, log: Path) -> None:
-        self.line = ""
+        self.first = self.line = ""
         self._log = log
         self._first = threading.Event()
         with log.open("wb") as errors:
@@ -55,14 +56,15 @@ class Process:
         assert self._process.stdout is not None
         for raw in self._process.stdout:
             self.line = raw.decode(errors="replace").strip()
+            self.first = self.first or self.line
             self._first.set()
         self._first.set()
 
     def first_line(self) -> str:
         """Wait for the first line; raises DemoFailed with the process's own words."""
-        if not self._first.wait(_START) or not self.line:
+        if not self._first.wait(_START) or not self.first:
             raise DemoFailed(f"a process did not start: {self.words() or 'no word from it'}")
-        return self.line
+        return self.first
 
     def words(self) -> str:
         """Last line of what it said to people."""

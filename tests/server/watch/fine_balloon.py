@@ -29,8 +29,8 @@ class FineBalloon:
         self._free = np.flatnonzero(np.repeat(~held_by_base(inflated, self.settings), 3))
         K = inflated.stiffness[self._free][:, self._free]
         g = sp.csr_array(inflated.volume_gradient[self._free][:, None])
-        system = sp.block_array([[K, g], [g.T, None]])
-        self._solve = scipy.sparse.linalg.splu(sp.csc_array(system)).solve
+        upper, lower = sp.hstack([K, g]), sp.hstack([g.T, sp.csr_array((1, 1))])
+        self._solve = scipy.sparse.linalg.splu(sp.csc_array(sp.vstack([upper, lower]))).solve
 
     @property
     def contact_radius(self) -> float:

@@ -105,6 +105,7 @@ def test_a_world_at_rest_costs_nothing_and_who_comes_late_sees_it_at_once(
     shown = gallery(small_balloon)
     watcher = come(shown)
     sent = 0
+    world, patches = WorldState(), dict[int, Patch]()
     for world, patches in motion(small_balloon, 150, still=True):
         shown.see(world, patches, world.tick * PERIOD)
         shown.show(watcher, world.tick * PERIOD, clear=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from cohaptic.protocol.scene import Scene
@@ -39,7 +41,7 @@ def test_frames_are_small_and_forces_give_the_surface() -> None:
     blocks: dict[int, np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = {}
     for world, patches in motion(body, 45):
         shape = displacement(world, n)
-        encoder.see(world.tick, 0.0, records(world, patches), lambda shape=shape: shape)
+        encoder.see(world.tick, 0.0, records(world, patches), functools.partial(np.copy, shape))
         full, light = encoder.frame(surface=True), encoder.frame(surface=False)
         assert len(full) <= SURFACE_BYTES
         assert len(light) <= FORCES_BYTES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -186,7 +186,12 @@ class Watched(RuleBasedStateMachine):
         assert ticks == sorted(set(ticks))
 
 
-Watched.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
+Watched.TestCase.settings = settings(
+    max_examples=60,
+    stateful_step_count=30,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 TestWatched = Watched.TestCase
 
 

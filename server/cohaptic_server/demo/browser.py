@@ -1,0 +1,28 @@
+"""Opens the demonstration's page in the browser of whoever started it."""
+
+from __future__ import annotations
+
+import webbrowser
+
+from cohaptic_server.watch.page import has_page, load_page
+
+
+def open_page(address: str) -> bool:
+    """Open the page; False where it was not built, or no browser has a window of its own.
+
+    A browser in the terminal would take it from the live view.
+    """
+    if not has_page(load_page()):
+        return False
+    try:
+        browser = webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return not in_terminal(browser) and browser.open(address)
+
+
+def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
+    """Whether a browser runs in the terminal that started it."""
+    return isinstance(browser, webbrowser.GenericBrowser) and not isinstance(
+        browser, webbrowser.BackgroundBrowser
+    )
