@@ -60,7 +60,8 @@ export class OwnHand {
   hint(): string {
     const state = this.state;
     if (this.handle === null) return "";
-    if (state === null || state.phase === "connecting") return "Joining the room\u2026";
+    if (state === null || (state.phase === "connecting" && state.user === 0)) return "Joining the room\u2026";
+    if (state.phase === "connecting") return "Your hand waits for the server to come back.";
     if (state.fault !== "") return `Force off: ${state.fault}.`;
     if (state.doing === "touching" || this.pressing) return "";
     return "Press on the object and hold; drag to slide, wheel or Shift for depth.";
