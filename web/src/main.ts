@@ -1,2 +1,8 @@
-/** Where the page begins. */
-document.body.textContent = "cohaptic";
+/** Where the page begins: which server, what to watch, and with what to touch. */
+
+import { Page } from "./page/page";
+import { startTouch } from "./touch/handle";
+import { openWatch } from "./watch/connection";
+
+const address = location.href;
+new Page({ address, store: openWatch(address, "forces"), startTouch });

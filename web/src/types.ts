@@ -108,6 +108,8 @@ export interface WatchStatus {
   readonly phase: WatchPhase;
   /** Why it is not "watching", one sentence; empty when there is nothing to say. */
   readonly reason: string;
+  /** Close code of what ended the last connection (docs/protocol.md); 0 while one is had. */
+  readonly code: number;
   /** Next attempt, when "waiting" [s]. */
   readonly retry_at: number;
   /** Since the connection was opened. */
@@ -181,6 +183,14 @@ export interface UserHistory {
   readonly loop_delay: Series;
 }
 
+/** Gains that a client asks for instead of the server's choice: experiments only. */
+export interface FixedGains {
+  /** [N/m] */
+  readonly k_h: number;
+  /** [N/(m s)] */
+  readonly integral_gain: number;
+}
+
 /** Mechanics of the simulated hand that follows the cursor. */
 export interface HandSettings {
   /** Hand and device together [kg]. */
@@ -213,6 +223,8 @@ export interface TouchState {
   readonly phase: TouchPhase;
   /** Why it is "closed" or trying again, one sentence; empty otherwise. */
   readonly reason: string;
+  /** Close code behind that reason; 0 for none. */
+  readonly code: number;
   /** In words: "connecting", "waiting" (to be engaged), "free", "touching", "server silent", "stopped". */
   readonly doing: string;
   /** Number and name in the room; 0 before the welcome. */
@@ -271,7 +283,8 @@ export interface TouchHandle {
   readonly failure: string;
   /** Move the intended hand position [m]. */
   point(target: Vec3): void;
-  setLaw(law: LawName): void;
+  /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
+  setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;
   /** A report came. */
   readonly subscribe: Subscribe;

@@ -33,7 +33,7 @@ export interface World {
 export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: WebSocket | null = null;
-  private connection: Connection = { phase: "connecting", reason: "" };
+  private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
 
@@ -56,7 +56,7 @@ export class TouchClient {
         this.engine.setHand(message.hand);
         break;
       case "law":
-        this.engine.setLaw(message.law);
+        this.engine.setLaw(message.law, message.fixed);
         break;
       case "close":
         this.engine.letGo();
@@ -119,7 +119,7 @@ export class TouchClient {
     const now = this.world.now();
     try {
       this.engine.hear(data, now);
-      if (typeof data === "string") this.connection = { phase: "joined", reason: "" };
+      if (typeof data === "string") this.connection = { phase: "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
       else if (error instanceof ProtocolError) this.end(`the server broke the protocol: ${error.message}`);
@@ -133,7 +133,7 @@ export class TouchClient {
     // After a broken connection the server may not know yet that it is broken; one that stops may come back.
     const again = refusal.code === NAME_TAKEN || refusal.code === SERVER_STOPS;
     if (again && this.engine.joined) this.lost(socket, refusal.code, refusal.message);
-    else this.end(`the server refused: ${refusal.message}`);
+    else this.end(`the server refused: ${refusal.message}`, refusal.code);
   }
 
   private lost(socket: WebSocket, code: number, reason: string): void {
@@ -141,14 +141,14 @@ export class TouchClient {
     this.socket = null;
     this.engine.lost();
     const why = reason || (code === 1006 ? "no server answers" : `closed with ${code}`);
-    this.connection = { phase: "connecting", reason: `${why}; trying again` };
+    this.connection = { phase: "connecting", reason: `${why}; trying again`, code };
     socket.close();
     this.world.later(RETRY, () => {
       this.connect();
     });
   }
 
-  private end(reason: string): void {
+  private end(reason: string, code = 0): void {
     if (this.ended) return;
     this.ended = true;
     const now = this.world.now();
@@ -159,7 +159,7 @@ export class TouchClient {
     }
     socket?.close(1000);
     this.engine.letGo();
-    this.connection = { phase: "closed", reason };
+    this.connection = { phase: "closed", reason, code };
     this.tell(now);
     this.world.post({ type: "ended" });
   }

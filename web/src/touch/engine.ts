@@ -8,7 +8,7 @@
 import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
 import { encodeControl, type Welcome } from "../protocol/control";
 import { ProtocolError } from "../protocol/frame";
-import type { HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
+import type { FixedGains, HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
 import { ZERO } from "../vec";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./device";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./pacing";
@@ -30,12 +30,17 @@ export class Refused extends Error {
   }
 }
 
+function telling(law: LawName, fixed_gains: FixedGains | null): string {
+  return encodeControl({ type: "set_law", law, fixed_gains });
+}
+
 /** One user's haptics. */
 export class TouchEngine {
   private cursor: Vec3;
   private hand: HandSettings;
   private law: LawName;
-  private told: LawName; // the server knows of this one
+  private fixed: FixedGains | null = null; // gains instead of the server's
+  private told = ""; // law and gains that the server knows of
   private device: CursorState;
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
@@ -57,7 +62,7 @@ export class TouchEngine {
   ) {
     this.cursor = wanted.target;
     this.hand = wanted.hand;
-    this.law = this.told = wanted.law;
+    this.law = wanted.law;
     this.device = restAt(wanted.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
@@ -74,7 +79,7 @@ export class TouchEngine {
     this.seq = 0;
     this.pacer = null;
     this.timing = UNTIMED; // another server may have another clock
-    this.told = this.law;
+    this.told = telling(this.law, null);
     return TouchSession.greeting({ ...this.wanted, law: this.law }, CURSOR);
   }
 
@@ -108,15 +113,17 @@ export class TouchEngine {
     this.hand = hand;
   }
 
-  setLaw(law: LawName): void {
+  setLaw(law: LawName, fixed: FixedGains | null = null): void {
     this.law = law;
+    this.fixed = fixed;
   }
 
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
   lawToTell(): string | null {
-    if (this.law === this.told || this.pacer === null) return null;
-    this.told = this.law;
-    return encodeControl({ type: "set_law", law: this.law, fixed_gains: null });
+    const wanted = telling(this.law, this.fixed);
+    if (wanted === this.told || this.pacer === null) return null;
+    this.told = wanted;
+    return wanted;
   }
 
   /** From now on the server counts as silent: the force fades before the end. */

@@ -41,8 +41,8 @@ export function startTouch(settings: TouchSettings): TouchHandle {
     point: (target) => {
       say({ type: "point", target });
     },
-    setLaw: (law) => {
-      say({ type: "law", law });
+    setLaw: (law, fixed = null) => {
+      say({ type: "law", law, fixed });
     },
     setHand: (hand) => {
       say({ type: "hand", hand });

@@ -1,6 +1,6 @@
 /** What page and haptic Worker say to each other. */
 
-import type { HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
+import type { FixedGains, HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
 
 export type ToWorker =
   | {
@@ -10,7 +10,7 @@ export type ToWorker =
       readonly time_origin: number;
     }
   | { readonly type: "point"; readonly target: Vec3 }
-  | { readonly type: "law"; readonly law: LawName }
+  | { readonly type: "law"; readonly law: LawName; readonly fixed: FixedGains | null }
   | { readonly type: "hand"; readonly hand: HandSettings }
   | { readonly type: "close" };
 

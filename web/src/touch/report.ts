@@ -11,6 +11,8 @@ export interface Connection {
   readonly phase: TouchPhase;
   /** Why, in one sentence; empty for no reason. */
   readonly reason: string;
+  /** Close code behind it; 0 for none. */
+  readonly code: number;
 }
 
 /** All that a report is made of. */

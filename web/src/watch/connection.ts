@@ -41,6 +41,7 @@ export class Watch implements SceneStore {
   private meter = new Meter();
   private phase: WatchPhase = "connecting";
   private reason = "";
+  private code = 0;
   private retry_at = 0;
   private failures = 0;
   private opened_at = 0;
@@ -82,6 +83,7 @@ export class Watch implements SceneStore {
     return {
       phase: this.phase,
       reason: this.reason,
+      code: this.code,
       retry_at: this.retry_at,
       frames: this.meter.frames,
       bytes: this.meter.bytes,
@@ -141,7 +143,7 @@ export class Watch implements SceneStore {
       this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
     };
     socket.onclose = ({ code, reason }) => {
-      this.lost(socket, reason || (code === 1006 ? "no server answers" : `closed with ${code}`));
+      this.lost(socket, reason || (code === 1006 ? "no server answers" : `closed with ${code}`), code);
     };
   }
 
@@ -157,20 +159,20 @@ export class Watch implements SceneStore {
         return;
       }
       if (event.type === "error") {
-        this.lost(socket, event.message, FINAL.includes(event.code));
+        this.lost(socket, event.message, event.code);
         return;
       }
       if (event.type === "rest_mesh") this.begin();
       this.notify();
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
-      this.lost(socket, `the server broke the protocol: ${error.message}`);
+      this.lost(socket, `the server broke the protocol: ${error.message}`, 0);
     }
   }
 
   /** Body and room are known: scenes follow. */
   private begin(): void {
-    [this.phase, this.reason] = ["watching", ""];
+    [this.phase, this.reason, this.code] = ["watching", "", 0];
     const { encoding, rate } = this.store;
     // Changed since the greeting.
     if (this.asked.encoding !== encoding || this.asked.rate !== rate) this.setView(encoding, rate);
@@ -201,13 +203,14 @@ export class Watch implements SceneStore {
     if (this.socket?.readyState === OPEN && this.phase === "watching") this.socket.send(data);
   }
 
-  private lost(socket: WebSocket, reason: string, final = false): void {
+  private lost(socket: WebSocket, reason: string, code: number): void {
     if (socket !== this.socket) return;
     this.socket = null;
     socket.close(1000);
     const now = this.world.now();
     this.reason = reason;
-    if (final) {
+    this.code = code;
+    if (FINAL.includes(code)) {
       this.phase = "refused";
     } else {
       this.failures = this.phase === "watching" && now - this.opened_at > LASTED ? 1 : this.failures + 1;

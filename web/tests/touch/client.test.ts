@@ -145,7 +145,7 @@ describe("a client", () => {
     const browser = new Browser();
     browser.line.onopen?.();
     browser.line.say({ type: "error", code: 4429, message: "the room is full" });
-    expect(browser.state).toMatchObject({ phase: "closed", reason: "the server refused: the room is full" });
+    expect(browser.state).toMatchObject({ phase: "closed", reason: "the server refused: the room is full", code: 4429 });
     expect(browser.posts.at(-1)).toEqual({ type: "ended" });
     browser.run(2, false);
     expect(browser.lines.length).toBe(1);

@@ -15,7 +15,7 @@ const SETTINGS: TouchSettings = {
   hand: DEFAULT_HAND,
   target: [0.15, 0, 0],
 };
-const JOINED = { phase: "joined", reason: "" } as const;
+const JOINED = { phase: "joined", reason: "", code: 0 } as const;
 
 /** An engine at a server, awake every 4 ms. */
 class Session {
@@ -166,6 +166,17 @@ describe("the engine", () => {
     expect(session.run(0.2)).toMatchObject({ law: "predictive", law_wanted: "pi" });
     session.server.law = "pi";
     expect(session.run(1)).toMatchObject({ law: "pi", law_wanted: "pi" });
+  });
+
+  test("asks for fixed gains, and no longer for them", () => {
+    const session = new Session();
+    session.run(0.1);
+    const fixed_gains = { k_h: 238, integral_gain: 0 };
+    session.engine.setLaw("proportional", fixed_gains);
+    expect(JSON.parse(session.engine.lawToTell() ?? "")).toEqual({ type: "set_law", law: "proportional", fixed_gains });
+    expect(session.engine.lawToTell()).toBeNull();
+    session.engine.setLaw("proportional");
+    expect(JSON.parse(session.engine.lawToTell() ?? "")).toMatchObject({ fixed_gains: null });
   });
 
   test("asks a new connection for the law that is wanted now", () => {

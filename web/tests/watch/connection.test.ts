@@ -238,7 +238,7 @@ describe("a connection that is lost", () => {
     const browser = new Browser();
     browser.line.onopen?.();
     browser.line.say({ type: "error", code: 4426, message: "protocol version is 2; expected 3" });
-    expect(browser.watch.status).toMatchObject({ phase: "refused", reason: "protocol version is 2; expected 3" });
+    expect(browser.watch.status).toMatchObject({ phase: "refused", reason: "protocol version is 2; expected 3", code: 4426 });
     browser.run(60);
     expect(browser.lines.length).toBe(1);
   });

@@ -1,0 +1,103 @@
+/** From pointers and keys to what the page does. */
+
+import { deedOf, type KeyDeed } from "../ui/keyboard";
+import { rotated, zoomed } from "../view/orbit";
+import { attachPointer } from "../view/pointer";
+import { DEPTH } from "../view/press";
+import { toggleFullScreen } from "./layout";
+import { HOME } from "../view/orbit";
+import type { Page } from "./page";
+
+const TURN = 0.12; // rad for an arrow key
+const now = (): number => performance.now() / 1000;
+
+export function attachControls(page: Page, host: HTMLElement): void {
+  if (page.stage !== null) pointers(page, host);
+  addEventListener("keydown", (event) => {
+    const target = event.target instanceof HTMLElement ? event.target : null;
+    const deed = deedOf(event, target);
+    // In an open dialog keys belong to the dialog.
+    if (deed === null || (page.help.root.open && deed !== "help")) return;
+    if (event.repeat && deed === "press") {
+      event.preventDefault();
+      return;
+    }
+    event.preventDefault();
+    act(page, deed);
+  });
+  addEventListener("keyup", (event) => {
+    if (event.key === " " && page.own.pressing) page.own.release();
+  });
+  document.addEventListener("visibilitychange", () => {
+    // In the background nobody sees what the hand does: it lets go.
+    if (document.hidden) page.hide();
+  });
+  addEventListener("pagehide", () => {
+    page.own.stop();
+  });
+}
+
+function pointers(page: Page, host: HTMLElement): void {
+  const stage = page.stage;
+  if (stage === null) return;
+  const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
+  attachPointer(host, {
+    press: (x, y) => {
+      const { origin, direction } = ray(x, y);
+      return page.own.press(origin, direction, now());
+    },
+    slide: (x, y) => {
+      const { origin, direction } = ray(x, y);
+      page.own.slide(origin, direction);
+    },
+    hover: (x, y) => {
+      const { origin, direction } = ray(x, y);
+      if (!page.guide.running) page.own.hover(origin, direction);
+    },
+    release: () => { page.own.release(); },
+    deeper: (by) => { page.own.deeper(by); },
+    depth: (depth) => { page.own.depth(depth); },
+    rotate: (right, up) => { stage.wanted = rotated(stage.wanted, right, up); stage.touch(); },
+    zoom: (factor) => { stage.wanted = zoomed(stage.wanted, factor); stage.touch(); },
+    took: () => { page.guide.yield(); },
+  });
+}
+
+function act(page: Page, deed: KeyDeed): void {
+  const stage = page.stage;
+  const turn = (right: number, up: number): void => {
+    if (stage === null) return;
+    stage.wanted = rotated(stage.wanted, right, up);
+    stage.touch();
+  };
+  const zoom = (factor: number): void => {
+    if (stage === null) return;
+    stage.wanted = zoomed(stage.wanted, factor);
+    stage.touch();
+  };
+  const deeds: Record<KeyDeed, () => void> = {
+    left: () => { turn(-TURN, 0); },
+    right: () => { turn(TURN, 0); },
+    up: () => { turn(0, TURN); },
+    down: () => { turn(0, -TURN); },
+    closer: () => { zoom(1 / 1.12); },
+    farther: () => { zoom(1.12); },
+    reset: () => { stage?.goTo(HOME); },
+    full: toggleFullScreen,
+    touch: () => { page.touch(page.own.handle === null); },
+    press: () => {
+      const middle = stage?.middle();
+      if (middle !== undefined) page.own.press(middle.origin, middle.direction, now());
+    },
+    deeper: () => { page.own.deeper(DEPTH.notch); },
+    shallower: () => { page.own.deeper(-DEPTH.notch); },
+    tour: () => { page.toggleTour(); },
+    theme: () => { page.toggleTheme(); },
+    help: () => { page.help.toggle(); },
+    escape: () => {
+      if (page.guide.running) page.toggleTour();
+      else page.touch(false);
+    },
+  };
+  deeds[deed]();
+}

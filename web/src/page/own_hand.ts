@@ -1,0 +1,193 @@
+/** The visitor's hand: in the room or not, where it wants to be, and the law it presses with. */
+
+import type { HandSettings, LawName, SceneView, TouchHandle, TouchSettings, TouchState, Vec3, WatchInfo, RestMesh } from "../types";
+import { norm, unit } from "../vec";
+import type { LawChoice } from "../ui/dock";
+import { vertexNormals } from "../view/normals";
+import { at, pick, placeTowards, type Place } from "../view/pick";
+import { deeper, follow, goal, hover, press, release, slide, type Finger, type Place3 } from "../view/press";
+import { along } from "../view/vec";
+
+/** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
+const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
+  natural: { mass: 0.15, damping: 8, stiffness: 400 },
+  firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
+};
+const MAX_FORCE = 10; // N
+/** Share of K_o that the paper's rule is run with: inside K_h < K_o, eq. (8). */
+const PAPER = 0.98;
+
+export type StartTouch = (settings: TouchSettings) => TouchHandle;
+
+export class OwnHand {
+  handle: TouchHandle | null = null;
+  /** Last word of a hand that the server ended; null while there is none. */
+  ended: TouchState | null = null;
+  /** What was chosen; the law that runs follows with the next patches. */
+  law: LawChoice = "predictive";
+  private readonly startTouch: StartTouch;
+  private mesh: RestMesh | null = null;
+  private normals: Float32Array = new Float32Array(0);
+  private info: WatchInfo | null = null;
+  private positions: Float32Array | null = null;
+  private finger: Finger | null = null;
+  private tip: Vec3 = [0, 0, 0];
+  private grip: "natural" | "firm" = "natural";
+  private paperPending = false;
+  private guided: Vec3 | null = null;
+
+  constructor(startTouch: StartTouch) {
+    this.startTouch = startTouch;
+  }
+
+  get state(): TouchState | null {
+    return this.handle?.state ?? null;
+  }
+
+  /** A hand that the server sent away is gone; what it said last stays to be read. */
+  tidy(): void {
+    const state = this.state;
+    if (this.handle === null || state?.phase !== "closed") return;
+    this.stop();
+    this.ended = state;
+  }
+
+  get pressing(): boolean {
+    return this.finger?.pressing === true;
+  }
+
+  /** One line on what to do next; empty when it is plain. */
+  hint(): string {
+    const state = this.state;
+    if (this.handle === null) return "";
+    if (state === null || (state.phase === "connecting" && state.user === 0)) return "Joining the room\u2026";
+    if (state.phase === "connecting") return "Your hand waits for the server to come back.";
+    if (state.fault !== "") return `Force off: ${state.fault}.`;
+    if (state.doing === "touching" || this.pressing) return "";
+    return "Press on the object and hold; drag to slide, wheel or Shift for depth.";
+  }
+
+  setBody(mesh: RestMesh | null, info: WatchInfo | null): void {
+    this.info = info;
+    if (mesh === null || mesh === this.mesh) return;
+    this.mesh = mesh;
+    this.normals = vertexNormals(mesh.vertices, mesh.faces);
+    this.positions = null;
+    this.finger = null;
+  }
+
+  /** @param towards From the middle of the body to where the hand appears. */
+  start(url: string, name: string, towards: Vec3): void {
+    if (this.handle !== null || this.info === null) return;
+    this.ended = null;
+    const { center, radius } = this.info.body;
+    this.tip = along(center, 1.3 * radius, unit(towards));
+    this.handle = this.startTouch({
+      url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
+      max_force: MAX_FORCE, passivity: true, hand: HANDS[this.grip], target: this.tip,
+    });
+    this.paperPending = this.law === "paper";
+  }
+
+  stop(): void {
+    const handle = this.handle;
+    this.handle = null;
+    this.finger = null;
+    if (handle !== null) void handle.close();
+  }
+
+  setLaw(law: LawChoice): void {
+    this.law = law;
+    this.paperPending = law === "paper";
+    const wire: LawName = law === "paper" ? "proportional" : law;
+    if (law !== "paper") this.handle?.setLaw(wire, null);
+  }
+
+  /** Hold the tip as people do, or as a clamp does. */
+  hold(grip: "natural" | "firm"): void {
+    this.grip = grip;
+    this.handle?.setHand(HANDS[grip]);
+  }
+
+  /** Take hold of the surface where a ray meets it. */
+  press(origin: Vec3, direction: Vec3, now: number): boolean {
+    const place = this.meet(origin, direction);
+    if (this.handle === null || place === null) return false;
+    this.guided = null;
+    this.finger = press(place, now, this.finger?.depth);
+    return true;
+  }
+
+  slide(origin: Vec3, direction: Vec3): void {
+    const place = this.meet(origin, direction);
+    if (place !== null && this.finger !== null) this.finger = slide(this.finger, place);
+  }
+
+  hover(origin: Vec3, direction: Vec3): void {
+    if (this.handle === null || this.pressing) return;
+    const place = this.meet(origin, direction);
+    if (place !== null) this.finger = hover(place, this.finger?.depth);
+  }
+
+  release(): void {
+    if (this.finger !== null) this.finger = release(this.finger);
+  }
+
+  /** In radii of the body. */
+  deeper(by: number): void {
+    if (this.finger !== null) this.finger = deeper(this.finger, by);
+  }
+
+  depth(depth: number): void {
+    if (this.finger !== null) this.finger = { ...this.finger, depth };
+  }
+
+  /** Press where the body looks in a direction, as a guide does who takes one's hand. */
+  guide(direction: Vec3, depth: number, now: number): void {
+    if (this.mesh === null || this.info === null) return;
+    const { center, radius } = this.info.body;
+    // Pressed again, the own dent would count as the surface.
+    if (this.finger?.pressing === true && this.guided === direction) {
+      this.depth(depth);
+      return;
+    }
+    this.guided = direction;
+    const found = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
+    if (found !== null) this.finger = press(this.place(found), now, depth);
+  }
+
+  /** Move on to `now`; the loop is told where the hand wants to be. */
+  step(view: SceneView | null, now: number, dt: number): void {
+    if (view !== null) this.positions = view.positions;
+    const { handle, info } = this;
+    if (handle === null || info === null) return;
+    if (this.finger !== null) {
+      const { center, radius } = info.body;
+      const before = this.tip;
+      this.tip = follow(this.tip, goal(this.finger, now, radius), center, radius, Math.min(dt, 0.1));
+      if (this.tip !== before) handle.point(this.tip);
+    }
+    const k_o = handle.state?.k_o ?? 0;
+    if (this.paperPending && k_o > 0 && norm(handle.state?.force ?? [0, 0, 0]) > 0) {
+      this.paperPending = false;
+      handle.setLaw("proportional", { k_h: PAPER * k_o, integral_gain: 0 });
+    }
+  }
+
+  private meet(origin: Vec3, direction: Vec3): Place3 | null {
+    if (this.mesh === null) return null;
+    const hit = pick(this.positions ?? this.mesh.vertices, this.mesh.faces, origin, direction);
+    return hit === null ? null : this.place(hit);
+  }
+
+  private place(place: Place): Place3 {
+    const mesh = this.mesh;
+    if (mesh === null) return { surface: [0, 0, 0], normal: [0, 0, 1], point: [0, 0, 0] };
+    const surface = at(mesh.vertices, mesh.faces, place);
+    return {
+      surface,
+      normal: unit(at(this.normals, mesh.faces, place)),
+      point: at(this.positions ?? mesh.vertices, mesh.faces, place),
+    };
+  }
+}

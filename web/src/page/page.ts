@@ -1,0 +1,198 @@
+/** The whole page: makes its parts, lets them know of each other, and runs the frame. */
+
+import { socketUrl } from "../address";
+import type { SceneStore, SceneView } from "../types";
+import { Dock, type LawChoice } from "../ui/dock";
+import { Feedback } from "../ui/feedback";
+import { Help } from "../ui/help";
+import { LegendBox } from "../ui/legend";
+import { notice } from "../ui/notice";
+import { NoticeBar } from "../ui/notice_bar";
+import { Panel } from "../ui/panel";
+import { inks } from "../ui/plot";
+import { keep, recall, Theme } from "../ui/theme";
+import { Toolbar } from "../ui/toolbar";
+import { userColour } from "../view/colours";
+import { HOME } from "../view/orbit";
+import { Player } from "../view/player";
+import { openStage, type Stage } from "../view/stage";
+import { circumstances } from "./circumstances";
+import { attachControls } from "./controls";
+import { Guide } from "./guide";
+import { layOut, toggleFullScreen, togglePanel } from "./layout";
+import { Live } from "./live";
+import { freshName, usableName } from "./names";
+import { OwnHand, type StartTouch } from "./own_hand";
+import { Watchfulness } from "./watchfulness";
+
+const NAME = "cohaptic.name";
+const RATE = 30; // frames per second that are asked for; between them the page interpolates
+const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
+
+export interface PageSettings {
+  /** Of the server, http: or https:. */
+  readonly address: string;
+  readonly store: SceneStore;
+  readonly startTouch: StartTouch;
+}
+
+export class Page {
+  readonly root: HTMLElement;
+  readonly store: SceneStore;
+  readonly own: OwnHand;
+  readonly guide: Guide;
+  readonly dock: Dock;
+  readonly help = new Help();
+  readonly panel: Panel;
+  /** Null without WebGL: everything else goes on. */
+  readonly stage: Stage | null;
+  view: SceneView | null = null;
+
+  private readonly address: string;
+  private readonly theme: Theme;
+  private readonly player: Player | null;
+  private readonly toolbar: Toolbar;
+  private readonly legend: LegendBox;
+  private readonly bar = new NoticeBar(() => { location.reload(); });
+  private readonly feedback = new Feedback();
+  private readonly awake = new Watchfulness();
+  private readonly live: Live;
+  private name = usableName(recall(NAME) ?? "", freshName(Math.random));
+  private last = 0;
+  private written = 0;
+  private letGo = false;
+  private wish = false;
+  private seen = false;
+
+  constructor({ address, store, startTouch }: PageSettings) {
+    this.address = address;
+    this.store = store;
+    this.own = new OwnHand(startTouch);
+    this.theme = new Theme(() => { this.repaint(); });
+    const colour = (user: number): string => userColour(user, this.theme.scheme);
+    this.panel = new Panel(colour, (user, latency) => { store.setLatency(user, latency); }, (encoding) => { store.setView(encoding, RATE); });
+    this.legend = new LegendBox((by) => { this.player?.setColouring(by); });
+    this.dock = new Dock(this.name, {
+      touch: (on) => { this.touch(on); },
+      law: (law) => { this.setLaw(law); },
+      name: (name) => { this.rename(name); },
+    });
+    this.toolbar = new Toolbar({
+      tour: () => { this.toggleTour(); },
+      reset: () => { this.stage?.goTo(HOME); },
+      full: toggleFullScreen,
+      theme: () => { this.theme.switch(); },
+      panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
+      help: () => { this.help.toggle(); },
+    });
+    this.guide = new Guide({
+      store: () => this.store,
+      view: () => this.view,
+      own: this.own,
+      touch: () => { this.touch(true); },
+      law: (law) => { this.setLaw(law); },
+      measure: (by) => { this.panel.area.measure(by); },
+      colour: (by) => { this.player?.setColouring(by); },
+      look: (orbit) => { this.stage?.goTo(orbit); },
+      reveal: (part, user) => { this.panel.reveal(part, user); },
+    });
+    const layout = layOut({
+      toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
+      notice: this.bar.root, tour: this.guide.card.root, help: this.help.root,
+    });
+    this.root = layout.root;
+    this.live = new Live(layout.live);
+    document.body.append(this.root);
+    this.stage = openStage(layout.host);
+    this.player = this.stage === null ? null : new Player(this.stage, layout.host);
+    attachControls(this, layout.host);
+    store.subscribe(() => { this.body(); });
+    this.theme.apply();
+    this.body();
+    requestAnimationFrame((t) => { this.frame(t / 1000); });
+  }
+
+  /** The tab went to the background: nobody sees what the hand does, so it lets go. */
+  hide(): void {
+    this.awake.hide();
+    if (this.guide.running || !this.own.pressing) return;
+    this.own.release();
+    this.letGo = true;
+  }
+
+  touch(on: boolean): void {
+    // Before the body is known there is nothing to touch: the wish is kept.
+    this.wish = on && this.store.info === null;
+    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
+    else this.own.stop();
+    if (!on) this.feedback.still();
+    this.write(performance.now() / 1000);
+  }
+
+  toggleTour(): void {
+    this.guide.toggle(performance.now() / 1000);
+  }
+
+  toggleTheme(): void {
+    this.theme.switch();
+  }
+
+  private setLaw(law: LawChoice): void {
+    this.own.setLaw(law);
+    this.dock.setLaw(law);
+  }
+
+  private rename(text: string): void {
+    this.name = usableName(text, this.name);
+    keep(NAME, this.name);
+  }
+
+  private body(): void {
+    this.player?.setBody(this.store.mesh, this.store.info);
+    this.own.setBody(this.store.mesh, this.store.info);
+    if (this.wish && this.store.info !== null) this.touch(true);
+    this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
+    this.live.news(this.store.events);
+    this.write(performance.now() / 1000);
+  }
+
+  private repaint(): void {
+    this.player?.setScheme(this.theme.scheme);
+    this.panel.repaint();
+  }
+
+  private frame(now: number): void {
+    requestAnimationFrame((t) => { this.frame(t / 1000); });
+    const dt = now - this.last;
+    this.last = now;
+    if (this.awake.frame(now) > 0 && this.own.pressing) {
+      this.own.release();
+      this.letGo = true;
+    }
+    this.view = this.store.at(now);
+    this.seen ||= this.view !== null;
+    if (this.view !== null) this.panel.record(this.view);
+    this.own.step(this.view, now, dt);
+    this.player?.draw(this.view, this.own.state, dt);
+    const own = this.own.state;
+    if (own !== null) this.feedback.feel(own.force, 1000 * now);
+    if (now - this.written >= WRITE_EVERY) this.write(now);
+  }
+
+  /** Words, numbers and plots; nobody reads them sixty times a second. */
+  private write(now: number): void {
+    this.written = now;
+    const own = this.own.state;
+    this.own.tidy();
+    this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
+    this.guide.update(now);
+    this.toolbar.update(this.store);
+    this.panel.update(this.store, this.view, own?.user ?? 0);
+    if (this.player !== null) this.legend.update(this.player.legend, this.theme.scheme);
+    this.dock.set(this.own.handle !== null, this.own.hint());
+    if (own !== null) this.dock.update(own, userColour(own.user, this.theme.scheme), inks(this.panel.root));
+    const slept = this.awake.told(now);
+    if (slept === 0) this.letGo = false;
+    this.bar.set(notice(circumstances(this.store, this.own.ended ?? own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
+  }
+}

@@ -1,0 +1,75 @@
+/** The tour's card: where one is, what there is to see, and the way on. */
+
+import { el, say, show } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { readingTime, waits, type Step, type TourState } from "./machine";
+
+export interface CardDeeds {
+  readonly next: () => void;
+  readonly back: () => void;
+  readonly pause: () => void;
+  readonly close: () => void;
+}
+
+export class TourCard {
+  readonly root: HTMLElement;
+  private readonly title = el("h2", { class: "tour-title", id: "tour-title", attrs: { tabindex: "-1" } });
+  private readonly text = el("p", { class: "tour-text" });
+  private readonly word = el("p", { class: "tour-word" });
+  private readonly skipped = el("p", { class: "tour-word" });
+  private readonly progress = el("span", { class: "tour-progress-fill" });
+  private readonly count = el("span", { class: "tour-count" });
+  private readonly back: HTMLButtonElement;
+  private readonly next: HTMLButtonElement;
+  private readonly pause: HTMLButtonElement;
+  private index = -1;
+
+  constructor(deeds: CardDeeds) {
+    const button = (text: string, press: () => void, kind = ""): HTMLButtonElement =>
+      el("button", { class: `button ${kind}`, text, attrs: { type: "button" }, on: { click: press } });
+    this.back = button("Back", deeds.back);
+    this.pause = button("Pause", deeds.pause);
+    this.next = button("Next", deeds.next, "primary");
+    this.root = el(
+      "section",
+      { class: "tour", attrs: { "aria-labelledby": "tour-title", "aria-live": "polite" } },
+      el("div", { class: "tour-progress", attrs: { "aria-hidden": "true" } }, this.progress),
+      el("div", { class: "tour-head" }, this.title, this.count,
+        el("button", { class: "icon-button", attrs: { type: "button", "aria-label": "End the tour" }, on: { click: deeds.close } }, icon("close"))),
+      this.text,
+      this.skipped,
+      this.word,
+      el("div", { class: "tour-foot" }, this.back, this.pause, el("span", { class: "spring" }), this.next),
+    );
+    this.root.hidden = true;
+  }
+
+  update(steps: readonly Step[], state: TourState | null, now: number): void {
+    const step = state === null || state.ended ? undefined : steps[state.index];
+    show(this.root, step !== undefined);
+    if (state === null || step === undefined) {
+      this.index = -1;
+      return;
+    }
+    const last = state.index === steps.length - 1;
+    if (this.index !== state.index) {
+      this.index = state.index;
+      this.root.dataset["step"] = step.id;
+      say(this.title, step.title);
+      say(this.text, step.text);
+      say(this.count, `${state.index + 1} of ${steps.length}`);
+      say(this.skipped, state.skipped.join(" "));
+      show(this.skipped, state.skipped.length > 0);
+      say(this.next, last ? "Done" : "Next");
+      this.back.disabled = state.index === 0;
+      show(this.pause, !last);
+      if (!this.root.contains(document.activeElement)) this.title.focus({ preventScroll: true });
+    }
+    say(this.pause, state.paused ? "Go on" : "Pause");
+    const waiting = waits(steps, state) && step.waiting !== undefined;
+    say(this.word, waiting ? `Waiting until ${step.waiting ?? ""}\u2026` : "");
+    show(this.word, waiting);
+    const share = last ? 1 : Math.min(1, (now - state.since) / readingTime(step));
+    this.progress.style.transform = `scaleX(${share.toFixed(3)})`;
+  }
+}

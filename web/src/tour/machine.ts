@@ -1,0 +1,140 @@
+/**
+ * The guided tour as a state machine: which step, since when, whether it has what it waits for.
+ *
+ * A step is data. It goes on by itself when its condition holds and there was time to read; one that waits too
+ * long says so and goes on without. What the server does not allow is skipped with a word.
+ */
+
+/** What the steps can see of the live system. */
+export interface Facts {
+  /** Other users with a hand on the body. */
+  readonly others: number;
+  readonly allowLatency: boolean;
+  readonly allowFixedGains: boolean;
+  /** Whether the own hand is in the room. */
+  readonly touching: boolean;
+  /** On the own hand, and its part that comes from the others [N]. */
+  readonly force: number;
+  readonly fromOthers: number;
+  /** How far the own force went to and fro in the last two seconds, less the way from its least to its most [N]. */
+  readonly swing: number;
+  /** Of the own loop, measured [s]. */
+  readonly loopDelay: number;
+  /** The law that runs, and whether its gain is the paper's rule. */
+  readonly law: "proportional" | "pi" | "predictive" | null;
+  readonly paper: boolean;
+}
+
+/** What a step does to the page when it begins. */
+export type Action =
+  | { readonly kind: "touch" }
+  | { readonly kind: "press"; readonly depth: number }
+  | { readonly kind: "lift" }
+  | { readonly kind: "hold"; readonly grip: "natural" | "firm" }
+  | { readonly kind: "law"; readonly law: "proportional" | "predictive" | "paper" }
+  | { readonly kind: "delay"; readonly delay: number }
+  | { readonly kind: "measure"; readonly by: "alone" | "coupled" }
+  | { readonly kind: "colour"; readonly by: "displacement" | "stiffness" }
+  | { readonly kind: "look"; readonly at: "stage" | "hand" | "plots" | "area" };
+
+export interface Step {
+  readonly id: string;
+  readonly title: string;
+  readonly text: string;
+  readonly actions: readonly Action[];
+  /** Holds when the step has shown what it is for; absent where reading is all. */
+  readonly until?: (facts: Facts) => boolean;
+  /** What is waited for, as half a sentence after "Waiting until". */
+  readonly waiting?: string;
+  /** Why the step cannot be shown; null where it can. */
+  readonly without?: (facts: Facts) => string | null;
+}
+
+export interface TourState {
+  readonly index: number;
+  /** When the step began [s]. */
+  readonly since: number;
+  /** Since when its condition has held without a gap [s]; null while it does not. */
+  readonly heldSince: number | null;
+  readonly paused: boolean;
+  /** Words about steps that were left out on the way to this one. */
+  readonly skipped: readonly string[];
+  readonly ended: boolean;
+}
+
+export interface Turn {
+  readonly state: TourState;
+  /** To be done now. */
+  readonly actions: readonly Action[];
+}
+
+const HOLD = 1.0; // s that a condition has to hold
+const PATIENCE = 25; // s after which a step goes on without
+
+/** Time to read a text aloud in one's mind [s]. */
+export function readingTime(step: Step): number {
+  return 3 + (step.title.length + step.text.length) / 17;
+}
+
+export function start(steps: readonly Step[], facts: Facts, now: number): Turn {
+  return enter(steps, 0, 1, facts, now, false, []);
+}
+
+/** Look at the live system; goes on where it is time to. */
+export function tick(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
+  const step = steps[state.index];
+  if (state.ended || step === undefined) return { state, actions: [] };
+  const holds = step.until === undefined || step.until(facts);
+  const heldSince = holds ? (state.heldSince ?? now) : null;
+  const next: TourState = { ...state, heldSince };
+  const read = now - state.since >= readingTime(step);
+  const shown = heldSince !== null && (step.until === undefined || now - heldSince >= HOLD);
+  const tired = now - state.since >= Math.max(PATIENCE, readingTime(step));
+  const last = state.index === steps.length - 1;
+  if (!state.paused && !last && ((read && shown) || tired)) return goTo(steps, next, state.index + 1, facts, now);
+  return { state: next, actions: [] };
+}
+
+/** By hand: the next step that can be shown; after the last the tour ends. */
+export function goNext(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
+  return goTo(steps, state, state.index + 1, facts, now);
+}
+
+export function goBack(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
+  return enter(steps, Math.max(0, state.index - 1), -1, facts, now, state.paused, []);
+}
+
+export function pause(state: TourState, paused: boolean): TourState {
+  return { ...state, paused };
+}
+
+/** Whether the step still waits for the live system. */
+export function waits(steps: readonly Step[], state: TourState): boolean {
+  const step = steps[state.index];
+  return !state.ended && step?.until !== undefined && state.heldSince === null;
+}
+
+function goTo(steps: readonly Step[], state: TourState, index: number, facts: Facts, now: number): Turn {
+  return enter(steps, index, 1, facts, now, state.paused, []);
+}
+
+function enter(
+  steps: readonly Step[],
+  index: number,
+  direction: 1 | -1,
+  facts: Facts,
+  now: number,
+  paused: boolean,
+  skipped: readonly string[],
+): Turn {
+  const step = steps[index];
+  if (step === undefined) {
+    const at = Math.max(0, Math.min(steps.length - 1, index));
+    return { state: { index: at, since: now, heldSince: null, paused, skipped, ended: true }, actions: [] };
+  }
+  const why = step.without?.(facts) ?? null;
+  if (why !== null && !(direction < 0 && index === 0)) {
+    return enter(steps, index + direction, direction, facts, now, paused, direction > 0 ? [...skipped, why] : skipped);
+  }
+  return { state: { index, since: now, heldSince: null, paused, skipped: [...new Set(skipped)], ended: false }, actions: step.actions };
+}

@@ -1,0 +1,104 @@
+/** The tour: what delay does to hands that meet in one object, shown on the live system. */
+
+import type { Facts, Step } from "./machine";
+
+/** A force that goes to and fro by more than this in two seconds swings by itself [N]. */
+export const SWING = 1.5;
+const DEPTH = 0.15; // of the guided press, in radii
+export const OCEAN = 0.12; // s each way: a packet to the other side of the world
+
+const alone = (facts: Facts): string | null =>
+  facts.others > 0 ? null : "Nobody else has a hand here, so there is nobody to feel: open this page once more, or run cohaptic demo.";
+const noDelay = (facts: Facts): string | null =>
+  facts.allowLatency ? null : "This server does not let a page add delay (--allow-latency), so that part is left out.";
+const noGains = (facts: Facts): string | null =>
+  facts.allowFixedGains ? alone(facts) : "This server does not let a page choose its own gain (--allow-fixed-gains), so the unstable rule is left out.";
+
+export const STEPS: readonly Step[] = [
+  {
+    id: "welcome",
+    title: "One object, many hands",
+    text: "A server somewhere owns this object. Every hand on it runs its own haptic loop, a thousand times a second, wherever "
+      + "its owner is. What one presses, the others feel. Let us see what distance does to that.",
+    actions: [{ kind: "look", at: "stage" }, { kind: "colour", by: "displacement" }],
+  },
+  {
+    id: "press",
+    title: "Press",
+    text: "The page has lent you a hand that holds still, and presses for you. Blue went in, amber bulges out; the arrow is the force on your "
+      + "hand. Take over at any time: hold the pointer on the object.",
+    actions: [{ kind: "touch" }, { kind: "hold", grip: "firm" }, { kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
+    until: (facts) => facts.touching && facts.force > 0.3,
+    waiting: "your hand feels a force",
+  },
+  {
+    id: "feel",
+    title: "Feel the others",
+    text: "Part of that force is the others\u2019. Where they press, the object bulges against your hand or gives way under it: "
+      + "\u201cfrom others\u201d at the foot of the picture says how much, and it moves with what they do.",
+    actions: [{ kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
+    until: (facts) => Math.abs(facts.fromOthers) > 0.03,
+    waiting: "somebody else presses",
+    without: alone,
+  },
+  {
+    id: "sheet",
+    title: "What your hand holds",
+    text: "The server answers sixty times a second, your hand needs a thousand. So it presses on a small sheet of surface "
+      + "that stands in for the object until the next answer comes. Everything that can go wrong goes wrong between two sheets.",
+    actions: [{ kind: "look", at: "stage" }],
+  },
+  {
+    id: "ocean",
+    title: "Now put an ocean between",
+    text: "Each message of yours now takes 120 ms longer, and so does each answer. Watch the delay of your loop rise, and the "
+      + "force: it does not care. Your sheet is the surface free of your own force, so nothing that you do comes back late.",
+    actions: [{ kind: "press", depth: DEPTH }, { kind: "delay", delay: OCEAN }, { kind: "look", at: "plots" }],
+    until: (facts) => facts.loopDelay > 1.8 * OCEAN,
+    waiting: "the server has measured the longer loop",
+    without: noDelay,
+  },
+  {
+    id: "paper",
+    title: "The rule for one hand",
+    text: "Here is the classic way: press on the surface as it came back, with a gain just below the stiffness of the object, "
+      + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, look at the force.",
+    actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "plots" }],
+    until: (facts) => facts.paper && facts.swing > SWING,
+    waiting: "the force begins to swing",
+    without: noGains,
+  },
+  {
+    id: "coupled",
+    title: "Why it swings",
+    text: "Measured by your contact alone, your gain is inside the stable set. Measured with everybody\u2019s hands on the object "
+      + "it is outside: you press, they are pushed, they push back, and it all arrives late.",
+    actions: [{ kind: "measure", by: "coupled" }, { kind: "look", at: "area" }],
+    without: noGains,
+  },
+  {
+    id: "soft",
+    title: "Safe, and soft",
+    text: "The classic way can be made safe: the server takes everybody\u2019s coupling into account and gives you a smaller gain. "
+      + "Nothing swings. But the object feels softer than it is, and most of what the others do is lost.",
+    actions: [{ kind: "law", law: "proportional" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "plots" }],
+    until: (facts) => facts.law === "proportional" && !facts.paper && facts.swing < SWING,
+    waiting: "the swing has died out",
+  },
+  {
+    id: "ours",
+    title: "Neither soft nor swinging",
+    text: "Back to the predictive law. The force returns to what two hands on one object would feel in the same room, with "
+      + "the ocean still between them.",
+    actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
+    until: (facts) => facts.law === "predictive" && facts.force > 0.3,
+    waiting: "the predictive law runs",
+  },
+  {
+    id: "yours",
+    title: "It is yours now",
+    text: "The delay is as it was. Press, slide, change the law, colour the object by its stiffness, "
+      + "or send somebody the address of this page and feel them.",
+    actions: [{ kind: "lift" }, { kind: "hold", grip: "natural" }, { kind: "delay", delay: 0 }, { kind: "measure", by: "coupled" }, { kind: "look", at: "stage" }],
+  },
+];

@@ -1,0 +1,66 @@
+/** Fig. 8 with everybody's gains as moving dots, and what that means in words. */
+
+import type { UserState } from "../types";
+import { drawArea, periods, verdict, type Yardstick } from "./area_plot";
+import { choice, el, say, symbol } from "./dom";
+import type { Inks } from "./plot";
+
+export class AreaCard {
+  readonly root: HTMLElement;
+  yardstick: Yardstick = "coupled";
+  private readonly canvas = el("canvas", { class: "area", attrs: { role: "img" } });
+  private readonly words = el("p", { class: "fine" });
+  private readonly colour: (user: number) => string;
+  private readonly pick;
+
+  constructor(colour: (user: number) => string) {
+    this.colour = colour;
+    this.pick = choice<Yardstick>(
+      "Measure gains by",
+      [
+        ["alone", "alone", "K_o of each contact as if nobody else touched: the paper's rule"],
+        ["coupled", "coupled", "K_o with everybody's hands on the body: what N users have to respect"],
+      ],
+      (value) => { this.yardstick = value; },
+    );
+    this.pick.set(this.yardstick);
+    this.root = el(
+      "section",
+      { class: "card area-card", attrs: { "aria-labelledby": "area-title" } },
+      el("div", { class: "area-head" }, el("h3", { class: "area-title", id: "area-title", text: "Stable gains" }), this.pick.root),
+      this.canvas,
+      el("p", { class: "axis-x" }, symbol("K", "h"), " / ", symbol("K", "o"), " \u2192,  ", symbol("I N T"), " / ", symbol("K", "o"), " \u2191"),
+      this.words,
+    );
+  }
+
+  /** Measure by another K_o, as the tour does. */
+  measure(yardstick: Yardstick): void {
+    this.yardstick = yardstick;
+    this.pick.set(yardstick);
+  }
+
+  update(users: readonly UserState[], simulationPeriod: number, ink: Inks): void {
+    drawArea(this.canvas, users, simulationPeriod, this.yardstick, this.colour, ink);
+    const words = areaWords(users, simulationPeriod, this.yardstick);
+    say(this.words, words);
+    this.canvas.setAttribute("aria-label", `Stable gains of the integral law. ${words}`);
+  }
+}
+
+/** What is seen in the figure. */
+export function areaWords(users: readonly UserState[], simulationPeriod: number, yardstick: Yardstick): string {
+  const named = (wanted: string): string[] =>
+    users.filter((user) => verdict(user, simulationPeriod, yardstick) === wanted).map((user) => user.name || `user ${user.user}`);
+  const outside = named("outside");
+  const own = named("own");
+  const longest = Math.max(0, ...users.map((user) => periods(user.loop_delay, simulationPeriod)));
+  const parts = [
+    longest > 0
+      ? `Outer line: no delay. Filled: the longest loop here, ${longest} ${longest === 1 ? "period" : "periods"} late.`
+      : "The triangle of eq. (15), without delay.",
+  ];
+  if (outside.length > 0) parts.push(`Outside, so bound to swing: ${outside.join(", ")}.`);
+  if (own.length > 0) parts.push("A ring is the predictive law, which no delay can make unstable.");
+  return parts.join(" ");
+}

@@ -1,0 +1,113 @@
+/** The own hand: into the room and out, its law, and what it feels. */
+
+import type { LawName, TouchState } from "../types";
+import { norm } from "../vec";
+import { choice, el, say, show, symbol, type Choice } from "./dom";
+import { icon } from "./icons";
+import { CutPicture } from "./meter";
+import type { Inks } from "./plot";
+import { fixed, millimetres } from "./words";
+
+/** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
+export type LawChoice = LawName | "paper";
+
+export interface DockDeeds {
+  touch(on: boolean): void;
+  law(law: LawChoice): void;
+  name(name: string): void;
+}
+
+const FULL_SCALE = 10; // N, the largest force that the page renders
+
+export class Dock {
+  readonly root: HTMLElement;
+  private readonly button: HTMLButtonElement;
+  private readonly words = el("span", { class: "touch-words", text: "Touch it" });
+  private readonly name: HTMLInputElement;
+  private readonly laws: Choice<LawChoice>;
+  private readonly active = el("div", { class: "dock-active" });
+  private readonly force = el("output", { class: "dock-force", attrs: { "aria-label": "Force on your hand" } });
+  private readonly meter: HTMLElement;
+  private readonly fill = el("span", { class: "meter-fill" });
+  private readonly share = el("span", { class: "meter-others", title: "Share of the force that comes from the others" });
+  private readonly facts = el("p", { class: "dock-facts" });
+  private readonly hint = el("p", { class: "dock-hint" });
+  private readonly picture = new CutPicture();
+  private on = false;
+
+  constructor(name: string, deeds: DockDeeds) {
+    this.name = el("input", {
+      class: "name",
+      attrs: { type: "text", maxlength: "32", "aria-label": "Your name", placeholder: "Your name", spellcheck: "false", autocomplete: "nickname" },
+    });
+    this.name.value = name;
+    this.name.addEventListener("change", () => { deeds.name(this.name.value); });
+    this.button = el(
+      "button",
+      { class: "touch-button", attrs: { type: "button", "aria-pressed": "false", "aria-keyshortcuts": "T" }, on: { click: () => { deeds.touch(!this.on); } } },
+      icon("touch"),
+      this.words,
+    );
+    this.laws = choice<LawChoice>(
+      "Local model of your hand",
+      [
+        ["predictive", "Predictive", "Presses on the surface free of its own force: stable at any delay"],
+        ["pi", "PI", "The paper's proportional-integral law, its gains chosen for the measured delay"],
+        ["proportional", "Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
+        ["paper", "Paper\u2019s rule", "Proportional with K_h just below K_o of this contact alone: the rule for one user"],
+      ],
+      (law) => { deeds.law(law); },
+    );
+    this.laws.set("predictive");
+    this.meter = el("div", {
+      class: "meter",
+      attrs: { role: "meter", "aria-label": "Force on your hand", "aria-valuemin": "0", "aria-valuemax": `${FULL_SCALE}`, "aria-valuenow": "0" },
+    }, this.fill, this.share);
+    this.active.append(
+      this.picture.canvas,
+      el("div", { class: "dock-numbers" }, this.force, this.meter, this.facts),
+      el("div", { class: "dock-law" }, this.laws.root),
+    );
+    this.root = el("section", { class: "dock", attrs: { "aria-label": "Your hand" } },
+      el("div", { class: "dock-main" }, this.button, this.name, this.active), this.hint);
+    this.set(false, "");
+  }
+
+  /** Whether the page touches, and what it says of that. */
+  set(on: boolean, hint: string): void {
+    this.on = on;
+    this.root.classList.toggle("on", on);
+    this.button.setAttribute("aria-pressed", `${on}`);
+    say(this.words, on ? "Let go" : "Touch it");
+    show(this.active, on);
+    show(this.name, !on);
+    say(this.hint, hint);
+    show(this.hint, hint !== "");
+  }
+
+  setLaw(law: LawChoice): void {
+    this.laws.set(law);
+  }
+
+  allowPaper(allowed: boolean): void {
+    this.laws.enable("paper", allowed);
+  }
+
+  update(state: TouchState, colour: string, ink: Inks): void {
+    const f = norm(state.force);
+    const others = Math.max(0, Math.min(f, state.felt_from_others));
+    say(this.force, `${fixed(f, 2)} N`);
+    this.fill.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
+    this.share.style.transform = `scaleX(${Math.min(1, others / FULL_SCALE).toFixed(3)})`;
+    this.meter.setAttribute("aria-valuenow", f.toFixed(1));
+    this.meter.setAttribute("aria-valuetext", `${f.toFixed(1)} newtons, ${others.toFixed(1)} of them from the others`);
+    this.facts.replaceChildren(...factWords(state));
+    this.root.style.setProperty("--user", colour);
+    this.picture.draw(state, colour, ink);
+  }
+}
+
+function factWords(state: TouchState): (Node | string)[] {
+  if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
+  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
+}

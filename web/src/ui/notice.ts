@@ -1,0 +1,110 @@
+/** What the page says when something is not as it should be: what happened, and what one can do. */
+
+import type { WatchPhase } from "../types";
+
+export interface Notice {
+  /** Changes when the matter does, so that a notice that was put away stays away. */
+  readonly key: string;
+  readonly tone: "busy" | "bad" | "info";
+  readonly title: string;
+  readonly text: string;
+  readonly action: "reload" | "dismiss" | null;
+}
+
+/** All that the choice depends on. */
+export interface Circumstances {
+  readonly webgl: boolean;
+  readonly phase: WatchPhase;
+  /** Close code of the last connection; 0 for none. */
+  readonly code: number;
+  readonly reason: string;
+  /** Seconds to the next attempt; 0 when it is being made. */
+  readonly retryIn: number;
+  /** Whether there was a scene before. */
+  readonly seen: boolean;
+  /** Seconds that the page did not run and came back from within the last moments; 0 for none. */
+  readonly slept: number;
+  /** Whether a hand was let go by that. */
+  readonly letGo: boolean;
+  /** Why the own hand is not in the room; empty for no reason. */
+  readonly touch: string;
+  readonly touchCode: number;
+}
+
+export const WRONG_VERSION = 4426;
+export const ROOM_FULL = 4429;
+export const TOO_SLOW = 4430;
+export const NAME_TAKEN = 4409;
+export const SERVER_STOPS = 4503;
+
+/** The most urgent notice; null where all is well. */
+export function notice(c: Circumstances): Notice | null {
+  if (!c.webgl) {
+    return make("webgl", "bad", "This browser shows no 3-D graphics",
+      "WebGL is off or missing, so the object cannot be drawn. The hands, their forces and plots are live all the same. "
+      + "Hardware acceleration in the browser's settings usually brings it back.", "dismiss");
+  }
+  const watch = ofWatch(c);
+  if (watch !== null) return watch;
+  if (c.touch !== "") return ofTouch(c);
+  if (c.slept > 0) {
+    const hand = c.letGo ? " Your hand was let go meanwhile." : "";
+    return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",
+      `The page was paused for ${period(c.slept)} and has caught up.${hand}`, "dismiss");
+  }
+  return null;
+}
+
+function ofWatch(c: Circumstances): Notice | null {
+  if (c.code === WRONG_VERSION && c.phase !== "watching") {
+    return make("version", "bad", "The server was upgraded",
+      "This page is older than the server and they no longer understand each other. Reloading brings the new page.", "reload");
+  }
+  const told = sentence(c.reason);
+  switch (c.phase) {
+    case "watching":
+      return null;
+    case "refused":
+      return make("refused", "bad", "The server refused this page", told === "" ? "It gave no reason." : told, "reload");
+    case "connecting":
+      return c.seen
+        ? make("lost", "busy", "Connecting again\u2026", told)
+        : make("connecting", "busy", "Connecting\u2026", "Asking the server for the object.");
+    case "waiting":
+      return make("lost", "busy", lostTitle(c.code),
+        [told, c.retryIn > 0 ? `Trying again in ${Math.ceil(c.retryIn)} s.` : "Trying again."].filter((s) => s !== "").join(" "));
+  }
+}
+
+function lostTitle(code: number): string {
+  if (code === SERVER_STOPS) return "The server has stopped";
+  if (code === TOO_SLOW) return "This page was too slow";
+  if (code === ROOM_FULL) return "The room is full";
+  return "The server is gone";
+}
+
+function ofTouch(c: Circumstances): Notice {
+  const told = sentence(c.touch);
+  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", told, "dismiss");
+  if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${told} Choose another name and touch again.`, "dismiss");
+  return make(`touch-${c.touch}`, "bad", "You are not touching", told, "dismiss");
+}
+
+function make(key: string, tone: Notice["tone"], title: string, text: string, action: Notice["action"] = null): Notice {
+  return { key, tone, title, text, action };
+}
+
+/** With a capital and a full stop. */
+export function sentence(text: string): string {
+  const trimmed = text.trim();
+  if (trimmed === "") return "";
+  const first = trimmed.charAt(0).toUpperCase() + trimmed.slice(1);
+  return /[.!?\u2026]$/.test(first) ? first : `${first}.`;
+}
+
+/** A length of time for people. */
+export function period(seconds: number): string {
+  if (seconds < 90) return `${Math.round(seconds)} s`;
+  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
+  return `${Math.round(seconds / 3600)} h`;
+}

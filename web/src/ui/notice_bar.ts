@@ -1,0 +1,58 @@
+/** The place where a notice stands. */
+
+import { el, say, show } from "./dom";
+import { icon } from "./icons";
+import type { Notice } from "./notice";
+
+export class NoticeBar {
+  readonly root: HTMLElement;
+  private readonly title = el("strong", { class: "notice-title" });
+  private readonly text = el("span", { class: "notice-text" });
+  private readonly reload: HTMLButtonElement;
+  private readonly dismiss: HTMLButtonElement;
+  private shown = "";
+  private readonly put = new Set<string>();
+
+  constructor(reload: () => void) {
+    this.reload = el("button", { class: "button primary", text: "Reload", attrs: { type: "button" }, on: { click: reload } });
+    this.dismiss = el(
+      "button",
+      {
+        class: "icon-button",
+        attrs: { type: "button", "aria-label": "Put this message away" },
+        on: {
+          click: () => {
+            this.put.add(this.shown);
+            show(this.root, false);
+          },
+        },
+      },
+      icon("close"),
+    );
+    this.root = el(
+      "div",
+      { class: "notice", attrs: { role: "status", "aria-live": "polite" } },
+      el("span", { class: "notice-mark", attrs: { "aria-hidden": "true" } }),
+      el("div", { class: "notice-words" }, this.title, this.text),
+      this.reload,
+      this.dismiss,
+    );
+    this.root.hidden = true;
+  }
+
+  set(notice: Notice | null): void {
+    if (notice === null || this.put.has(notice.key)) {
+      show(this.root, false);
+      // What was put away may be said again when it happens again.
+      if (notice === null) this.put.clear();
+      return;
+    }
+    this.shown = notice.key;
+    show(this.root, true);
+    this.root.dataset["tone"] = notice.tone;
+    say(this.title, notice.title);
+    say(this.text, notice.text);
+    show(this.reload, notice.action === "reload");
+    show(this.dismiss, notice.action === "dismiss");
+  }
+}

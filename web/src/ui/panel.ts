@@ -1,0 +1,136 @@
+/** The column beside the stage: everybody's panel, and Fig. 8. */
+
+import type { Encoding, Latency, SceneStore, SceneView } from "../types";
+import { AreaCard } from "./area_card";
+import { choice, el, say, show, type Choice } from "./dom";
+import { inks, type Inks } from "./plot";
+import { UserCard } from "./user_card";
+import { bytesPerSecond, milliseconds } from "./words";
+
+const OPEN_AT_FIRST = 3;
+
+export class Panel {
+  readonly root: HTMLElement;
+  readonly area: AreaCard;
+  private readonly cards = new Map<number, UserCard>();
+  private readonly list = el("div", { class: "cards" });
+  private readonly count = el("span", { class: "count" });
+  private readonly empty = el("p", {
+    class: "empty",
+    text: "Nobody is here yet. Touch the object yourself, or open this page once more.",
+  });
+  private readonly stream = el("p", { class: "stream-words" });
+  private readonly encoding: Choice<Encoding>;
+  private readonly latencyNote = el("p", {
+    class: "fine",
+    text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
+  });
+  private readonly colour: (user: number) => string;
+  private readonly setLatency: (user: number, latency: Latency) => void;
+  private ink: Inks | null = null;
+
+  constructor(
+    colour: (user: number) => string,
+    setLatency: (user: number, latency: Latency) => void,
+    setEncoding: (encoding: Encoding) => void,
+  ) {
+    this.encoding = choice<Encoding>(
+      "How the surface comes",
+      [
+        ["forces", "forces", "Only contact forces come; the page computes the exact surface from them"],
+        ["frames", "frames", "The whole surface comes, quantised and compressed"],
+      ],
+      setEncoding,
+    );
+    this.encoding.set("forces");
+    this.colour = colour;
+    this.setLatency = setLatency;
+    this.area = new AreaCard(colour);
+    this.root = el(
+      "aside",
+      { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
+      el("h2", { class: "panel-title", id: "hands" }, "Hands", this.count),
+      this.empty,
+      this.list,
+      this.latencyNote,
+      this.area.root,
+      el("div", { class: "stream" }, this.encoding.root, this.stream),
+    );
+  }
+
+  /** Inks have changed by day or night. */
+  repaint(): void {
+    this.ink = null;
+    for (const [user, card] of this.cards) card.paint(this.colour(user));
+  }
+
+  /** Bring a part into sight; on the stage alone nothing is scrolled. */
+  reveal(part: "stage" | "plots" | "area", user: number): void {
+    const target = part === "area" ? this.area.root : part === "plots" ? this.cards.get(user)?.root : undefined;
+    this.cards.get(user)?.open(true);
+    for (const card of [this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
+      card.classList.toggle("shown", card === target);
+    }
+    target?.scrollIntoView({ block: part === "plots" ? "start" : "nearest", behavior: "auto" });
+  }
+
+  /** Remember this moment for the plots; cheap, and called for every frame. */
+  record(view: SceneView): void {
+    for (const user of view.users) this.card(user.user).record(user, view.t_server);
+  }
+
+  /** Write and draw all that is seen; called some times a second. */
+  update(store: SceneStore, view: SceneView | null, own: number): void {
+    const ink = (this.ink ??= inks(this.root));
+    const here = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
+    for (const [user, card] of this.cards) {
+      if (here.has(user)) continue;
+      card.root.remove();
+      this.cards.delete(user);
+    }
+    for (const user of [...here].sort((a, b) => a - b)) {
+      const state = view?.users.find((u) => u.user === user);
+      const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
+      this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
+    }
+    say(this.count, here.size === 0 ? "" : `${here.size}`);
+    show(this.empty, here.size === 0 && store.status.phase === "watching");
+    show(this.latencyNote, store.info !== null && !store.info.allow_latency && here.size > 0);
+    if (view !== null) {
+      for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
+    }
+    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, ink);
+    // A body that is no sum of Green's functions comes in frames, whatever is asked for.
+    this.encoding.enable("forces", store.info?.model !== null);
+    say(this.stream, streamWords(store));
+  }
+
+  private userInk(ink: Inks, user: number): Inks {
+    return { ...ink, get: (name) => (name === "--user" ? this.colour(user) : ink.get(name)) };
+  }
+
+  private card(user: number): UserCard {
+    let card = this.cards.get(user);
+    if (card === undefined) {
+      card = new UserCard(user, (latency) => {
+        this.setLatency(user, latency);
+      });
+      card.paint(this.colour(user));
+      card.open(this.cards.size < OPEN_AT_FIRST);
+      this.cards.set(user, card);
+      // In the order of their numbers, whoever was seen first.
+      const after = [...this.cards.keys()].filter((u) => u > user).sort((a, b) => a - b)[0];
+      this.list.insertBefore(card.root, after === undefined ? null : (this.cards.get(after)?.root ?? null));
+    }
+    return card;
+  }
+}
+
+/** How the picture comes here, in one line. */
+function streamWords(store: SceneStore): string {
+  const s = store.status;
+  if (s.phase !== "watching") return "";
+  const fetching = s.blocks_wanted > 0 ? [`fetching ${s.blocks_wanted} blocks`] : [];
+  const parts = [bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`, ...fetching];
+  return [...parts, `${milliseconds(s.playout_delay)} behind`].join(" \u00b7 ");
+}

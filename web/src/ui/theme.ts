@@ -1,0 +1,50 @@
+/** Day and night: as the system says, until the reader says otherwise. */
+
+import type { Scheme } from "../view/colours";
+
+const KEY = "cohaptic.theme";
+
+export class Theme {
+  private readonly system = matchMedia("(prefers-color-scheme: dark)");
+  private chosen: Scheme | null;
+  private readonly changed: (scheme: Scheme) => void;
+
+  constructor(changed: (scheme: Scheme) => void) {
+    this.changed = changed;
+    const kept = recall(KEY);
+    this.chosen = kept === "light" || kept === "dark" ? kept : null;
+    this.system.addEventListener("change", () => { this.apply(); });
+  }
+
+  get scheme(): Scheme {
+    return this.chosen ?? (this.system.matches ? "dark" : "light");
+  }
+
+  apply(): void {
+    document.documentElement.dataset["theme"] = this.scheme;
+    this.changed(this.scheme);
+  }
+
+  switch(): void {
+    this.chosen = this.scheme === "dark" ? "light" : "dark";
+    keep(KEY, this.chosen);
+    this.apply();
+  }
+}
+
+/** Storage may be forbidden; a page without memory is still a page. */
+export function recall(key: string): string | null {
+  try {
+    return localStorage.getItem(key);
+  } catch {
+    return null;
+  }
+}
+
+export function keep(key: string, value: string): void {
+  try {
+    localStorage.setItem(key, value);
+  } catch {
+    // Nothing is lost but the memory of a preference.
+  }
+}

@@ -1,0 +1,56 @@
+/** The line on top: whose room this is, how it goes, and what can be done with the picture. */
+
+import type { SceneStore } from "../types";
+import { el, iconButton, say } from "./dom";
+import { icon } from "./icons";
+
+export interface ToolbarDeeds {
+  readonly tour: () => void;
+  readonly reset: () => void;
+  readonly full: () => void;
+  readonly theme: () => void;
+  readonly panel: () => void;
+  readonly help: () => void;
+}
+
+export class Toolbar {
+  readonly root: HTMLElement;
+  readonly panelButton: HTMLButtonElement;
+  private readonly room = el("span", { class: "room" });
+  private readonly lamp = el("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
+
+  constructor(deeds: ToolbarDeeds) {
+    const tour = el(
+      "button",
+      { class: "button tour-button", attrs: { type: "button", "aria-keyshortcuts": "G" }, on: { click: deeds.tour } },
+      icon("play"),
+      el("span", { text: "Guided tour", class: "tour-long" }),
+      el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
+    );
+    this.panelButton = iconButton(icon("panel"), "Hands and plots", "", deeds.panel);
+    const full = iconButton(icon("full"), "Full screen", "F", deeds.full);
+    // Some phones have no full screen.
+    full.hidden = !document.fullscreenEnabled;
+    this.root = el(
+      "header",
+      { class: "bar" },
+      el("h1", { class: "brand", text: "cohaptic" }),
+      this.lamp,
+      this.room,
+      el("span", { class: "spring" }),
+      tour,
+      iconButton(icon("reset"), "First view again", "R", deeds.reset),
+      full,
+      iconButton(icon("sun"), "Day or night", "D", deeds.theme),
+      iconButton(icon("help"), "Help", "?", deeds.help),
+      this.panelButton,
+    );
+  }
+
+  update(store: SceneStore): void {
+    const info = store.info;
+    const hz = info === null ? "" : ` \u00b7 ${Math.round(1 / info.simulation_period)} Hz`;
+    say(this.room, info === null ? "" : `${info.body.name}${hz}`);
+    this.lamp.dataset["phase"] = store.status.phase;
+  }
+}

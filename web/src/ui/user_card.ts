@@ -1,0 +1,138 @@
+/** One user's panel: force, what its law presses against, its plots, and the delay that it has to bear. */
+
+import type { Latency, UserState } from "../types";
+import { dot, norm, sub } from "../vec";
+import { depthOf, proxyOf } from "../view/pose";
+import { el, say, show, slider, symbol, type Slider } from "./dom";
+import { icon } from "./icons";
+import { Plot, type Inks, type Lane } from "./plot";
+import { Timeline } from "./timeline";
+import { fixed, LAWS, milliseconds, stiffness } from "./words";
+
+/** Columns of a user's timeline. */
+export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
+const SPAN = 6; // s that a plot shows
+const CAPACITY = 1200;
+const FULL_SCALE = 8; // N at the end of the force bar
+
+/** Probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
+export function sample(user: UserState): [number, number, number, number] {
+  const below = (point: UserState["probe"]): number => -dot(sub(point, user.foot), user.normal);
+  const probe = below(user.probe);
+  const touches = user.c_ii > 0 && depthOf(user) > 0;
+  return [probe, touches ? below(proxyOf(user)) : Number.NaN, norm(user.force), user.loop_delay];
+}
+
+const LANES: readonly Lane[] = [
+  {
+    name: "position", unit: "mm", factor: 1e3, least: 0.008, zero: true, height: 56,
+    lines: [
+      { column: COLUMN.proxy, colour: "--proxy", name: "proxy" },
+      { column: COLUMN.probe, colour: "--probe", dashed: true, name: "probe" },
+    ],
+  },
+  { name: "force", unit: "N", factor: 1, least: 2, zero: true, height: 38, lines: [{ column: COLUMN.force, colour: "--user" }] },
+  { name: "delay of the loop", unit: "ms", factor: 1e3, least: 0.1, zero: true, height: 22, lines: [{ column: COLUMN.delay, colour: "--ink-2" }] },
+];
+
+export class UserCard {
+  readonly root: HTMLElement;
+  readonly timeline = new Timeline(4, CAPACITY);
+  private readonly name = el("span", { class: "card-name" });
+  private readonly law = el("span", { class: "card-law" });
+  private readonly force = el("span", { class: "card-force" });
+  private readonly bar = el("span", { class: "bar-fill" });
+  private readonly alone = el("dd");
+  private readonly coupled = el("dd");
+  private readonly gain = el("dd");
+  private readonly loop = el("dd");
+  private readonly body: HTMLElement;
+  private readonly toggle: HTMLButtonElement;
+  private readonly plot = new Plot(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
+  private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
+  private wanted: Latency = { delay: 0, jitter: 0 };
+
+  constructor(user: number, setLatency: (latency: Latency) => void) {
+    const send = (change: Partial<Latency>): void => {
+      this.wanted = { ...this.wanted, ...change };
+      setLatency(this.wanted);
+    };
+    const delay = slider("delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
+    const jitter = slider("jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
+    this.latency = { root: el("div", { class: "latency" }, delay.root, jitter.root), delay, jitter };
+    this.body = el(
+      "div",
+      { class: "card-body", id: `card-${user}` },
+      this.plot.canvas,
+      el(
+        "dl",
+        { class: "facts" },
+        el("div", {}, el("dt", { title: "Stiffness of the body here, if nobody else touched it" }, symbol("K", "o"), " alone"), this.alone),
+        el("div", {}, el("dt", { title: "The same with everybody's hands on it: what a gain has to respect" }, symbol("K", "o"), " coupled"), this.coupled),
+        el("div", {}, el("dt", { title: "Gain of this user's local model" }, symbol("K", "h")), this.gain),
+        el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
+      ),
+      this.latency.root,
+    );
+    this.toggle = el(
+      "button",
+      {
+        class: "card-head",
+        attrs: { type: "button", "aria-expanded": "true", "aria-controls": `card-${user}` },
+        on: { click: () => { this.open(this.body.hidden !== false); } },
+      },
+      el("span", { class: "swatch", attrs: { "aria-hidden": "true" } }),
+      this.name,
+      this.law,
+      this.force,
+      icon("chevron"),
+    );
+    const bar = el("span", { class: "bar-track", attrs: { "aria-hidden": "true" } }, this.bar);
+    this.root = el("section", { class: "card", attrs: { "data-user": `${user}` } }, el("h3", { class: "card-title" }, this.toggle), bar, this.body);
+  }
+
+  open(open: boolean): void {
+    show(this.body, open);
+    this.toggle.setAttribute("aria-expanded", `${open}`);
+  }
+
+  paint(colour: string): void {
+    this.root.style.setProperty("--user", colour);
+  }
+
+  /** Remember a moment for the plots. */
+  record(user: UserState, t: number): void {
+    // A server that began anew counts from another zero.
+    if (t < this.timeline.last - 1) this.timeline.clear();
+    this.timeline.push(t, sample(user));
+  }
+
+  /** Write numbers; `own` marks the visitor's hand. */
+  write(user: UserState | undefined, name: string, own: boolean, mayDelay: boolean): void {
+    say(this.name, own ? `${name} (you)` : name);
+    this.root.classList.toggle("own", own);
+    show(this.latency.root, mayDelay && user !== undefined);
+    if (user === undefined) {
+      say(this.law, "not at the body");
+      say(this.force, "");
+      this.bar.style.transform = "scaleX(0)";
+      return;
+    }
+    const f = norm(user.force);
+    say(this.law, LAWS[user.law]);
+    say(this.force, `${fixed(f, 2)} N`);
+    this.bar.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
+    say(this.alone, user.c_ii > 0 ? stiffness(1 / user.c_ii) : stiffness(0));
+    say(this.coupled, stiffness(user.k_o_coupled));
+    say(this.gain, stiffness(user.k_h));
+    say(this.loop, user.loop_delay > 0 ? milliseconds(user.loop_delay) : "\u2013");
+    this.wanted = user.latency;
+    this.latency.delay.set(Math.round(1e3 * user.latency.delay));
+    this.latency.jitter.set(Math.round(1e3 * user.latency.jitter));
+  }
+
+  /** @param now Server's clock at the right edge [s]. */
+  draw(now: number, ink: Inks): void {
+    if (!this.body.hidden) this.plot.draw(this.timeline, now, SPAN, ink);
+  }
+}

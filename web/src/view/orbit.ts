@@ -1,0 +1,66 @@
+/** The camera's place as numbers: on a sphere round the body, with z up. */
+
+import type { Vec3 } from "../types";
+
+export interface Orbit {
+  /** Round the vertical [rad]; 0 looks from +x. */
+  readonly azimuth: number;
+  /** Above the horizon [rad]. */
+  readonly elevation: number;
+  /** In radii of the body. */
+  readonly distance: number;
+}
+
+/** Left and right hands of the demo stand on the x axis, so both are seen. */
+export const HOME: Orbit = { azimuth: -1.36, elevation: 0.26, distance: 5.4 };
+export const NEAREST = 1.6;
+export const FARTHEST = 12;
+const STEEPEST = 1.5;
+
+export function rotated(orbit: Orbit, right: number, up: number): Orbit {
+  return {
+    ...orbit,
+    azimuth: orbit.azimuth + right,
+    elevation: Math.min(STEEPEST, Math.max(-0.4, orbit.elevation + up)),
+  };
+}
+
+/** @param factor Above 1 goes away. */
+export function zoomed(orbit: Orbit, factor: number): Orbit {
+  return { ...orbit, distance: Math.min(FARTHEST, Math.max(NEAREST, orbit.distance * factor)) };
+}
+
+/** Where the eye is [m]. */
+export function eye(orbit: Orbit, center: Vec3, radius: number): Vec3 {
+  const r = orbit.distance * radius;
+  const flat = r * Math.cos(orbit.elevation);
+  return [
+    center[0] + flat * Math.cos(orbit.azimuth),
+    center[1] + flat * Math.sin(orbit.azimuth),
+    center[2] + r * Math.sin(orbit.elevation),
+  ];
+}
+
+/** Towards a wanted view as a damped eye goes; exactly there at the end, so that nothing is drawn for nothing. */
+export function eased(from: Orbit, to: Orbit, dt: number, seconds = 0.09): Orbit {
+  const s = 1 - Math.exp(-Math.max(0, dt) / seconds);
+  const next: Orbit = {
+    azimuth: from.azimuth + s * (to.azimuth - from.azimuth),
+    elevation: from.elevation + s * (to.elevation - from.elevation),
+    distance: from.distance + s * (to.distance - from.distance),
+  };
+  const left =
+    Math.abs(next.azimuth - to.azimuth) + Math.abs(next.elevation - to.elevation) + Math.abs(next.distance - to.distance);
+  return left < 1e-3 ? to : next;
+}
+
+/** The same view with an azimuth less than half a turn from another's, so that the camera takes the short way. */
+export function nearTurn(orbit: Orbit, other: Orbit): Orbit {
+  const turns = Math.round((other.azimuth - orbit.azimuth) / (2 * Math.PI));
+  return { ...orbit, azimuth: orbit.azimuth + 2 * Math.PI * turns };
+}
+
+/** A view from which a place with this outward direction is seen from the side. */
+export function facing(direction: Vec3, side = 0.9): Orbit {
+  return { ...HOME, azimuth: Math.atan2(direction[1], direction[0]) + side };
+}

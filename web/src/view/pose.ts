@@ -1,0 +1,72 @@
+/** What is drawn of one hand, from what the server says of it or, for the own hand, from the own loop. */
+
+import type { TouchState, UserState, Vec3 } from "../types";
+import { dot, norm, sub } from "../vec";
+import { along } from "./vec";
+
+export interface Pose {
+  readonly user: number;
+  readonly name: string;
+  readonly own: boolean;
+  /** Tip of the device [m]. */
+  readonly probe: Vec3;
+  /** Where the tip is held on the surface; the probe where nothing is touched [m]. */
+  readonly proxy: Vec3;
+  readonly normal: Vec3;
+  /** On the hand [N]. */
+  readonly force: Vec3;
+  /** The surface that the hand holds: a point of it, and its bend [m], [1/m]. */
+  readonly x_free: Vec3;
+  readonly curvature: number;
+  /** Whether there is such a surface. */
+  readonly held: boolean;
+  /** 0 to 1. */
+  readonly presence: number;
+}
+
+/** Below this a force is not shown [N]. */
+export const LEAST_FORCE = 0.02;
+
+/** x_o = x_free - C_ii f n: the surface as it is under this hand (docs/protocol.md, patch). */
+export function proxyOf(user: UserState): Vec3 {
+  return along(user.x_free, -user.c_ii * Math.max(0, dot(user.force, user.normal)), user.normal);
+}
+
+/** Of the probe below the surface free of the own force; negative outside [m]. */
+export function depthOf(user: UserState): number {
+  return dot(sub(user.x_free, user.probe), user.normal);
+}
+
+export function poseOf(user: UserState): Pose {
+  const touches = user.c_ii > 0 && norm(user.force) > LEAST_FORCE;
+  return {
+    user: user.user,
+    name: user.name,
+    own: false,
+    probe: user.probe,
+    proxy: touches ? proxyOf(user) : user.probe,
+    normal: user.normal,
+    force: user.force,
+    x_free: user.x_free,
+    curvature: user.geometry === "plane" ? 0 : user.curvature,
+    held: user.c_ii > 0,
+    presence: user.presence,
+  };
+}
+
+/** The own hand: its loop is ahead of what the server has heard of it. */
+export function ownPose(state: TouchState, heard: UserState | undefined): Pose {
+  return {
+    user: state.user,
+    name: state.name,
+    own: true,
+    probe: state.probe,
+    proxy: norm(state.force) > LEAST_FORCE ? state.proxy : state.probe,
+    normal: state.normal,
+    force: state.force,
+    x_free: heard?.x_free ?? state.proxy,
+    curvature: heard === undefined || heard.geometry === "plane" ? 0 : heard.curvature,
+    held: heard !== undefined && heard.c_ii > 0,
+    presence: 1,
+  };
+}

@@ -1,0 +1,189 @@
+/** The stage: renderer, camera, light. It draws when something moved, and not otherwise. */
+
+import {
+    DirectionalLight,
+  HemisphereLight,
+  NeutralToneMapping,
+  PerspectiveCamera,
+  PMREMGenerator,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
+import type { Vec3 } from "../types";
+import type { Scheme } from "./colours";
+import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
+
+/** Slower than this, and fewer pixels are drawn [s]. */
+const SLOW = 0.05;
+const COARSEST = 0.6; // pixels drawn for one of the window
+
+export class Stage {
+  readonly scene = new Scene();
+  readonly camera = new PerspectiveCamera(32, 1, 0.001, 100);
+  readonly canvas: HTMLCanvasElement;
+  /** Where the camera goes; it follows softly. */
+  wanted: Orbit = HOME;
+  /** Softly, or at once for people who asked for less motion. */
+  still = false;
+
+  private readonly renderer: WebGLRenderer;
+  private readonly key = new DirectionalLight(0xffffff, 1.6);
+  private readonly sky = new HemisphereLight(0xffffff, 0x8890a0, 0.5);
+  private orbit: Orbit = HOME;
+  private center: Vec3 = [0, 0, 0];
+  private radius = 0.1;
+  private dirty = true;
+  private ratio = Math.min(window.devicePixelRatio, 2);
+  private cost = 0;
+  private lift = 0;
+  private drew = false;
+
+  /** @throws Error where the browser has no WebGL. */
+  constructor(host: HTMLElement) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: "high-performance" });
+    this.canvas = this.renderer.domElement;
+    this.canvas.className = "stage-canvas";
+    this.renderer.toneMapping = NeutralToneMapping;
+    host.append(this.canvas);
+    this.camera.up.set(0, 0, 1);
+    const light = new PMREMGenerator(this.renderer);
+    this.scene.environment = light.fromScene(new RoomEnvironment(), 0.04).texture;
+    this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
+    light.dispose();
+    this.scene.add(this.key, this.key.target, this.sky);
+    new ResizeObserver(() => {
+      this.resize();
+    }).observe(host);
+    this.resize();
+  }
+
+  /** Look at another body. */
+  frame(center: Vec3, radius: number): void {
+    this.center = center;
+    this.radius = radius;
+    this.camera.near = 0.02 * radius;
+    this.camera.far = 60 * radius;
+    this.touch();
+  }
+
+  setScheme(scheme: Scheme): void {
+    this.renderer.toneMappingExposure = scheme === "light" ? 1.0 : 0.95;
+    this.key.intensity = scheme === "light" ? 1.6 : 1.6;
+    this.sky.intensity = scheme === "light" ? 0.2 : 0.12;
+    this.scene.environmentIntensity = scheme === "light" ? 0.5 : 0.8;
+    this.touch();
+  }
+
+  /** Keep the body in the middle of what is not covered: `above` and `below` are covered [px]. */
+  uncover(above: number, below: number): void {
+    const lift = Math.round(0.5 * (below - above));
+    if (lift === this.lift) return;
+    this.lift = lift;
+    this.touch();
+  }
+
+  /** Something changed: draw at the next chance. */
+  touch(): void {
+    this.dirty = true;
+  }
+
+  /** Turn by the short way to a view. */
+  goTo(orbit: Orbit): void {
+    this.wanted = nearTurn(orbit, this.orbit);
+    this.touch();
+  }
+
+  /** @returns Whether a frame was drawn. */
+  draw(dt: number): boolean {
+    const before = this.orbit;
+    this.orbit = this.still ? this.wanted : eased(this.orbit, this.wanted, dt);
+    if (this.orbit === before && !this.dirty) {
+      this.drew = false;
+      return false;
+    }
+    this.dirty = false;
+    this.place();
+    this.renderer.render(this.scene, this.camera);
+    this.spare(this.drew ? dt : 0);
+    this.drew = true;
+    return true;
+  }
+
+  /** From the eye through a point of the window. */
+  ray(x: number, y: number): { origin: Vec3; direction: Vec3 } {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new Vector2((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
+    const caster = new Raycaster();
+    caster.setFromCamera(at, this.camera);
+    return { origin: caster.ray.origin.toArray(), direction: caster.ray.direction.toArray() };
+  }
+
+  /** Through the middle of the picture. */
+  middle(): { origin: Vec3; direction: Vec3 } {
+    const box = this.canvas.getBoundingClientRect();
+    return this.ray(box.left + 0.5 * box.width, box.top + 0.5 * box.height);
+  }
+
+  /** From the middle of the body towards the eye. */
+  towardsEye(): Vec3 {
+    return eye({ ...this.orbit, distance: 1 }, [0, 0, 0], 1);
+  }
+
+  /** Where a point appears, in pixels of the canvas; null behind the eye. */
+  project(point: Vec3): { x: number; y: number } | null {
+    const p = new Vector3(...point).project(this.camera);
+    if (p.z > 1) return null;
+    return { x: 0.5 * (p.x + 1) * this.canvas.clientWidth, y: 0.5 * (1 - p.y) * this.canvas.clientHeight };
+  }
+
+  private place(): void {
+    // A narrow window sees less to the sides: step back until the body fits.
+    const back = Math.max(1, 1.22 / this.camera.aspect);
+    const from = eye({ ...this.orbit, distance: this.orbit.distance * back }, this.center, this.radius);
+    this.camera.position.set(...from);
+    this.camera.lookAt(...this.center);
+    this.camera.updateMatrixWorld();
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.camera.setViewOffset(width, height, 0, this.lift, width, height);
+    // The light comes over the viewer's left shoulder, so that dents show from every side.
+    const light = eye({ azimuth: this.orbit.azimuth - 1.05, elevation: 0.72, distance: 6 }, this.center, this.radius);
+    this.key.position.set(...light);
+    this.key.target.position.set(...this.center);
+  }
+
+  private resize(): void {
+    const host = this.canvas.parentElement;
+    if (host === null) return;
+    const width = Math.max(1, host.clientWidth);
+    const height = Math.max(1, host.clientHeight);
+    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.touch();
+  }
+
+  /** A machine that cannot keep up gets fewer pixels; what counts is the time from one frame to the next. */
+  private spare(seconds: number): void {
+    this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
+    if (this.cost < SLOW || this.ratio <= COARSEST) return;
+    this.ratio = Math.max(COARSEST, 0.75 * this.ratio);
+    this.cost = 0;
+    this.resize();
+  }
+}
+
+/** A stage where the browser can have one; null without WebGL. */
+export function openStage(host: HTMLElement): Stage | null {
+  try {
+    const stage = new Stage(host);
+    stage.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return stage;
+  } catch {
+    return null;
+  }
+}
