@@ -49,13 +49,13 @@ class Ticks:
 
 
 @contextmanager
-def served(thousands: int) -> Generator[Solid]:
+def served(thousands: int) -> Generator[tuple[Solid, ColumnWorker]]:
     """A ring as it is while a server runs."""
     body = solid(thousands)
     worker = ColumnWorker(body)
     worker.start()
     try:
-        yield body
+        yield body, worker
     finally:
         worker.stop()
 
@@ -87,11 +87,14 @@ def hands(users: int, tick: int, speed: float) -> list[Touch]:
     return found
 
 
-def measure(body: Solid, users: int, ticks: int, *, speed: float, reach: float) -> Ticks:
+def measure(
+    body: Solid, worker: ColumnWorker, users: int, ticks: int, *, speed: float, reach: float
+) -> Ticks:
     """Run ticks by the clock, the first second not counted.
 
     Args:
         body: What is touched.
+        worker: That brings its columns.
         users: How many touch it.
         ticks: How many are measured.
         speed: At which hands slide [m/s].
@@ -103,6 +106,7 @@ def measure(body: Solid, users: int, ticks: int, *, speed: float, reach: float) 
         due = max(due + PERIOD, time.perf_counter())
         now = hands(users, tick, speed)
         start = time.perf_counter()
+        worker.pump()
         state, _ = advance(body, state, now, now=tick * PERIOD, dt=PERIOD)
         times.append(time.perf_counter() - start)
     counted = np.array(times[60:])
@@ -135,10 +139,10 @@ def table(
     print("|---|---|---|---|---|---|---|---|---|")
     for thousands in sizes:
         count = len(ring(*SIZES[thousands]).tets)
-        with served(thousands) as body:
+        with served(thousands) as (body, worker):
             model = compiled(thousands, body, models) if models is not None else None
             for users in (1, 2, 4, 8):
-                t = measure(body, users, ticks, speed=speed, reach=reach)
+                t = measure(body, worker, users, ticks, speed=speed, reach=reach)
                 beside = "" if model is None else f"{1e3 * step(model, users, 20).median:.0f} ms"
                 print(
                     f"| {count} | {len(body.mesh.vertices)} | {users}"

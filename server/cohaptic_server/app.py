@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from websockets.asyncio.server import Server, ServerConnection
 from websockets.exceptions import ConnectionClosed
@@ -82,8 +82,12 @@ class CohapticServer:
         self._listener, url = await listen(self._handle, self.web.process, self.settings)
         return url
 
-    async def run(self) -> None:
-        """Tick until cancelled, then tell everybody and close."""
+    async def run(self, before_tick: Callable[[], None] | None = None) -> None:
+        """Tick until cancelled, then tell everybody and close.
+
+        Args:
+            before_tick: Called before each tick, in no time: to hand over what was found beside it.
+        """
         period = self.settings.simulation_period
         due = self.clock.now()
         try:
@@ -96,6 +100,8 @@ class CohapticServer:
                     due += missed * period
                 await asyncio.sleep(max(0.0, due - self.clock.now()))
                 self.tick_late.add(max(0.0, self.clock.now() - due))
+                if before_tick is not None:
+                    before_tick()
                 self._tick()
         finally:
             await self._stop()

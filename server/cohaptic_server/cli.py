@@ -150,7 +150,7 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
         with threadpool_limits(limits=1):
             if worker is not None:
                 worker.start()
-            await server.run()
+            await server.run(None if worker is None else worker.pump)
     finally:
         if worker is not None:
             worker.stop()

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import SPLIT, Floats, Ints, SurfaceMesh, cross
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
 from cohaptic_server.field import Field
 
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
@@ -155,7 +155,7 @@ def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Flo
 
 def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
     """Nearest point of the resting surface, on or next to the face of the nearest sample of it."""
-    face = int(mesh.quadrature.tree.query(p)[1]) // SPLIT**2
+    face = int(mesh.quadrature.tree.query(p)[1]) // mesh.split**2
     candidates = nearest_on_triangles(mesh.vertices[mesh.faces[mesh.around[face]]], p)
     gap = candidates - p
     return np.asarray(candidates[np.einsum("fi,fi->f", gap, gap).argmin()])

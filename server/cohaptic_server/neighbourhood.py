@@ -94,10 +94,28 @@ def cut_neighbourhood(
     slide = velocity - (velocity @ normal) * normal
     chosen = choose_vertices(body.mesh, free, at, slide, horizon)
     vertices = free.vertices[chosen]
-    return Neighbourhood.of(
-        vertices.tolist(),
-        [(x, y, z) for x, y, z in free.values[chosen].tolist()],
-        vertex_compliance(body)[vertices].tolist(),
+    return quantised(vertices, free.values[chosen], vertex_compliance(body)[vertices])
+
+
+def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
+    """`Neighbourhood.of` for arrays, which a tick has not the time to take apart.
+
+    Args:
+        vertices: Rising, shape (k,).
+        displacement: Shape (k, 3) [m].
+        c_ii: Shape (k,) [m/N].
+    """
+    scale, c_scale = Neighbourhood.scales(
+        float(np.abs(displacement).max(initial=0.0)), float(c_ii.max(initial=0.0))
+    )
+    units = np.rint(displacement * (1.0 / scale if scale else 0.0)).astype(np.int64)
+    c_units = np.rint(c_ii * (1.0 / c_scale if c_scale else 0.0)).astype(np.int64)
+    return Neighbourhood(
+        scale,
+        c_scale,
+        tuple(vertices.tolist()),
+        tuple((x, y, z) for x, y, z in units.tolist()),
+        tuple(c_units.tolist()),
     )
 
 

@@ -13,8 +13,8 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.field import Window
 
-_AROUND = 0.01  # m beyond the pressure, for a contact that moves before the next tick
-_SPACINGS = 4.0  # the same in distances between vertices
+_AROUND = 0.005  # m beyond the pressure, for a contact that moves before the next tick
+_SPACINGS = 3.0  # the same in distances between vertices
 # A surface that is displaced may bring vertices nearer than they are at rest.
 _STRAIN = 1.3
 

@@ -8,6 +8,7 @@ cut one patch per user (`cutting.py`). A user who is gone, or whose samples stop
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -26,7 +27,9 @@ from cohaptic_server.world_state import Touch, UserState, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 AHEAD = 0.2  # s that a body is told of what will be touched before it is
-_SLIDES = 0.1  # of the contact's radius within that time: below it a finger presses where it is
+# Contact radii on the way of that time: with less a finger presses where it is, with more it is
+# gone before anybody could have used the news.
+_CREEPS, _RUNS = 0.1, 1.0
 
 
 def advance(
@@ -88,7 +91,8 @@ def _ahead(body: Body, users: Sequence[UserState]) -> Ints:
     for user in users:
         n = user.contact.normal
         along = AHEAD * (user.velocity - (user.velocity @ n) * n)
-        if along @ along > (_SLIDES * body.contact_radius) ** 2:
+        way = math.sqrt(along @ along) / body.contact_radius
+        if _CREEPS < way < _RUNS:
             found.append(body.mesh.near(user.contact.foot + along, body.contact_radius))
     return np.concatenate(found)
 

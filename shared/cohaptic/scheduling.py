@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-import threading
 from typing import Any
 
 # Low real-time priorities: before every ordinary process, behind the system's own. The hand first.
@@ -27,14 +26,14 @@ def prefer_this_process(priority: int) -> str:
 
 
 def stand_back() -> None:
-    """Let everything else of this machine go before the calling thread, where that can be said."""
+    """Let everything else of this machine go before this process, where that can be said."""
     if sys.platform == "linux":
         try:
-            # Both are of the thread alone on Linux.
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 10)
         except OSError:
             pass
+    if sys.platform != "win32":
+        os.nice(10)
 
 
 def _linux(priority: int) -> str:

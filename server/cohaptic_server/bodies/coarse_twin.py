@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
 from cohaptic_server.contact import pressure
 
 PLACES = 600
@@ -238,13 +238,12 @@ def _carriers(mesh: SurfaceMesh, chosen: Ints, radius: float) -> tuple[Ints, Flo
 def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:
     """A direction turned as a normal is turned into others, the short way, shape (u, 3)."""
     cosine = others @ normal
-    axis = np.cross(normal, others)
+    axis = cross(np.broadcast_to(normal, others.shape), others)
     # Rodrigues; opposite normals have no short way, and no place of the other side counts.
     along = axis @ direction
     scale = along / np.maximum(1.0 + cosine, 1e-3)
-    return np.asarray(
-        cosine[:, None] * direction + np.cross(axis, direction) + scale[:, None] * axis
-    )
+    across = cross(axis, np.broadcast_to(direction, axis.shape))
+    return np.asarray(cosine[:, None] * direction + across + scale[:, None] * axis)
 
 
 def spread_over(points: Floats, count: int) -> Ints:

@@ -40,6 +40,19 @@ class Column:
     values: Narrow
 
 
+@dataclass(frozen=True, eq=False)
+class Order:
+    """Columns to be found.
+
+    Args:
+        vertices: With the unit forces, shape (k,).
+        rows: Vertices whose displacement counts, rising, shape (r,).
+    """
+
+    vertices: Ints
+    rows: Ints
+
+
 class GreenColumns:
     """The columns of one held solid.
 
@@ -49,6 +62,8 @@ class GreenColumns:
         budget: Memory for columns [bytes].
 
     Attributes:
+        factor: As given.
+        nodes: As given.
         found: Columns solved for so far.
         slot: Place of each vertex's column in the slab, -1 for none, shape (n,).
         share: How far each slot counts, from 0 when it is new to 1, shape (slots,).
@@ -56,7 +71,7 @@ class GreenColumns:
 
     def __init__(self, factor: Factor, nodes: Ints, budget: int) -> None:
         self.factor = factor
-        self._nodes = nodes
+        self.nodes = nodes
         self._free = np.flatnonzero(nodes >= 0)
         self._rows = (3 * nodes[self._free, None] + np.arange(3)).ravel()
         self.column_bytes = 9 * len(nodes) * 4
@@ -65,13 +80,15 @@ class GreenColumns:
         self._allocate()
 
     def _allocate(self) -> None:
-        self.slot: Ints = np.full(len(self._nodes), -1, dtype=np.int64)
+        self.slot: Ints = np.full(len(self.nodes), -1, dtype=np.int64)
         # Not filled: memory is taken as columns come.
-        self._slab = np.empty((self.capacity, len(self._nodes), 9), dtype=np.float32)
+        self._slab = np.empty((self.capacity, len(self.nodes), 9), dtype=np.float32)
         self.share = np.zeros(self.capacity)
         self._holds = np.full(self.capacity, -1, dtype=np.int64)
         self._used = np.full(self.capacity, -_IN_USE - 1, dtype=np.int64)
         self._now = 0
+        self._since = np.zeros(len(self.nodes), dtype=np.int64)
+        self._touched = np.full(len(self.nodes), -1, dtype=np.int64)
 
     def __contains__(self, vertex: int) -> bool:
         return bool(self.slot[vertex] >= 0)
@@ -89,9 +106,18 @@ class GreenColumns:
             step: By how much the share of every column grows.
         """
         self._now += 1
+        # A vertex that was not touched in the tick before is touched anew.
+        anew = touched[self._touched[touched] < self._now - 1]
+        self._since[anew] = self._now
+        self._touched[touched] = self._now
         slots = self.slot[touched]
         self._used[slots[slots >= 0]] = self._now
         np.minimum(1.0, self.share + step, out=self.share)
+
+    def lacking(self, vertices: Ints, ticks: int) -> Ints:
+        """Those of the touched `vertices` that have no column, and have been touched that long."""
+        stayed = self._now - self._since[vertices] >= ticks
+        return vertices[stayed & (self.slot[vertices] < 0)]
 
     def put(self, column: Column, share: float, keep: int = _IN_USE) -> bool:
         """Keep a column, in the place of the least recently used.
@@ -125,7 +151,8 @@ class GreenColumns:
         self.tick(wanted, 1.0)
         missing = wanted[self.slot[wanted] < 0]
         for start in range(0, len(missing), _BATCH):
-            for column in self.solve(missing[start : start + _BATCH]):
+            order = Order(missing[start : start + _BATCH], np.arange(len(self.nodes)))
+            for column in self.solve(order):
                 self.put(column, 1.0, 0)
 
     def pull(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
@@ -138,8 +165,8 @@ class GreenColumns:
             rows: Vertices, shape (k,).
         """
         narrow = weights.astype(np.float32)
-        if len(rows) * 2 > len(self._nodes):
-            sums = np.zeros((len(self._nodes), 9), dtype=np.float32)
+        if len(rows) * 2 > len(self.nodes):
+            sums = np.zeros((len(self.nodes), 9), dtype=np.float32)
             for slot, weight in zip(slots.tolist(), narrow.tolist(), strict=True):
                 sums += np.float32(weight) * self._slab[slot]
             sums = sums[rows]
@@ -148,27 +175,14 @@ class GreenColumns:
         blocks = sums.reshape(-1, 3, 3).astype(np.float64)
         return np.asarray(np.einsum("kdc,d->kc", blocks, direction))
 
-    def solve(self, vertices: Ints, rows: Ints | None = None) -> list[Column]:
-        """Columns of some vertices; they are not kept. It may run beside everything else.
-
-        Args:
-            vertices: Shape (k,).
-            rows: Vertices whose displacement counts, rising; all if not given.
-        """
-        k, n = len(vertices), len(self._nodes)
-        every = np.arange(n) if rows is None else rows
-        values = np.zeros((k, len(every), 9), dtype=np.float32)
-        nodes, seen = self._nodes[vertices], self._nodes[every]
-        loose, free = np.flatnonzero(nodes >= 0), np.flatnonzero(seen >= 0)
-        if len(loose) and len(free):
-            unit = np.eye(3 * len(loose))
-            at = None if rows is None else seen[free]
-            x = self.factor.solve(nodes[loose], unit, at)
-            found = x[(3 * seen[free, None] + np.arange(3)).ravel()]  # (3 free, 3 loose)
-            found = found.reshape(len(free), 3, len(loose), 3).transpose(2, 0, 3, 1)
-            values[loose[:, None], free] = found.reshape(len(loose), len(free), 9)
-        self.found += k
-        return [Column(vertex, every, values[i]) for i, vertex in enumerate(vertices.tolist())]
+    def solve(self, order: Order) -> list[Column]:
+        """Columns of some vertices; they are not kept."""
+        values = solve_columns(self.factor, self.nodes, order)
+        self.found += len(order.vertices)
+        return [
+            Column(vertex, order.rows, values[i])
+            for i, vertex in enumerate(order.vertices.tolist())
+        ]
 
     def respond(self, vertices: Ints, forces: Floats) -> Floats:
         """Displacement under whole cases of forces, solved directly and not kept.
@@ -180,11 +194,34 @@ class GreenColumns:
         Returns:
             Of every surface vertex, shape (r, 3 n) [m].
         """
-        nodes = self._nodes[vertices]
+        nodes = self.nodes[vertices]
         loose = nodes >= 0
         r = forces.shape[2]
-        out = np.zeros((r, len(self._nodes), 3))
+        out = np.zeros((r, len(self.nodes), 3))
         if loose.any():
             x = self.factor.solve(nodes[loose], forces[loose].reshape(-1, r))
             out[:, self._free] = x[self._rows].T.reshape(r, -1, 3)
         return out.reshape(r, -1)
+
+
+def solve_columns(factor: Factor, nodes: Ints, order: Order) -> Narrow:
+    """The columns of an order.
+
+    Args:
+        factor: Of the stiffness over the nodes that are free.
+        nodes: Place of each surface vertex among the free nodes, -1 where it is held, shape (n,).
+        order: Which.
+
+    Returns:
+        As `Column.values`, shape (k, r, 9) [m/N].
+    """
+    values = np.zeros((len(order.vertices), len(order.rows), 9), dtype=np.float32)
+    pushed, seen = nodes[order.vertices], nodes[order.rows]
+    loose, free = np.flatnonzero(pushed >= 0), np.flatnonzero(seen >= 0)
+    if len(loose) and len(free):
+        at = seen[free] if len(order.rows) < len(nodes) else None
+        x = factor.solve(pushed[loose], np.eye(3 * len(loose)), at)
+        found = x[(3 * seen[free, None] + np.arange(3)).ravel()]  # (3 free, 3 loose)
+        found = found.reshape(len(free), 3, len(loose), 3).transpose(2, 0, 3, 1)
+        values[loose[:, None], free] = found.reshape(len(loose), len(free), 9)
+    return values

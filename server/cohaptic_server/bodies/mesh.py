@@ -15,7 +15,9 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 # Each face carries SPLIT^2 quadrature points: a contact then slides over the mesh without a step.
+# On a mesh of more than FINE faces one contact has so many that their middles do.
 SPLIT = 3
+FINE = 10_000
 
 _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
@@ -52,6 +54,7 @@ class SurfaceMesh:
         around: Faces that share a vertex with each face, itself too, padded, shape (m, 3 valence).
         quadrature: Points on the faces.
         normals: Outward unit normal of each vertex, shape (n, 3).
+        split: Quadrature points of a face, as the square root of their number.
         size: Radius of the sphere of the same area [m].
         tree: Of `vertices`.
     """
@@ -62,6 +65,7 @@ class SurfaceMesh:
     around: Ints = field(init=False)
     quadrature: Quadrature = field(init=False)
     normals: Floats = field(init=False)
+    split: int = field(init=False)
     size: float = field(init=False)
     tree: cKDTree = field(init=False)
 
@@ -72,7 +76,8 @@ class SurfaceMesh:
         object.__setattr__(self, "tree", cKDTree(x))
         object.__setattr__(self, "rings", _rings(faces, len(x)))
         object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
-        object.__setattr__(self, "quadrature", _quadrature(x, faces))
+        object.__setattr__(self, "split", SPLIT if len(faces) <= FINE else 1)
+        object.__setattr__(self, "quadrature", _quadrature(x, faces, self.split))
         object.__setattr__(self, "normals", vertex_normals(x, faces))
         area = float(self.quadrature.areas.sum())
         object.__setattr__(self, "size", (area / (4.0 * np.pi)) ** 0.5)
@@ -129,17 +134,17 @@ def _rings(faces: Ints, n: int) -> Ints:
     return np.asarray(order[where] // 3, dtype=np.int64)
 
 
-def _quadrature(x: Floats, faces: Ints) -> Quadrature:
-    """Centroids of SPLIT^2 equal triangles in each face."""
+def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
+    """Centroids of split^2 equal triangles in each face."""
     shares: list[tuple[float, float, float]] = []
-    for i in range(SPLIT):
-        for j in range(SPLIT - i):
+    for i in range(split):
+        for j in range(split - i):
             up = np.array([i + 1 / 3, j + 1 / 3])
-            shares.append((*up / SPLIT, 1 - up.sum() / SPLIT))
-            if i + j < SPLIT - 1:
+            shares.append((*up / split, 1 - up.sum() / split))
+            if i + j < split - 1:
                 down = np.array([i + 2 / 3, j + 2 / 3])
-                shares.append((*down / SPLIT, 1 - down.sum() / SPLIT))
-    table = np.array(shares)  # (SPLIT^2, 3)
+                shares.append((*down / split, 1 - down.sum() / split))
+    table = np.array(shares)  # (split^2, 3)
     points = np.einsum("sk,mki->msi", table, x[faces]).reshape(-1, 3)
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1) / len(table)
     return Quadrature(

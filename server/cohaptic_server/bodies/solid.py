@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
-from cohaptic_server.bodies.green_columns import Column, GreenColumns
+from cohaptic_server.bodies.green_columns import Column, GreenColumns, Order
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.solid_parts import SolidParts, factor_of
 from cohaptic_server.bodies.solid_response import GONE, Pushed, SolidResponse
@@ -30,6 +30,9 @@ from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
 
 RISE = 15  # ticks until a column that came counts in full: a quarter of a second at 60 Hz
+# A finger that slides has left a place before its column could be there; to look for it would take
+# a core from those who press where they are.
+STAYS = 9  # ticks for which a vertex must be touched before its column is wanted
 MAX_WAITING = 64  # columns that were found and not yet taken; a tick takes all of them
 
 
@@ -96,32 +99,33 @@ class Solid:
         return self._twin
 
     def in_background(self) -> None:
-        """From now on a tick does not wait for columns: somebody brings what is `wanted`.
-
-        They are found with half of the digits, in half of the time, and as far as they count.
-        """
+        """From now on a tick does not wait for columns: somebody brings what is `wanted`."""
         _ = self.twin
-        narrow = self.columns.factor.single()
-        self.columns = GreenColumns(narrow, self.shape.place, self.settings.cache)
         self._at_once = False
 
-    def find(self, most: int) -> list[Column]:
-        """Columns of the most urgent place and of what is wanted next to it; for any thread.
+    def order(self, most: int) -> Order | None:
+        """The most urgent place and what is wanted next to it, as far as it counts; or nothing.
 
         Args:
             most: Columns at once.
         """
         wanted, x, radius = self.wanted, self.mesh.vertices, self.contact_radius
         if not len(wanted):
-            return []
+            return None
         first = x[wanted[0]]
         off = x[wanted] - first
         beside = np.einsum("ki,ki->k", off, off) <= (2.0 * radius) ** 2
         rows = self.mesh.near(first, GONE * self.twin.spacing + 3.0 * radius)
-        return self.columns.solve(wanted[beside][:most], rows)
+        return Order(wanted[beside][:most], rows)
+
+    def find(self, most: int) -> None:
+        """Bring what is most urgent, solved here and now; who serves has it found elsewhere."""
+        order = self.order(most)
+        if order is not None:
+            self.bring(self.columns.solve(order))
 
     def bring(self, found: Iterable[Column]) -> None:
-        """Hand over columns, for the next tick; from any thread."""
+        """Hand over columns, for the next tick."""
         for column in found:
             if len(self._brought) < MAX_WAITING:
                 self._brought.append(column)
@@ -145,8 +149,8 @@ class Solid:
         touched, weights = _touched(loads)
         self.columns.tick(touched, 1.0 / RISE)
         order = np.argsort(-weights, kind="stable")
-        wanted = np.concatenate([touched[order], self._ahead])
-        self.wanted = wanted[self.columns.slot[wanted] < 0]
+        ahead = self._ahead[self.columns.slot[self._ahead] < 0]
+        self.wanted = np.concatenate([self.columns.lacking(touched[order], STAYS), ahead])
         pushed = [Pushed.of(load, self.mesh, self.columns, self.twin) for load in loads]
         return SolidResponse(self.mesh, self.columns, self.twin, pushed)
 

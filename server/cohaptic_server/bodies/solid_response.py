@@ -9,6 +9,7 @@ over a vertex whose column is missing, or where a column comes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,8 +21,9 @@ from cohaptic_server.bodies.coarse_twin import CoarseTwin
 from cohaptic_server.bodies.green_columns import GreenColumns
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 
-EXACT = 2.0  # distances between places of the twin up to which a column counts in full
-GONE = 4.0  # from here on it does not count
+EXACT = 1.5  # distances between places of the twin up to which a column counts in full
+GONE = 2.5  # from here on it does not count
+_NOTHING = 1e-9  # share of a load that may lack columns without a difference
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,22 +33,23 @@ class Pushed:
     Args:
         load: It.
         centre: Of its pressure, shape (3,) [m].
+        spread: Shares of the twin's places in it, shape (m,).
         slots: Of the columns under it that are there, shape (s,).
         weights: Shares of the load on these, as far as they count, shape (s,).
-        known: Their sum, from 0 to 1.
-        rest: Displacement of the twin's places by what has no column, shape (m, 3) [m/N].
-        replaced: The same by what has one; what a column is taken for.
-        own: Compliance of the contact as the twin has it, over what `field` gives [m/N].
+        whole: Displacement of the twin's places, shape (m, 3) [m/N].
+        replaced: The part of it that is by what has a column: what these are taken for.
+        missed: Compliance of the contact, as the contacts round it have it, over what the columns
+            and the twin's smooth dent give [m/N].
     """
 
     load: Load
     centre: Floats
+    spread: Floats
     slots: Ints
     weights: Floats
-    known: float
-    rest: Floats
+    whole: Floats
     replaced: Floats
-    own: float
+    missed: float
 
     @classmethod
     def of(cls, load: Load, mesh: SurfaceMesh, columns: GreenColumns, twin: CoarseTwin) -> Pushed:
@@ -55,24 +58,21 @@ class Pushed:
         here = slots >= 0
         weights = np.zeros(len(slots))
         weights[here] = load.weights[here] * columns.share[slots[here]]
-        moved = twin.pushed(twin.spread(load.vertices, load.weights - weights), load.direction)
-        replaced = np.zeros_like(moved)
-        if here.any():
-            replaced = twin.pushed(twin.spread(load.vertices, weights), load.direction)
-        normal = load.weights @ mesh.normals[load.vertices]
-        normal /= np.linalg.norm(normal)
-        own = twin.own(load.vertices, load.weights, load.direction, normal)
-        smoothed = load.weights @ (twin.at(moved + replaced, load.vertices) @ load.direction)
-        return cls(
-            load,
-            load.weights @ mesh.vertices[load.vertices],
-            slots[here],
-            weights[here],
-            float(weights.sum()),
-            moved,
-            replaced,
-            max(0.0, own - float(smoothed)),
-        )
+        spread = twin.spread(load.vertices, load.weights)
+        whole = twin.pushed(spread, load.direction)
+        missing = max(0.0, 1.0 - float(weights.sum()))
+        missed, replaced = 0.0, whole
+        if missing > _NOTHING:
+            replaced = np.zeros_like(whole)
+            if here.any():
+                known = twin.spread(load.vertices, weights)
+                replaced = twin.pushed(known, load.direction)
+            normal = load.weights @ mesh.normals[load.vertices]
+            normal /= math.sqrt(normal @ normal)
+            own = twin.own(load.vertices, load.weights, load.direction, normal)
+            missed = missing * max(0.0, own - float(spread @ (whole @ load.direction)))
+        centre = load.weights @ mesh.vertices[load.vertices]
+        return cls(load, centre, spread, slots[here], weights[here], whole, replaced, missed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +99,29 @@ class SolidResponse:
     @cached_property
     def _compliance(self) -> Floats:
         c = len(self.pushed)
-        C = np.zeros((c, c))
-        ends = np.cumsum([0] + [len(p.load.vertices) for p in self.pushed])
-        every = [p.load.vertices for p in self.pushed]
-        rows = np.concatenate(every) if every else np.zeros(0, dtype=np.int64)
+        if not c:
+            return np.zeros((0, 0))
+        directions = np.array([p.load.direction for p in self.pushed])
+        spreads = np.array([p.spread for p in self.pushed])
+        whole = np.array([p.whole for p in self.pushed])  # (c, m, 3)
+        # What the twin carries to a contact is what it carries from it: no vertex is asked.
+        carried = np.tensordot(spreads, whole, axes=(1, 1))  # (c, c, 3)
+        C: Floats = (carried * directions[:, None, :]).sum(axis=2)
+        centres = np.array([p.centre for p in self.pushed])
+        reach = GONE * self.twin.spacing
         for j, pushed in enumerate(self.pushed):
-            field = self._field(pushed, rows)
-            for i, other in enumerate(self.pushed):
-                moved = field[ends[i] : ends[i + 1]] @ other.load.direction
-                C[i, j] = other.load.weights @ moved
+            if not len(pushed.slots):
+                continue
+            off = centres - pushed.centre
+            near = np.flatnonzero(np.einsum("ik,ik->i", off, off) < (2.0 * reach) ** 2)
+            for i in near.tolist():
+                load = self.pushed[i].load
+                change = np.zeros((len(load.vertices), 3))
+                self._correct(change, pushed, 1.0, load.vertices)
+                C[i, j] += load.weights @ (change @ load.direction)
         # Where one contact's columns are there and another's are not, the two ways differ.
-        C = 0.5 * (C + C.T)
-        C[np.diag_indices(c)] += [(1.0 - p.known) * p.own for p in self.pushed]
+        C = np.asarray(0.5 * (C + C.T))
+        C[np.diag_indices(c)] += [p.missed for p in self.pushed]
         return C
 
     @property
@@ -139,7 +150,7 @@ class SolidResponse:
         moved = np.zeros((len(self.twin.places), 3))
         for pushed, force in zip(self.pushed, left.tolist(), strict=True):
             if force:
-                moved += force * (pushed.rest + pushed.replaced)
+                moved += force * pushed.whole
         found = self.twin.at(moved, vertices)
         if not len(vertices):
             return found
@@ -150,12 +161,6 @@ class SolidResponse:
             inside = (pushed.centre > low - reach) & (pushed.centre < high + reach)
             if force and inside.all():
                 self._correct(found, pushed, force, vertices)
-        return found
-
-    def _field(self, pushed: Pushed, vertices: Ints) -> Floats:
-        """Displacement of some vertices per unit of one load, shape (k, 3) [m/N]."""
-        found = self.twin.at(pushed.rest + pushed.replaced, vertices)
-        self._correct(found, pushed, 1.0, vertices)
         return found
 
     def _correct(self, found: Floats, pushed: Pushed, force: float, vertices: Ints) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic_server.bodies.elements import gradients
-from cohaptic_server.bodies.mesh import SPLIT, Floats, Ints, SurfaceMesh, face_area_vectors
+from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, face_area_vectors
 from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
 
 _SMOOTH = 0.82  # cosine of 35 degrees
@@ -71,7 +71,7 @@ def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     steps = mesh.size * np.linspace(0.02, 2.0, 100)
     into = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]
     nearest = np.asarray(mesh.quadrature.tree.query(into)[1])
-    normals = face_area_vectors(mesh.vertices, mesh.faces)[nearest // SPLIT**2]
+    normals = face_area_vectors(mesh.vertices, mesh.faces)[nearest // mesh.split**2]
     inside = np.einsum("ksi,ksi->ks", into - mesh.quadrature.points[nearest], normals) < 0.0
     return np.asarray(np.where(np.logical_and.accumulate(inside, axis=1), steps, 0.0).max(axis=1))
 

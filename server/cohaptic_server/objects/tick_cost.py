@@ -43,7 +43,7 @@ def tick_cost(solid: Solid, clock: Clock) -> TickCost:
     with threadpool_limits(limits=1):  # as on the server
         begun = clock.now()
         _ticks(solid, places[:1], clock, 1)
-        solid.bring(solid.find(64))
+        solid.find(64)
         first = clock.now() - begun
         medians = tuple(
             float(np.median(_ticks(solid, places[:users], clock, _TICKS))) for users in USERS
@@ -77,7 +77,7 @@ def _ticks(
         times.append(clock.now() - begun)
         # What the thread beside the tick does on a server.
         while len(solid.wanted) and not solid.waiting:
-            solid.bring(solid.find(64))
+            solid.find(64)
     return times
 
 

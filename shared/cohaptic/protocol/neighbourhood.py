@@ -53,8 +53,8 @@ class Neighbourhood:
             displacements: Shape (k, 3) [m].
             c_ii: Shape (k,) [m/N].
         """
-        scale = _single(max((abs(u) for v in displacements for u in v), default=0.0) / _I16)
-        c_scale = _single(max(c_ii, default=0.0) / _U16)
+        most = max((abs(u) for v in displacements for u in v), default=0.0)
+        scale, c_scale = cls.scales(most, max(c_ii, default=0.0))
         per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
         return cls(
             scale,
@@ -63,6 +63,11 @@ class Neighbourhood:
             tuple((round(per * x), round(per * y), round(per * z)) for x, y, z in displacements),
             tuple(round(c_per * c) for c in c_ii),
         )
+
+    @staticmethod
+    def scales(displacement: float, c_ii: float) -> tuple[float, float]:
+        """Units [m], [m/N] that hold values up to these [m], [m/N]."""
+        return _single(displacement / _I16), _single(c_ii / _U16)
 
     def encode(self) -> bytes:
         """The tail of the frame; raises LocalProtocolError when a value is out of its limits."""

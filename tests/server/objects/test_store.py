@@ -11,6 +11,7 @@ import pytest
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies import solid_parts
 from cohaptic_server.bodies.blocks import block
+from cohaptic_server.bodies.green_columns import Order
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import Progress, SolidParts
 from cohaptic_server.bodies.solid_shape import SolidSettings
@@ -118,10 +119,8 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     second = store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 1
     tables = [Solid(BLOCK, FOOT, SETTINGS, parts=p).vertex_compliance() for p in (first, second)]
-    columns = [
-        Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(np.arange(20, 24))
-        for p in (first, second)
-    ]
+    order = Order(np.arange(20, 24), np.arange(26))
+    columns = [Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(order) for p in (first, second)]
     assert np.array_equal(tables[0], tables[1])
     for one, other in zip(*columns, strict=True):
         assert np.array_equal(one.values, other.values)
