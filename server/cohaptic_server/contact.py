@@ -24,7 +24,8 @@ from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
 from cohaptic_server.field import Field
 
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
-_CLOSE = 1e-5  # m along the surface; a hand that moves is followed again in the next tick
+_MOST_LEFT = 0.5  # of a step that is believed to be left by the next
+_CLOSE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,8 @@ class Contact:
         point: On the smooth resting surface above it, shape (3,) [m].
         vertices: Under the pressure, shape (k,).
         weights: Share of each, shape (k,); they sum to 1.
+        corners: Vertices of the faces that have one of them, shape (f, 3).
+        shares: Of these faces in the normal: the weights at their corners, shape (f,).
         normal: Outward unit normal of the free surface, averaged over the pressure, shape (3,).
     """
 
@@ -43,6 +46,8 @@ class Contact:
     point: Floats
     vertices: Ints
     weights: Floats
+    corners: Ints
+    shares: Floats
     normal: Floats
 
     def load(self, force: float) -> Load:
@@ -75,13 +80,17 @@ def locate(
         contact = _contact_at(mesh, nearest_point(mesh, probe), free, radius)
     else:
         # A hand at rest stays here: only the normal can have turned.
-        contact = replace(hint, normal=_normal(mesh, hint.vertices, hint.weights, free))
+        contact = replace(hint, normal=_normal(mesh, hint.corners, hint.shares, free))
+    last: Floats | None = None
     for _ in range(_ITERATIONS):
         off = probe - contact.moved(free)
         height = float(off @ contact.normal)
         slide = off - height * contact.normal
         if np.abs(slide).max() < _CLOSE:
             break
+        # What a step left of the one before is what the next would leave of it: go all the way.
+        left = 0.0 if last is None else float(slide @ last) / float(last @ last)
+        last, slide = slide, slide / (1.0 - min(_MOST_LEFT, max(-_MOST_LEFT, left)))
         # Above a round body the way along the surface is shorter than it looks from the probe.
         # Below, steps grow shorter towards its middle: beyond that, what is nearest lies on the
         # other side, and a hand that was driven through stays with the wall that it came from.
@@ -96,7 +105,11 @@ def locate(
 def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Field, radius: float) -> Contact:
     vertices, weights = pressure(mesh, foot, radius)
     point = smooth_point(mesh, foot, vertices, weights)
-    return Contact(foot, point, vertices, weights, _normal(mesh, vertices, weights, free))
+    corners = mesh.faces[np.unique(mesh.rings[vertices])]
+    place = np.minimum(np.searchsorted(vertices, corners), len(vertices) - 1)
+    shares = np.where(vertices[place] == corners, weights[place], 0.0).sum(axis=1)
+    normal = _normal(mesh, corners, shares, free)
+    return Contact(foot, point, vertices, weights, corners, shares, normal)
 
 
 def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Floats) -> Floats:
@@ -119,16 +132,12 @@ def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Float
     return np.asarray(foot + height * n)
 
 
-def _normal(mesh: SurfaceMesh, vertices: Ints, weights: Floats, free: Field) -> Floats:
+def _normal(mesh: SurfaceMesh, corners: Ints, shares: Floats, free: Field) -> Floats:
     """Unit normal of the displaced surface, averaged over the pressure, shape (3,)."""
-    faces = np.unique(mesh.rings[vertices])
-    table = np.zeros(len(mesh.vertices))
-    table[vertices] = weights
-    corners = mesh.faces[faces]
     moved = mesh.vertices[corners] + free[corners]  # (f, 3, 3)
     vectors = cross(moved[:, 1] - moved[:, 0], moved[:, 2] - moved[:, 0])
-    normal = table[corners].sum(axis=1) @ vectors
-    return np.asarray(normal / np.linalg.norm(normal))
+    normal = shares @ vectors
+    return np.asarray(normal / math.sqrt(normal @ normal))
 
 
 def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Floats]:

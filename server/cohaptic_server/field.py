@@ -72,6 +72,8 @@ class Window:
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
         """Of some vertices, shape (..., 3) [m]."""
+        if vertices is self.vertices:
+            return self.values
         if not len(self.vertices):
             return self.beyond[vertices]
         place = np.searchsorted(self.vertices, vertices)

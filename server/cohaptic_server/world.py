@@ -59,10 +59,13 @@ def advance(
     # In use until the patch after the next sample is here, and while the loop moves on.
     horizons = [user.delay.value + 2.0 * dt for user in placed]
     windows: list[Window] = []
+    radii: list[float] = []
     for user, press, span, horizon in zip(placed, presses, where, horizons, strict=True):
         forces = np.array([load.force for load in press.loads()])
         radius = seen_radius(body, user.touch.geometry, user.velocity, horizon)
-        seen = body.mesh.near(user.contact.foot, radius)
+        before = state.users.get(user.touch.user)
+        seen = _seen(body, before, user, radius)
+        radii.append(radius)
         beyond = FreeOf(response, forces, span)
         windows.append(Window(seen, beyond.on(seen), beyond))
     free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
@@ -80,9 +83,24 @@ def advance(
             patch, user.touch.geometry, body, windows[i], user.velocity, horizons[i]
         )
     after = MappingProxyType(
-        {u.touch.user: replace(u, free=seen) for u, seen in zip(placed, windows, strict=True)}
+        {
+            u.touch.user: replace(u, free=seen, radius=radius)
+            for u, seen, radius in zip(placed, windows, radii, strict=True)
+        }
     )
     return WorldState(tick, after, response), patches
+
+
+def _seen(body: Body, before: UserState | None, user: UserState, radius: float) -> Ints:
+    """Vertices at which a tick looks: those of the last one, for a finger that is where it was."""
+    if (
+        before is not None
+        and before.free is not None
+        and before.contact.foot is user.contact.foot
+        and before.radius == radius
+    ):
+        return before.free.vertices
+    return body.mesh.near(user.contact.foot, radius)
 
 
 def _ahead(body: Body, users: Sequence[UserState]) -> Ints:

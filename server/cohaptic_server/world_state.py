@@ -70,6 +70,7 @@ class UserState:
         velocity: Of its probe, smoothed, shape (3,) [m/s].
         surface: The free surface that its contact was found on; None before the first contact.
         free: Displacement without its own force; None until the tick is over.
+        radius: How far round its contact `free` reaches [m].
     """
 
     touch: Touch
@@ -81,6 +82,7 @@ class UserState:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     surface: Window | None = None
     free: Window | None = None
+    radius: float = 0.0
 
     @property
     def press(self) -> Press:

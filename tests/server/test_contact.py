@@ -75,7 +75,7 @@ def test_a_hint_speeds_up_and_changes_nothing(
     tilted = d + np.array([0.1, 0.05, 0.0])
     near = locate(body.mesh, 0.095 * tilted / np.linalg.norm(tilted), free, radius=0.02)
     warm = locate(body.mesh, 0.095 * d, free, radius=0.02, hint=near)
-    assert warm.point == pytest.approx(cold.point, abs=3e-5)
+    assert warm.point == pytest.approx(cold.point, abs=6e-5)  # each within 30 um
     assert warm.normal == pytest.approx(cold.normal, abs=1e-3)
 
 

@@ -38,6 +38,26 @@ Narrow = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
+class Carried:
+    """A contact as the twin has it.
+
+    Args:
+        vertices: Under it, shape (k,).
+        weights: Share of each, shape (k,).
+        spread: Shares of the places, shape (m,).
+        moved: Displacement of the places per unit force along x, y, z, shape (3, m, 3) [m/N].
+        own: Compliance of the contact at itself, by its columns, shape (3, 3) [m/N]; None as long
+            as some are missing.
+    """
+
+    vertices: Ints
+    weights: Floats
+    spread: Floats
+    moved: Floats
+    own: Floats | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class CoarseTwin:
     """What is known of a solid from afar.
 
@@ -65,6 +85,15 @@ class CoarseTwin:
         shares = weights[:, None] * self.carries[vertices]
         found = np.bincount(self.near[vertices].ravel(), shares.ravel(), len(self.places))
         return np.asarray(found, dtype=np.float64)
+
+    def carry(self, vertices: Ints, weights: Floats) -> Carried:
+        """What the twin has of a contact, whatever the direction of its force."""
+        spread = self.spread(vertices, weights)
+        used = np.flatnonzero(spread)
+        rows = self.compliance.reshape(len(self.places), 3, -1)[used]  # (u, 3, 3 m)
+        moved = np.tensordot(spread[used].astype(np.float32), rows, axes=(0, 0))
+        blocks = moved.reshape(3, -1, 3).astype(np.float64)
+        return Carried(vertices, weights, spread, blocks)
 
     def pushed(self, spread: Floats, direction: Floats) -> Floats:
         """Displacement of the places per unit force, shape (m, 3) [m/N]."""

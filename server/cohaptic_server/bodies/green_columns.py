@@ -60,6 +60,7 @@ class GreenColumns:
         factor: Of the stiffness over the nodes that are free.
         nodes: Place of each surface vertex among the free nodes, -1 where it is held, shape (n,).
         budget: Memory for columns [bytes].
+        length: Rows that a column has at most; all if not given.
 
     Attributes:
         factor: As given.
@@ -69,20 +70,27 @@ class GreenColumns:
         share: How far each slot counts, from 0 when it is new to 1, shape (slots,).
     """
 
-    def __init__(self, factor: Factor, nodes: Ints, budget: int) -> None:
+    def __init__(self, factor: Factor, nodes: Ints, budget: int, length: int | None = None) -> None:
         self.factor = factor
         self.nodes = nodes
         self._free = np.flatnonzero(nodes >= 0)
         self._rows = (3 * nodes[self._free, None] + np.arange(3)).ravel()
-        self.column_bytes = 9 * len(nodes) * 4
+        self.length = len(nodes) if length is None else min(length, len(nodes))
+        short = self.length < len(nodes)
+        self.column_bytes = 36 * self.length + (4 * len(nodes) if short else 0)
         self.capacity = max(min(LEAST, len(nodes)), min(budget // self.column_bytes, len(nodes)))
         self.found = 0
         self._allocate()
 
     def _allocate(self) -> None:
         self.slot: Ints = np.full(len(self.nodes), -1, dtype=np.int64)
-        # Not filled: memory is taken as columns come.
-        self._slab = np.empty((self.capacity, len(self.nodes), 9), dtype=np.float32)
+        # Whole columns are not filled: memory is taken as they come.
+        self._slab = np.empty((self.capacity, self.length, 9), dtype=np.float32)
+        # Place of a vertex among the rows of a column; of no use where columns have all of them.
+        short = self.length < len(self.nodes)
+        if short:
+            self._slab.fill(0.0)  # a tick has no time for the system to find memory
+        self._row = np.full((self.capacity if short else 0, len(self.nodes)), 0, dtype=np.int32)
         self.share = np.zeros(self.capacity)
         self._holds = np.full(self.capacity, -1, dtype=np.int64)
         self._used = np.full(self.capacity, -_IN_USE - 1, dtype=np.int64)
@@ -123,7 +131,7 @@ class GreenColumns:
         """Keep a column, in the place of the least recently used.
 
         Args:
-            column: It.
+            column: It, with no more rows than a column may have.
             share: How far it counts at first.
             keep: Ticks for which a column that was used must stay.
 
@@ -137,7 +145,9 @@ class GreenColumns:
             return False
         if self._holds[place] >= 0:
             self.slot[self._holds[place]] = -1
-        self._slab[place, column.rows] = column.values
+        if len(self._row):
+            self._row[place, column.rows] = np.arange(len(column.rows))
+        self._slab[place, : len(column.rows)] = column.values
         self._holds[place], self.slot[column.vertex] = column.vertex, place
         self.share[place], self._used[place] = share, self._now
         return True
@@ -155,6 +165,22 @@ class GreenColumns:
             for column in self.solve(order):
                 self.put(column, 1.0, 0)
 
+    def block(self, vertices: Ints, weights: Floats) -> Floats | None:
+        """Compliance of a contact at itself in all directions, if all of it is there.
+
+        Args:
+            vertices: Under the contact, shape (k,).
+            weights: Share of each, shape (k,).
+
+        Returns:
+            Shape (3, 3) [m/N]; None where a column is missing or still new.
+        """
+        slots = self.slot[vertices]
+        if (slots < 0).any() or (self.share[slots] < 1.0).any():
+            return None
+        axes = (self.pull(slots, weights, axis, vertices) for axis in np.eye(3))
+        return np.stack([weights @ moved for moved in axes])
+
     def pull(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
         """Displacement of some vertices under a weighted sum of columns, shape (k, 3) [m/N].
 
@@ -165,7 +191,10 @@ class GreenColumns:
             rows: Vertices, shape (k,).
         """
         narrow = weights.astype(np.float32)
-        if len(rows) * 2 > len(self.nodes):
+        if len(self._row):
+            places = self._row[slots[:, None], rows]
+            sums = np.tensordot(narrow, self._slab[slots[:, None], places], axes=(0, 0))
+        elif len(rows) * 2 > len(self.nodes):
             sums = np.zeros((len(self.nodes), 9), dtype=np.float32)
             for slot, weight in zip(slots.tolist(), narrow.tolist(), strict=True):
                 sums += np.float32(weight) * self._slab[slot]

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
+from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin, make_twin
 from cohaptic_server.bodies.green_columns import Column, GreenColumns, Order
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.solid_parts import SolidParts, factor_of
@@ -33,6 +34,7 @@ RISE = 15  # ticks until a column that came counts in full: a quarter of a secon
 # A finger that slides has left a place before its column could be there; to look for it would take
 # a core from those who press where they are.
 STAYS = 9  # ticks for which a vertex must be touched before its column is wanted
+_ROOMY = 1.3  # rows of a column over the most that a place of the twin has round it
 MAX_WAITING = 64  # columns that were found and not yet taken; a tick takes all of them
 
 
@@ -72,6 +74,7 @@ class Solid:
         self._twin = None if parts is None else parts.twin
         self._at_once = True
         self._ahead: Ints = np.zeros(0, dtype=np.int64)
+        self._carried: dict[int, Carried] = {}
         self._brought: deque[Column] = deque()
         self.wanted: Ints = np.zeros(0, dtype=np.int64)
 
@@ -100,8 +103,18 @@ class Solid:
 
     def in_background(self) -> None:
         """From now on a tick does not wait for columns: somebody brings what is `wanted`."""
-        _ = self.twin
+        reach = self._reach()
+        near = self.mesh.tree.query_ball_point(
+            self.mesh.vertices[self.twin.places], reach, return_length=True
+        )
+        longest = int(_ROOMY * np.max(near))
+        columns = self.columns
+        self.columns = GreenColumns(columns.factor, columns.nodes, self.settings.cache, longest)
         self._at_once = False
+
+    def _reach(self) -> float:
+        """How far from the first of an order its columns count [m]."""
+        return GONE * self.twin.spacing + 3.0 * self.contact_radius
 
     def order(self, most: int) -> Order | None:
         """The most urgent place and what is wanted next to it, as far as it counts; or nothing.
@@ -115,7 +128,11 @@ class Solid:
         first = x[wanted[0]]
         off = x[wanted] - first
         beside = np.einsum("ki,ki->k", off, off) <= (2.0 * radius) ** 2
-        rows = self.mesh.near(first, GONE * self.twin.spacing + 3.0 * radius)
+        rows = self.mesh.near(first, self._reach())
+        if len(rows) > self.columns.length:
+            gap = x[rows] - first
+            nearest = np.argsort(np.einsum("ki,ki->k", gap, gap))[: self.columns.length]
+            rows = np.sort(rows[nearest])
         return Order(wanted[beside][:most], rows)
 
     def find(self, most: int) -> None:
@@ -151,8 +168,24 @@ class Solid:
         order = np.argsort(-weights, kind="stable")
         ahead = self._ahead[self.columns.slot[self._ahead] < 0]
         self.wanted = np.concatenate([self.columns.lacking(touched[order], STAYS), ahead])
-        pushed = [Pushed.of(load, self.mesh, self.columns, self.twin) for load in loads]
-        return SolidResponse(self.mesh, self.columns, self.twin, pushed)
+        self._carried = {
+            id(load.vertices): self._carry(load) for load in loads
+        }  # a finger at rest is the same as in the tick before
+        pushed = [
+            Pushed.of(load, self.mesh, self.columns, self.twin, self._carried[id(load.vertices)])
+            for load in loads
+        ]
+        return SolidResponse(self.mesh, self.columns, self.twin, pushed, self.contact_radius)
+
+    def _carry(self, load: Load) -> Carried:
+        was = self._carried.get(id(load.vertices))
+        if was is None or was.vertices is not load.vertices or was.weights is not load.weights:
+            return self.twin.carry(load.vertices, load.weights)
+        if was.own is None:
+            # A finger that stays: what it meets of itself is found once.
+            own = self.columns.block(load.vertices, load.weights)
+            return was if own is None else replace(was, own=own)
+        return was
 
     def _exact(self, loads: Sequence[Load]) -> DenseResponse:
         n, c = len(self.mesh.vertices), len(loads)

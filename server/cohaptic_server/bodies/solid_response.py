@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.coarse_twin import CoarseTwin
+from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin
 from cohaptic_server.bodies.green_columns import GreenColumns
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 
@@ -38,6 +38,8 @@ class Pushed:
         weights: Shares of the load on these, as far as they count, shape (s,).
         whole: Displacement of the twin's places, shape (m, 3) [m/N].
         replaced: The part of it that is by what has a column: what these are taken for.
+        own: Compliance of the contact at itself by its columns alone, shape (3, 3) [m/N]; None
+            where they are not all there.
         missed: Compliance of the contact, as the contacts round it have it, over what the columns
             and the twin's smooth dent give [m/N].
     """
@@ -49,17 +51,25 @@ class Pushed:
     weights: Floats
     whole: Floats
     replaced: Floats
+    own: Floats | None
     missed: float
 
     @classmethod
-    def of(cls, load: Load, mesh: SurfaceMesh, columns: GreenColumns, twin: CoarseTwin) -> Pushed:
+    def of(
+        cls,
+        load: Load,
+        mesh: SurfaceMesh,
+        columns: GreenColumns,
+        twin: CoarseTwin,
+        carried: Carried,
+    ) -> Pushed:
         """What is there of a load at this moment."""
         slots = columns.slot[load.vertices]
         here = slots >= 0
         weights = np.zeros(len(slots))
         weights[here] = load.weights[here] * columns.share[slots[here]]
-        spread = twin.spread(load.vertices, load.weights)
-        whole = twin.pushed(spread, load.direction)
+        spread = carried.spread
+        whole = np.tensordot(load.direction, carried.moved, axes=(0, 0))
         missing = max(0.0, 1.0 - float(weights.sum()))
         missed, replaced = 0.0, whole
         if missing > _NOTHING:
@@ -72,7 +82,9 @@ class Pushed:
             own = twin.own(load.vertices, load.weights, load.direction, normal)
             missed = missing * max(0.0, own - float(spread @ (whole @ load.direction)))
         centre = load.weights @ mesh.vertices[load.vertices]
-        return cls(load, centre, spread, slots[here], weights[here], whole, replaced, missed)
+        return cls(
+            load, centre, spread, slots[here], weights[here], whole, replaced, carried.own, missed
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +96,14 @@ class SolidResponse:
         columns: Of the solid.
         twin: Of the solid.
         pushed: The loads.
+        radius: Of a contact [m].
     """
 
     mesh: SurfaceMesh
     columns: GreenColumns
     twin: CoarseTwin
     pushed: Sequence[Pushed]
+    radius: float
 
     @property
     def compliance(self) -> Floats:
@@ -108,14 +122,17 @@ class SolidResponse:
         carried = np.tensordot(spreads, whole, axes=(1, 1))  # (c, c, 3)
         C: Floats = (carried * directions[:, None, :]).sum(axis=2)
         centres = np.array([p.centre for p in self.pushed])
-        reach = GONE * self.twin.spacing
+        reach = GONE * self.twin.spacing + self.radius
         for j, pushed in enumerate(self.pushed):
             if not len(pushed.slots):
                 continue
             off = centres - pushed.centre
-            near = np.flatnonzero(np.einsum("ik,ik->i", off, off) < (2.0 * reach) ** 2)
+            near = np.flatnonzero(np.einsum("ik,ik->i", off, off) < reach**2)
             for i in near.tolist():
                 load = self.pushed[i].load
+                if i == j and pushed.own is not None:
+                    C[i, i] = load.direction @ pushed.own @ load.direction
+                    continue
                 change = np.zeros((len(load.vertices), 3))
                 self._correct(change, pushed, 1.0, load.vertices)
                 C[i, j] += load.weights @ (change @ load.direction)

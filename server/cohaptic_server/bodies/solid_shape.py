@@ -38,7 +38,7 @@ class SolidSettings:
     nu: float = 0.45
     contact_radius: float = 0.0
     order: int = 2
-    cache: int = 2**30
+    cache: int = 2**28
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.young <= 1e12:

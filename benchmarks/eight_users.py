@@ -1,0 +1,119 @@
+"""Ticks that a server misses while eight simulated users touch a large solid, by the minute.
+
+    python benchmarks/eight_users.py [--minutes 3] [--users 8] [--whole [--loop-hz 1000]]
+
+A ring of 150,000 tetrahedra and 16,900 surface vertices is served at 60 Hz. Users are what a server
+sees of them (`light_users.py`), as their haptic loops run on their own machines; with `--whole`
+each is a `cohaptic touch` with its loop at 1 kHz on this one, where eight loops take most of a
+core and go before the server. A minute counts once everybody is there. A tick is missed when the
+one before ended after it was due.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import math
+import subprocess
+import sys
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
+from cohaptic_server.app import CohapticServer
+from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.column_worker import ColumnWorker
+from cohaptic_server.settings import ServerSettings
+
+_SETTLE = 5.0  # s after the last user came
+
+
+def main() -> None:
+    """Print one line for each minute, and the median."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--minutes", type=int, default=3)
+    parser.add_argument("--minute", type=float, default=60.0, help="length of one in seconds")
+    parser.add_argument("--users", type=int, default=8)
+    parser.add_argument("--whole", action="store_true", help="users with their haptic loops")
+    parser.add_argument("--loop-hz", type=float, default=1000.0)
+    parser.add_argument("--geometry", default="plane")
+    parser.add_argument("--rhythm-s", type=float, default=2.0, help="of presses; 0 to rest")
+    args = parser.parse_args()
+    mesh = ring(176, 96)
+    body = Solid(mesh, held(mesh), SolidSettings(order=1), name="ring")
+    print(f"{len(mesh.tets):,} tetrahedra, {len(body.mesh.vertices):,} vertices of surface")
+    with threadpool_limits(limits=1):
+        asyncio.run(_serve(body, args))
+
+
+async def _serve(body: Solid, args: argparse.Namespace) -> None:
+    worker = ColumnWorker(body)
+    server = CohapticServer(body, ServerSettings(port=0))
+    url = await server.start()
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        people = _people(url, args, folder)
+        prefer_this_process(SERVER_PRIORITY)
+        worker.start()
+        ticking = asyncio.create_task(server.run(worker.pump))
+        try:
+            while len(server.room.members) < args.users:
+                await asyncio.sleep(0.5)
+            await asyncio.sleep(_SETTLE)
+            await _minutes(server, args)
+        finally:
+            for person in people:
+                person.terminate()
+            ticking.cancel()
+            await asyncio.gather(ticking, return_exceptions=True)
+            worker.stop()
+            for person in people:
+                person.wait()
+
+
+async def _minutes(server: CohapticServer, args: argparse.Namespace) -> None:
+    missed: list[int] = []
+    for minute in range(args.minutes):
+        before, ticks, start = server.overruns, server.room.world.tick, server.clock.now()
+        await asyncio.sleep(args.minute)
+        seconds = server.clock.now() - start
+        missed.append(server.overruns - before)
+        rate = (server.room.world.tick - ticks) / seconds
+        cost = server.tick_cost
+        print(
+            f"minute {minute + 1}: {missed[-1]} missed, {rate:.1f} ticks/s; so far a tick took"
+            f" {1e3 * cost.quantile(0.5):.1f} ms in the median, {1e3 * cost.quantile(0.99):.1f} ms"
+            " at the 99th percentile",
+            flush=True,
+        )
+    print(f"median minute: {sorted(missed)[len(missed) // 2]} missed")
+
+
+def _people(url: str, args: argparse.Namespace, folder: str) -> list[subprocess.Popen[bytes]]:
+    if args.whole:
+        return [_touch(url, i, args, folder) for i in range(args.users)]
+    light = str(Path(__file__).with_name("light_users.py"))
+    return [
+        subprocess.Popen([sys.executable, light, url, str(args.users)], stdout=subprocess.DEVNULL)
+    ]
+
+
+def _touch(url: str, i: int, args: argparse.Namespace, folder: str) -> subprocess.Popen[bytes]:
+    angle = 2.0 * math.pi * i / args.users
+    place = (f"{RING * math.cos(angle):.5f}", f"{RING * math.sin(angle):.5f}", f"{TUBE:.5f}")
+    command = [sys.executable, "-m", "cohaptic", "touch", url, "--name", f"user{i}"]
+    command += ["--at", *place, "--inward", "0", "0", "-1", "--geometry", args.geometry]
+    command += ["--loop-hz", str(args.loop_hz), "--rhythm-s", str(args.rhythm_s)]
+    with open(f"{folder}/user{i}.txt", "wb") as words:
+        return subprocess.Popen(command, stdout=words, stderr=subprocess.STDOUT)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""Users of a server whose haptic loops run elsewhere: what a server sees of them, and no more.
+
+    python benchmarks/light_users.py URL USERS
+
+Each presses on the top of a ring (`soft_ring.py`) up to 8 mm deep and lets go again, every two
+seconds, and sends the force of the newest patch, 60 times a second, over a websocket of its own.
+All in one process, which costs a few percent of a core. Prints `here` once every user has a patch.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import sys
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+from websockets.typing import Subprotocol
+
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control import Hello, encode_control
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.transport import WEBSOCKET_OPTIONS
+from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic_server.bodies.soft_ring import RING, TUBE
+
+PERIOD = 1.0 / 60.0  # s
+DEPTH, RHYTHM = 0.008, 2.0  # m, s
+
+
+class User:
+    """One of them.
+
+    Args:
+        number: Of this user.
+        count: Of all.
+    """
+
+    def __init__(self, number: int, count: int) -> None:
+        self.number, angle = number, 2.0 * math.pi * number / count
+        self.place: Vec3 = (RING * math.cos(angle), RING * math.sin(angle), TUBE)
+        self.patch: Patch | None = None
+
+    async def run(self, url: str) -> None:
+        """Press until the server goes."""
+        protocols = [Subprotocol(SUBPROTOCOL)]
+        async with connect(url, subprotocols=protocols, **WEBSOCKET_OPTIONS) as ws:
+            hello = Hello(protocol=PROTOCOL_VERSION, name=f"light{self.number}")
+            await ws.send(encode_control(hello))
+            await ws.recv()  # the welcome
+            hearing = asyncio.create_task(self._hear(ws))
+            try:
+                await self._press(ws)
+            except ConnectionClosed:
+                pass
+            finally:
+                hearing.cancel()
+
+    async def _hear(self, ws: ClientConnection) -> None:
+        async for data in ws:
+            if isinstance(data, bytes):
+                self.patch = Patch.decode(data)
+
+    async def _press(self, ws: ClientConnection) -> None:
+        loop = asyncio.get_running_loop()
+        start, seq = loop.time(), 0
+        while True:
+            seq += 1
+            t = loop.time() - start
+            level = 0.5 - 0.5 * math.cos(2.0 * math.pi * (t / RHYTHM + 0.13 * self.number))
+            probe = sub(self.place, (0.0, 0.0, DEPTH * level))
+            await ws.send(ContactSample(seq, self._tick(), t, probe, self._force(probe)).encode())
+            await asyncio.sleep(max(0.0, start + seq * PERIOD - loop.time()))
+
+    def _tick(self) -> int:
+        return 0 if self.patch is None else self.patch.tick
+
+    def _force(self, probe: Vec3) -> Vec3:
+        if self.patch is None:
+            return (0.0, 0.0, 0.0)
+        depth = dot(sub(self.patch.x_free, probe), self.patch.normal)
+        return scale(self.patch.normal, min(9.0, max(0.0, self.patch.k_h * depth)))
+
+
+async def main(url: str, count: int) -> None:
+    """Run all users."""
+    users = [User(number, count) for number in range(count)]
+    running = [asyncio.create_task(user.run(url)) for user in users]
+    while any(user.patch is None for user in users):
+        await asyncio.sleep(0.1)
+    print("here", flush=True)
+    await asyncio.gather(*running)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(sys.argv[1], int(sys.argv[2])))
