@@ -1,0 +1,41 @@
+"""Steps of the force on a finger that slides over 150,000 tetrahedra, while columns come.
+
+    python benchmarks/slide_solid.py
+
+In virtual time (`cohaptic_experiments/slide_solid.py`): largest change of the force between two
+haptic periods of 1 ms, over the force, and the error against the exact body, by speed and delay.
+"""
+
+from __future__ import annotations
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic_experiments.slide_solid import ServedSolid, slide
+from cohaptic_server.bodies.soft_ring import held, ring
+from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid_parts import make_parts
+from cohaptic_server.bodies.solid_shape import SolidSettings
+
+
+def main() -> None:
+    """Print a table."""
+    mesh, settings = ring(176, 96), SolidSettings(order=1)
+    with threadpool_limits(limits=1):
+        parts = make_parts(mesh, held(mesh), settings)
+        exact = Solid(mesh, held(mesh), settings, parts=parts)
+        print(f"{len(mesh.tets):,} tetrahedra, {len(exact.mesh.vertices):,} vertices of surface\n")
+        print("| speed | delay each way | largest step | largest error | mean force |")
+        print("|---|---|---|---|---|")
+        for speed, delay in ((0.2, 0.0), (0.2, 0.04), (0.2, 0.08), (0.02, 0.0)):
+            body = ServedSolid(mesh, held(mesh), settings, parts=parts)
+            body.in_background()
+            found = slide(body, exact, speed=speed, delay=delay)
+            print(
+                f"| {speed:g} m/s | {1e3 * delay:g} ms | {found.step:.2%} | {found.error:.1%}"
+                f" | {found.force:.2f} N |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
