@@ -91,5 +91,3 @@ class NativeHand:
 
 def _log(folder: Path) -> Path:
     return folder / f"{next(_LOG)}.log"
-
-

@@ -92,6 +92,8 @@ def test_a_page_and_a_native_hand_feel_each_other(
         assert ann.force_of("native") == pytest.approx(felt.force, abs=LEAST)
 
         ann.release()
-        ann.until(lambda: abs(native.status.felt_from_others) < LEAST, "the native hand to be alone")
+        ann.until(
+            lambda: abs(native.status.felt_from_others) < LEAST, "the native hand to be alone"
+        )
         (rest,) = solve(body, hands[1:]).force
         assert native.status.force == pytest.approx(rest, rel=SHARE, abs=LEAST)

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from playwright.sync_api import Browser, ConsoleMessage, Page, Response
 
@@ -38,25 +39,25 @@ class Look:
     Args:
         width: In pixels.
         height: In pixels.
-        dark: Whether the visitor prefers that.
         phone: Whether it is one, with a finger for a mouse.
     """
 
     width: int
     height: int
-    dark: bool = False
     phone: bool = False
 
 
 # Software draws every pixel: small pictures leave the cores to the hands.
 SMALL = Look(640, 480)
+DESKTOP = Look(1440, 900)
+PHONE = Look(390, 844, phone=True)
 
 
 def visitor_of(browser: Browser, look: Look = SMALL) -> Visitor:
     """A page in a window of its own, with a memory of its own."""
     context = browser.new_context(
         viewport={"width": look.width, "height": look.height},
-        color_scheme="dark" if look.dark else "light",
+        color_scheme="light",
         has_touch=look.phone,
         is_mobile=look.phone,
     )
@@ -100,6 +101,11 @@ class Visitor:
         """Open the page and wait until it watches."""
         self.page.goto(address)
         self.until(self.watches, "the page to watch")
+
+    def prefer(self, scheme: Literal["light", "dark"]) -> None:
+        """Day or night, as the system would have it."""
+        self.page.emulate_media(color_scheme=scheme)
+        self.until(lambda: self.page.locator("html").get_attribute("data-theme") == scheme, scheme)
 
     def close(self) -> None:
         self.page.context.close()
