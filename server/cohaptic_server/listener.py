@@ -11,7 +11,7 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from cohaptic.errors import SettingError
-from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.web import DOWNLOAD_TIMEOUT
@@ -70,4 +70,6 @@ def page_address(url: str) -> str:
 def _select_subprotocol(
     _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else None
+    """Ours, or another version of it: a browser would not hear why it is refused otherwise."""
+    others = (name for name in offered if name.startswith(FAMILY))
+    return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else next(others, None)

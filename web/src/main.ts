@@ -5,4 +5,4 @@ import { startTouch } from "./touch/handle";
 import { openWatch } from "./watch/connection";
 
 const address = location.href;
-new Page({ address, store: openWatch(address, "forces"), startTouch });
+new Page({ address, openStore: () => openWatch(address, "forces"), startTouch });

@@ -14,6 +14,7 @@ import pytest
 
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.mesh import FINE, Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
 from cohaptic_server.watch.green import decode_block, encode_block, green_source
 
@@ -24,6 +25,36 @@ CONTACTS: list[dict[str, Any]] = [
     {"radius": 0.02, "foot": [0.0, 0.0, 0.1], "force": [0.0, 0.0, 1.5]},
     {"radius": 0.002, "foot": [-0.07, 0.05, -0.03], "force": [-1.0, 1.0, 0.0]},
 ]
+# On a mesh of more faces, which is not written but made: a ring of squares cut in two.
+RING = {"along": 72, "round": 72, "radius": 0.08, "tube": 0.03}
+ON_RING: list[dict[str, Any]] = [
+    {"radius": 0.01, "foot": [0.11, 0.0, 0.0]},
+    {"radius": 0.0004, "foot": [0.001, 0.0815, 0.0298]},
+]
+
+
+def ring(along: int, around: int, radius: float, tube: float) -> tuple[Floats, Ints]:
+    """Vertices (along around, 3) and faces (2 along around, 3) of a ring, as the page makes it."""
+    i, j = (k.ravel() for k in np.mgrid[:along, :around])
+    u, v = 2 * np.pi * i / along, 2 * np.pi * j / around
+    out = radius + tube * np.cos(v)
+    vertices = np.stack([out * np.cos(u), out * np.sin(u), tube * np.sin(v)], axis=1)
+    a, b = i * around + j, (i + 1) % along * around + j
+    c, d = (i + 1) % along * around + (j + 1) % around, i * around + (j + 1) % around
+    return vertices, np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3).astype(np.int64)
+
+
+def on_ring() -> dict[str, Any]:
+    """Weights of contacts on a fine mesh."""
+    along, around = int(RING["along"]), int(RING["round"])
+    vertices, faces = ring(along, around, RING["radius"], RING["tube"])
+    assert len(faces) > FINE
+    mesh = SurfaceMesh(vertices, faces)
+    contacts: list[dict[str, Any]] = []
+    for contact in ON_RING:
+        under, weights = pressure(mesh, np.array(contact["foot"]), contact["radius"])
+        contacts.append(contact | {"vertices": under.tolist(), "weights": weights.tolist()})
+    return RING | {"contacts": contacts}
 
 
 def vector() -> dict[str, Any]:
@@ -49,6 +80,7 @@ def vector() -> dict[str, Any]:
         "contacts": contacts,
         "blocks": {str(vertex): blocks[vertex] for vertex in sorted(blocks)},
         "displacement": np.round(whole, 9).tolist(),
+        "ring": on_ring(),
     }
 
 
@@ -63,7 +95,9 @@ def test_the_written_example_is_ours(written: dict[str, Any]) -> None:
     assert written["faces"] == mine["faces"]
     for key in ("vertices", "displacement"):
         assert np.allclose(written[key], mine[key], rtol=0.0, atol=2e-9)
-    for theirs, ours in zip(written["contacts"], mine["contacts"], strict=True):
+    pairs = [*zip(written["contacts"], mine["contacts"], strict=True)]
+    pairs += zip(written["ring"]["contacts"], mine["ring"]["contacts"], strict=True)
+    for theirs, ours in pairs:
         assert theirs["vertices"] == ours["vertices"]
         assert np.allclose(theirs["weights"], ours["weights"], rtol=0.0, atol=1e-9)
     for vertex, block in written["blocks"].items():
@@ -87,11 +121,26 @@ def test_the_pages_rule_gives_the_displacement_from_blocks_and_forces(
 
 def test_the_pages_rule_of_the_pressure_gives_the_weights(written: dict[str, Any]) -> None:
     """Point by point, as the protocol's page says it."""
-    x, faces = np.array(written["vertices"]), written["faces"]
     shares = [((i + 1 / 3) / 3, (j + 1 / 3) / 3) for i in range(3) for j in range(3 - i)]
     shares += [((i + 2 / 3) / 3, (j + 2 / 3) / 3) for i in range(3) for j in range(2 - i)]
     assert len(shares) == 9
-    for contact in written["contacts"]:
+    check_weights(np.array(written["vertices"]), written["faces"], written["contacts"], shares)
+
+
+def test_on_a_fine_mesh_the_middles_of_the_faces_are_enough(written: dict[str, Any]) -> None:
+    made = written["ring"]
+    vertices, faces = ring(made["along"], made["round"], made["radius"], made["tube"])
+    check_weights(vertices, faces.tolist(), made["contacts"], [(1 / 3, 1 / 3)])
+
+
+def check_weights(
+    x: Floats,
+    faces: list[list[int]],
+    contacts: list[dict[str, Any]],
+    shares: list[tuple[float, float]],
+) -> None:
+    """Weights of contacts with these points on each face."""
+    for contact in contacts:
         foot = np.array(contact["foot"])
         points: list[tuple[float, float, list[int], tuple[float, float, float]]] = []
         for face in faces:
@@ -99,7 +148,7 @@ def test_the_pages_rule_of_the_pressure_gives_the_weights(written: dict[str, Any
             area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
             for s, t in shares:
                 far = float(np.linalg.norm(s * a + t * b + (1 - s - t) * c - foot))
-                points.append((far, area / 9, face, (s, t, 1 - s - t)))
+                points.append((far, area / len(shares), face, (s, t, 1 - s - t)))
         under = [p for p in points if p[0] <= contact["radius"]] or [min(points)]
         got = np.zeros(len(x))
         for far, area, face, coordinates in under:

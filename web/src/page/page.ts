@@ -32,7 +32,8 @@ const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 export interface PageSettings {
   /** Of the server, http: or https:. */
   readonly address: string;
-  readonly store: SceneStore;
+  /** Called once the graphics are ready: that can take seconds, and no message is read or written meanwhile. */
+  readonly openStore: () => SceneStore;
   readonly startTouch: StartTouch;
 }
 
@@ -64,13 +65,12 @@ export class Page {
   private wish = false;
   private seen = false;
 
-  constructor({ address, store, startTouch }: PageSettings) {
+  constructor({ address, openStore, startTouch }: PageSettings) {
     this.address = address;
-    this.store = store;
     this.own = new OwnHand(startTouch);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { store.setLatency(user, latency); }, (encoding) => { store.setView(encoding, RATE); });
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); });
     this.legend = new LegendBox((by) => { this.player?.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
@@ -106,7 +106,8 @@ export class Page {
     this.stage = openStage(layout.host);
     this.player = this.stage === null ? null : new Player(this.stage, layout.host);
     attachControls(this, layout.host);
-    store.subscribe(() => { this.body(); });
+    this.store = openStore();
+    this.store.subscribe(() => { this.body(); });
     this.theme.apply();
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });

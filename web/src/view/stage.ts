@@ -51,7 +51,7 @@ export class Stage {
     host.append(this.canvas);
     this.camera.up.set(0, 0, 1);
     const light = new PMREMGenerator(this.renderer);
-    this.scene.environment = light.fromScene(new RoomEnvironment(), 0.04).texture;
+    this.scene.environment = light.fromScene(new RoomEnvironment(), 0.04, 0.1, 100, { size: 64 }).texture;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
     light.dispose();
     this.scene.add(this.key, this.key.target, this.sky);
@@ -179,6 +179,8 @@ export class Stage {
 
 /** A stage where the browser can have one; null without WebGL. */
 export function openStage(host: HTMLElement): Stage | null {
+  // Asked before three.js does, which would fill the console.
+  if (document.createElement("canvas").getContext("webgl2") === null) return null;
   try {
     const stage = new Stage(host);
     stage.still = matchMedia("(prefers-reduced-motion: reduce)").matches;

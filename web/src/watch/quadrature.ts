@@ -2,8 +2,10 @@
 
 import type { RestMesh } from "../types";
 
-/** Each face carries SPLIT^2 points, the centroids of equal triangles. */
+/** Each face carries so many points, squared: the centroids of equal triangles. */
 const SPLIT = 3;
+/** On a mesh of more faces than this a contact has so many under it that their middles do. */
+const FINE = 10_000;
 
 /** q points, in the order of the faces. */
 export interface Quadrature {
@@ -11,7 +13,7 @@ export interface Quadrature {
   readonly points: Float64Array;
   /** Share of the surface that each point of a face stands for, shape (m,) [m^2]. */
   readonly areas: Float64Array;
-  /** Barycentric coordinates of a face's points, shape (SPLIT^2, 3). */
+  /** Barycentric coordinates of a face's points, shape (split, 3). */
   readonly shares: Float64Array;
   /** Corners of each face, shape (m, 3). */
   readonly faces: Uint32Array;
@@ -20,9 +22,9 @@ export interface Quadrature {
 }
 
 export function quadratureOf({ vertices, faces }: RestMesh): Quadrature {
-  const shares = barycentric();
-  const split = shares.length / 3;
   const count = faces.length / 3;
+  const shares = barycentric(count <= FINE ? SPLIT : 1);
+  const split = shares.length / 3;
   const points = new Float64Array(3 * split * count);
   const areas = new Float64Array(count);
   const corner = (f: number, c: number, axis: number): number => vertices[3 * (faces[3 * f + c] ?? 0) + axis] ?? 0;
@@ -45,14 +47,14 @@ export function quadratureOf({ vertices, faces }: RestMesh): Quadrature {
   return { points, areas, shares, faces, split };
 }
 
-/** Centroids of SPLIT^2 equal triangles, shape (SPLIT^2, 3). */
-function barycentric(): Float64Array {
+/** Centroids of parts^2 equal triangles, shape (parts^2, 3). */
+function barycentric(parts: number): Float64Array {
   const rows: number[] = [];
-  for (let i = 0; i < SPLIT; i += 1) {
-    for (let j = 0; i + j < SPLIT; j += 1) {
-      for (const third of i + j < SPLIT - 1 ? [1, 2] : [1]) {
-        const a = (i + third / 3) / SPLIT;
-        const b = (j + third / 3) / SPLIT;
+  for (let i = 0; i < parts; i += 1) {
+    for (let j = 0; i + j < parts; j += 1) {
+      for (const third of i + j < parts - 1 ? [1, 2] : [1]) {
+        const a = (i + third / 3) / parts;
+        const b = (j + third / 3) / parts;
         rows.push(a, b, 1 - a - b);
       }
     }

@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("playwright", reason="pip install -e '.[dev]'")
+
+from playwright.sync_api import Browser, Playwright, sync_playwright
+
+from cohaptic_server.bodies.balloon import Balloon
+from tests.browser.chromium import open_browser
+from tests.browser.room import Room
+from tests.browser.visitor import SMALL, Look, Visitor, visitor_of
+
+Open = Callable[..., Visitor]
+Serve = Callable[..., Room]
+
+
+@pytest.fixture(scope="package")
+def playwright() -> Iterator[Playwright]:
+    """Of the package only: while it is there, no other test could run an event loop."""
+    with sync_playwright() as playwright:
+        yield playwright
+
+
+@pytest.fixture(scope="package")
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    browser = open_browser(playwright)
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def visitors(browser: Browser) -> Iterator[Open]:
+    """Opens pages; at the end none may have had a word for the console."""
+    opened: list[Visitor] = []
+
+    def open_one(look: Look = SMALL) -> Visitor:
+        opened.append(visitor_of(browser, look))
+        return opened[-1]
+
+    yield open_one
+    for visitor in opened:
+        visitor.close()
+    assert [problem for visitor in opened for problem in visitor.problems] == []
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Serve]:
+    """Starts servers that end with the test."""
+    rooms: list[Room] = []
+
+    def start(*options: str, port: int = 0) -> Room:
+        rooms.append(Room(tmp_path, *options, port=port))
+        return rooms[-1]
+
+    yield start
+    for room in rooms:
+        room.close()
+
+
+@pytest.fixture(scope="package")
+def body() -> Balloon:
+    """What the servers serve."""
+    return Balloon()

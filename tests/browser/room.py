@@ -1,0 +1,93 @@
+"""A server as a process, and its scene as somebody sees it who is no page."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import signal
+from collections.abc import Generator
+from pathlib import Path
+
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from cohaptic.protocol.control import encode_control
+from cohaptic.protocol.control_watch import Watch
+from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
+from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.report import TouchStatus
+from cohaptic_server.demo.processes import Process
+from cohaptic_server.listener import page_address
+
+SOON = 10.0  # s; a scene comes at once
+_LOG = itertools.count()
+
+
+class Room:
+    """`cohaptic serve` on a free port of loopback, or on one that was free a moment ago."""
+
+    def __init__(self, folder: Path, *options: str, port: int = 0) -> None:
+        self._folder = folder
+        self._process = Process("serve", "--port", str(port), *options, log=_log(folder))
+        self.url = self._process.first_line().removeprefix("listening ")
+        self.address = page_address(self.url)
+        self.port = int(self.url.rpartition(":")[2])
+
+    def close(self) -> None:
+        self._process.wait()
+
+    def die(self) -> None:
+        """As a server does whose machine is switched off."""
+        os.kill(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    @contextlib.contextmanager
+    def hand(self, name: str, *options: str) -> Generator[NativeHand]:
+        """`cohaptic touch` here, until the end of the block."""
+        hand = NativeHand(self.url, name, options, _log(self._folder))
+        try:
+            yield hand
+        finally:
+            hand.process.wait()
+
+    def users(self) -> dict[int, UserRecord]:
+        """Who is on the body now, as the server tells those who watch."""
+        with connect(
+            self.url,
+            subprotocols=[Subprotocol(SUBPROTOCOL)],
+            compression=None,
+            max_size=MAX_BYTES,
+            proxy=None,
+        ) as ws:
+            watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=60.0)
+            ws.send(encode_control(watch))
+            mesh: RestMesh | None = None
+            while True:
+                data = ws.recv(SOON)
+                if isinstance(data, str):
+                    continue
+                if mesh is None:
+                    mesh = RestMesh.decode(data)
+                    continue
+                scene = Scene.decode(data, Traversal.of(len(mesh.vertices), mesh.faces))
+                return {user.user: user for user in scene.users}
+
+
+class NativeHand:
+    """A simulated hand from the command line."""
+
+    def __init__(self, url: str, name: str, options: tuple[str, ...], log: Path) -> None:
+        self.process = Process("touch", url, "--name", name, "--json-lines", *options, log=log)
+
+    @property
+    def status(self) -> TouchStatus:
+        """Its newest word of itself."""
+        line = self.process.line or '{"name": "", "state": "connecting"}'
+        return TouchStatus.model_validate_json(line)
+
+
+def _log(folder: Path) -> Path:
+    return folder / f"{next(_LOG)}.log"

@@ -1,0 +1,32 @@
+"""The page of `cohaptic demo`, on loopback: everything that the tour shows is allowed there."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+from tests.browser.conftest import Open
+
+
+def test_the_demos_page_shows_both_hands_and_may_do_everything(visitors: Open) -> None:
+    demo = subprocess.Popen(
+        [sys.executable, "-m", "cohaptic", "demo", "--duration", "6", "--no-browser"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert demo.stdout is not None
+    with demo:
+        address = re.fullmatch(r"page (http://127\.0\.0\.1:\d+/)\n", demo.stdout.readline())
+        assert address is not None
+        ann = visitors()
+        ann.visit(address[1])
+        ann.until(lambda: ann.force_of("left") > 0.5, "left to press")
+        assert ann.force_of("right") > 0.5
+        # What a server has to allow: sliders of delay, and the paper's own rule.
+        assert ann.page.locator(".card .latency").first.is_visible()
+        assert ann.page.locator("input[value=paper]").is_enabled()
+        ann.away = True
+        # It goes on to its own end, and its result is as if nobody had looked.
+        assert "right felt left press" in demo.stdout.read()
+    assert demo.returncode == 0

@@ -1,0 +1,106 @@
+"""Bad input and bad luck: the page says what happened and recovers by itself where it can."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from playwright.sync_api import Playwright
+
+from tests.browser.chromium import open_browser
+from tests.browser.conftest import Open, Serve
+from tests.browser.visitor import visitor_of
+
+MARKUP = "<img src=x onerror=alert(1)>"
+
+
+def test_a_server_that_dies_and_returns_is_touched_again(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann = visitors()
+    ann.visit(room.address)
+    ann.take_part("ann")
+    ann.press(right=0.3)
+    before = ann.steady_force()
+
+    ann.away = True
+    room.die()
+    ann.until(lambda: "The server is gone" in ann.notice, "word that the server is gone")
+    assert "Trying again" in ann.notice
+    ann.until(lambda: not ann.force > 0.0, "the force to fade")
+
+    serve(port=room.port)
+    ann.until(lambda: ann.watches() and ann.notice == "", "the page to watch again")
+    # The finger is still down, and so is the hand.
+    assert ann.steady_force() == pytest.approx(before, rel=0.05)
+    ann.until(lambda: abs(ann.force_of("ann (you)") - ann.force) < 0.05, "the panel to know it")
+
+
+def test_a_server_of_another_version_says_so(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann = visitors()
+    ann.visit(room.address)
+    ann.away = True
+    room.die()
+    upgraded = (
+        "import sys, cohaptic.protocol.version as v; v.PROTOCOL_VERSION = 3;"
+        "v.SUBPROTOCOL = 'cohaptic.v3'; from cohaptic.cli import main; sys.exit(main())"
+    )
+    with subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            upgraded,
+            "serve",
+            "--port",
+            str(room.port),
+            "--lifeline",
+            "--quiet",
+        ],
+        stdin=subprocess.PIPE,  # its end is the server's
+        stdout=subprocess.DEVNULL,
+    ):
+        ann.until(lambda: "The server was upgraded" in ann.notice, "word of the upgrade")
+        assert ann.page.locator(".notice button", has_text="Reload").is_visible()
+
+
+def test_a_name_that_is_taken_is_said_and_another_one_will_do(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann, bob = visitors(), visitors()
+    for visitor in (ann, bob):
+        visitor.visit(room.address)
+    ann.take_part("ann")
+    bob.page.fill(".name", "ann")
+    bob.page.press(".name", "Tab")
+    bob.page.click(".touch-button")
+    bob.until(lambda: "That name is taken" in bob.notice, "word of the name")
+    bob.take_part("bob")
+    bob.until(lambda: bob.notice == "", "the notice to go")
+
+
+def test_a_name_is_text_never_markup(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann = visitors()
+    ann.visit(room.address)
+    with room.hand(MARKUP, "--angle", "0"):
+        ann.until(lambda: ann.force_of(MARKUP) > 0.0, "the guest to press")
+        assert ann.text(".label-name") == MARKUP
+    ann.until(lambda: "Nobody is here yet" in ann.words(), "the guest to be gone")
+    assert ann.page.locator(".for-ears").text_content() == f"{MARKUP} has left."
+    assert ann.page.locator("img").count() == 0
+
+
+def test_without_webgl_everything_but_the_picture_goes_on(
+    playwright: Playwright, serve: Serve
+) -> None:
+    room = serve()
+    browser = open_browser(playwright, ["--disable-webgl", "--disable-3d-apis"])
+    with room.hand("native", "--angle", "0"):
+        try:
+            ann = visitor_of(browser)
+            ann.visit(room.address)
+            ann.until(lambda: "no 3-D graphics" in ann.notice, "word of the graphics")
+            ann.until(lambda: ann.force_of("native") > 0.5, "the force of the native hand")
+            assert ann.problems == []
+        finally:
+            browser.close()

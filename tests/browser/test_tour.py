@@ -1,0 +1,41 @@
+"""The guided tour, from its first step to its last, beside a hand that presses in a rhythm."""
+
+from __future__ import annotations
+
+import re
+
+from tests.browser.conftest import Open, Serve
+
+STEPS = [
+    "welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours",
+]  # fmt: skip
+WAITING = ".tour-word + .tour-word"  # the first is on what was left out
+OCEAN = 240.0  # ms there and back, web/src/tour/steps.ts
+
+
+def test_the_guided_tour_shows_what_it_tells_of(visitors: Open, serve: Serve) -> None:
+    room = serve("--allow-latency", "--allow-fixed-gains")
+    ann = visitors()
+    ann.visit(room.address)
+    with room.hand("native", "--angle", "0", "--rhythm-s", "3"):
+        ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press")
+        ann.page.click(".tour-button")
+        card = ann.page.locator(".tour")
+        for step in STEPS:
+            ann.until(lambda step=step: card.get_attribute("data-step") == step, step)
+            # It goes on by itself once this is read and shown; here nobody reads.
+            ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")
+            assert card.get_attribute("data-step") == step, "it gave up waiting"
+            if step == "feel":
+                assert ann.force > 0.3
+            if step == "ocean":
+                loop = re.search(r"loop\s+(\d+)\s*ms", ann.text(".card.own").lower())
+                assert loop is not None
+                assert float(loop[1]) > 0.9 * OCEAN
+            if step == "coupled":
+                assert "bound to swing" in ann.text(".area-card")
+            ann.page.click(".tour-foot .primary")
+        assert not ann.page.locator(".tour").is_visible()
+    # All is as it was before: no hand in the room, no delay.
+    assert ann.text(".touch-words") == "Touch it"
+    ann.until(lambda: "Nobody is here yet" in ann.words(), "everybody to have left")

@@ -1,0 +1,58 @@
+"""What a page shows of the room to one who only watches."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.mesh import Floats
+from tests.browser.conftest import Open, Serve
+from tests.browser.visitor import Visitor
+
+SAME = 0.01  # share of a picture
+DENT = ("--angle", "-80", "--depth-mm", "40")  # degrees; in sight of the first view
+
+
+def picture(visitor: Visitor) -> Floats:
+    """The stage as it is seen, shape (h, w, 3), 0 to 1."""
+    # Hiding the caret would be a style that the page's policy forbids.
+    png = visitor.page.locator(".stage-canvas").screenshot(caret="initial")
+    image: Any = matplotlib.image.imread(io.BytesIO(png))
+    return np.asarray(image[:, :, :3], float)
+
+
+def difference(a: Floats, b: Floats) -> float:
+    """Share of the picture that differs by more than shades."""
+    return float((np.abs(a - b).max(axis=2) > 0.1).mean())
+
+
+def test_a_late_comer_sees_the_dent_at_once(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    early = visitors()
+    early.visit(room.address)
+    early.until(lambda: difference(picture(early), picture(early)) == 0.0, "the view to settle")
+    resting = picture(early)
+    with room.hand("native", *DENT) as native:
+        early.until(lambda: native.status.force > 1.0, "the native hand to press")
+        early.until(lambda: early.force_of("native") > 1.0, "the early page to show it")
+        late = visitors()
+        # Whoever comes late is told of the scene once: nothing of it may be the surface at rest.
+        late.visit(room.address)
+        late.until(lambda: late.force_of("native") > 1.0, "the late page to show it")
+        # A page that is slow draws fewer pixels.
+        late.until(lambda: difference(picture(late), picture(early)) < SAME, "the same dent")
+        assert difference(picture(late), resting) > 5.0 * SAME
+
+
+@pytest.mark.parametrize("encoding", ["frames", "forces"])
+def test_both_encodings_show_the_same(visitors: Open, serve: Serve, encoding: str) -> None:
+    room = serve()
+    ann = visitors()
+    ann.visit(room.address)
+    ann.page.locator(".stream .choice-option", has_text=encoding).click()
+    with room.hand("native", *DENT):
+        ann.until(lambda: ann.force_of("native") > 1.0, "the native hand to press")

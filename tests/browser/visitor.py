@@ -1,0 +1,207 @@
+"""A page as a person uses it: what is read, pressed and dragged, and what went wrong meanwhile."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from playwright.sync_api import Browser, ConsoleMessage, Page, Response
+
+from cohaptic.clock import SystemClock
+from cohaptic_server.watch.http import POLICY
+
+PATIENCE = 45.0  # s; far more than anything here takes on an idle machine
+POLL = 40  # ms between two looks
+LENS = math.radians(16.0)  # half of the picture's height, seen from the eye
+AWAY = 5.4  # radii of the body from its middle to the eye, in the first view
+AZIMUTH = -1.36  # rad, where the eye stands then
+TURN = 0.12  # rad for a key
+NARROW = 1.22  # pictures less wide than this over their height are seen from farther away
+
+CLOCK = SystemClock()
+_NUMBER = r"([\d.\u2212-]+)"
+# What the browser itself prints of a connection that cannot be had.
+_NETWORK = re.compile(r"WebSocket connection to .* failed|net::ERR_")
+_VIOLATIONS = """
+addEventListener("securitypolicyviolation", (e) => {
+  console.error("policy: " + e.violatedDirective + " " + e.blockedURI);
+});
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """The window of a page.
+
+    Args:
+        width: In pixels.
+        height: In pixels.
+        phone: Whether it is one, with a finger for a mouse.
+    """
+
+    width: int
+    height: int
+    phone: bool = False
+
+
+# Software draws every pixel: small pictures leave the cores to the hands.
+SMALL = Look(640, 480)
+DESKTOP = Look(1440, 900)
+PHONE = Look(390, 844, phone=True)
+
+
+def visitor_of(browser: Browser, look: Look = SMALL) -> Visitor:
+    """A page in a window of its own, with a memory of its own."""
+    context = browser.new_context(
+        viewport={"width": look.width, "height": look.height},
+        color_scheme="light",
+        has_touch=look.phone,
+        is_mobile=look.phone,
+    )
+    return Visitor(context.new_page())
+
+
+class Visitor:
+    """One page of a room.
+
+    Attributes:
+        page: Playwright's handle.
+        problems: What the console said that it should not have.
+        away: Whether the server may be away, which the browser tells the console.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.problems: list[str] = []
+        self.away = False
+        page.add_init_script(_VIOLATIONS)
+        page.on("console", self._heard)
+        page.on("pageerror", lambda error: self.problems.append(f"uncaught: {error}"))
+        page.on("response", self._answered)
+
+    def _heard(self, message: ConsoleMessage) -> None:
+        if message.type not in ("error", "warning"):
+            return
+        if self.away and _NETWORK.search(message.text):
+            return
+        # Chromium on software WebGL, of its own speed.
+        if "GPU stall due to ReadPixels" in message.text:
+            return
+        self.problems.append(f"{message.type}: {message.text}")
+
+    def _answered(self, response: Response) -> None:
+        policy = response.headers.get("content-security-policy")
+        if policy != POLICY:
+            self.problems.append(f"{response.url} came with the policy {policy}")
+
+    def visit(self, address: str) -> None:
+        """Open the page and wait until it watches."""
+        self.page.goto(address)
+        self.until(self.watches, "the page to watch")
+
+    def prefer(self, scheme: Literal["light", "dark"]) -> None:
+        """Day or night, as the system would have it."""
+        self.page.emulate_media(color_scheme=scheme)
+        self.until(lambda: self.page.locator("html").get_attribute("data-theme") == scheme, scheme)
+
+    def close(self) -> None:
+        self.page.context.close()
+
+    def until(self, condition: Callable[[], bool], what: str) -> None:
+        """Wait for a condition."""
+        deadline = CLOCK.now() + PATIENCE
+        while not condition():
+            assert CLOCK.now() < deadline, f"waited for {what}; the page says: {self.words()}"
+            self.page.wait_for_timeout(POLL)
+
+    def words(self) -> str:
+        """All that can be read."""
+        return self.page.inner_text("body").replace("\n", " | ")
+
+    def text(self, selector: str) -> str:
+        """Of the first of these elements; empty where it is not seen."""
+        found = self.page.locator(selector).first
+        return found.inner_text() if found.is_visible() else ""
+
+    def watches(self) -> bool:
+        return self.page.locator(".lamp").get_attribute("data-phase") == "watching"
+
+    @property
+    def notice(self) -> str:
+        """What it says is wrong; empty for nothing."""
+        return self.text(".notice-words").replace("\n", " ")
+
+    def turn(self, angle: float) -> None:
+        """Go round the body by keys, to the right."""
+        key = "ArrowRight" if angle > 0.0 else "ArrowLeft"
+        self.page.locator(".stage-host").focus()
+        for _ in range(round(abs(angle) / TURN)):
+            self.page.keyboard.press(key)
+
+    def take_part(self, name: str) -> None:
+        """Into the room with a name, until the hand is in the air."""
+        self.page.fill(".name", name)
+        self.page.press(".name", "Tab")
+        self.page.click(".touch-button")
+        self.until(lambda: self.text(".dock-facts") == "in the air", "the hand to be engaged")
+
+    def leave(self) -> None:
+        """The hand out of the room."""
+        self.page.click(".touch-button")
+
+    def press(self, right: float = 0.0, up: float = 0.0) -> None:
+        """Press on the body and hold, beside its middle by shares of its radius in the picture."""
+        box = self.page.locator(".stage-canvas").bounding_box()
+        assert box is not None
+        back = max(1.0, NARROW * box["height"] / box["width"])
+        radius = 0.5 * box["height"] * math.tan(math.asin(1.0 / (AWAY * back))) / math.tan(LENS)
+        x = box["x"] + 0.5 * box["width"] + right * radius
+        # The body stands in the middle of what bar and dock leave free.
+        covered = self.height(".dock") - self.height(".bar")
+        y = box["y"] + 0.5 * (box["height"] - covered) - up * radius
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+
+    def height(self, selector: str) -> float:
+        box = self.page.locator(selector).bounding_box()
+        return 0.0 if box is None else box["height"]
+
+    def release(self) -> None:
+        self.page.mouse.up()
+
+    @property
+    def force(self) -> float:
+        """On the own hand, as shown [N]."""
+        return _number(rf"{_NUMBER} N", self.text(".dock-force"))
+
+    @property
+    def from_others(self) -> float:
+        """Part of it that comes from others, as shown [N]."""
+        return _number(rf"{_NUMBER} N from others", self.text(".dock-facts"))
+
+    def force_of(self, name: str) -> float:
+        """On somebody's hand, as that one's panel shows it [N]."""
+        for card in self.page.locator(".card[data-user]").all():
+            if card.locator(".card-name").inner_text() == name:
+                return _number(rf"{_NUMBER} N", card.locator(".card-force").inner_text())
+        return math.nan
+
+    def steady_force(self) -> float:
+        """The own force once it does not change any more."""
+        seen: list[float] = []
+
+        def steady() -> bool:
+            seen.append(self.force)
+            last = seen[-25:]
+            return len(last) == 25 and last[-1] > 0.1 and max(last) - min(last) <= 0.02
+
+        self.until(steady, "a steady force")
+        return seen[-1]
+
+
+def _number(pattern: str, text: str) -> float:
+    found = re.search(pattern, text)
+    return math.nan if found is None else float(found[1].replace("\u2212", "-"))
