@@ -8,6 +8,7 @@ patch of the tick has been written.
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 from collections.abc import Callable, Iterator
 
@@ -88,6 +89,9 @@ class CohapticServer:
         Args:
             before_tick: Called before each tick, in no time: to hand over what was found beside it.
         """
+        # What is here now stays: looking through it again and again would cost ticks.
+        gc.collect()
+        gc.freeze()
         period = self.settings.simulation_period
         due = self.clock.now()
         try:
