@@ -11,8 +11,8 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from cohaptic_server.bodies.balloon import Balloon
 from tests.browser.chromium import open_browser
-from tests.browser.room import Room
-from tests.browser.visitor import SMALL, Look, Visitor, visitor_of
+from tests.browser.room import SOON, Room
+from tests.browser.visitor import CLOCK, SMALL, Look, Visitor, visitor_of
 
 Open = Callable[..., Visitor]
 Serve = Callable[..., Room]
@@ -59,6 +59,22 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     yield start
     for room in rooms:
         room.close()
+
+
+@pytest.fixture(scope="package")
+def shared_room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
+    room = Room(tmp_path_factory.mktemp("room"), "--allow-latency", "--allow-fixed-gains")
+    yield room
+    room.close()
+
+
+@pytest.fixture
+def room(shared_room: Room) -> Room:
+    """A server that allows everything, with nobody on its body."""
+    deadline = CLOCK.now() + SOON
+    while shared_room.users():
+        assert CLOCK.now() < deadline, "those of the test before are still here"
+    return shared_room
 
 
 @pytest.fixture(scope="package")

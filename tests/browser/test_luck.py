@@ -10,8 +10,18 @@ from playwright.sync_api import Playwright
 
 from tests.browser.chromium import open_browser
 from tests.browser.conftest import Open, Serve
+from tests.browser.room import Room
 from tests.browser.visitor import visitor_of
 
+# The same server of a later version of the protocol.
+UPGRADED = """
+import sys
+import cohaptic.protocol.version as version
+version.PROTOCOL_VERSION = 3
+version.SUBPROTOCOL = "cohaptic.v3"
+from cohaptic.cli import main
+sys.exit(main())
+"""
 MARKUP = "<img src=x onerror=alert(1)>"
 
 
@@ -29,43 +39,26 @@ def test_a_server_that_dies_and_returns_is_touched_again(visitors: Open, serve: 
     assert "Trying again" in ann.notice
     ann.until(lambda: not ann.force > 0.0, "the force to fade")
 
-    serve(port=room.port)
+    room = serve(port=room.port)
     ann.until(lambda: ann.watches() and ann.notice == "", "the page to watch again")
     # The finger is still down, and so is the hand.
     assert ann.steady_force() == pytest.approx(before, rel=0.05)
     ann.until(lambda: abs(ann.force_of("ann (you)") - ann.force) < 0.05, "the panel to know it")
 
-
-def test_a_server_of_another_version_says_so(visitors: Open, serve: Serve) -> None:
-    room = serve()
-    ann = visitors()
-    ann.visit(room.address)
-    ann.away = True
+    # Next time it comes back newer than the page.
     room.die()
-    upgraded = (
-        "import sys, cohaptic.protocol.version as v; v.PROTOCOL_VERSION = 3;"
-        "v.SUBPROTOCOL = 'cohaptic.v3'; from cohaptic.cli import main; sys.exit(main())"
-    )
+    command = [sys.executable, "-c", UPGRADED, "serve", "--port", str(room.port), "--lifeline"]
     with subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            upgraded,
-            "serve",
-            "--port",
-            str(room.port),
-            "--lifeline",
-            "--quiet",
-        ],
+        command,
         stdin=subprocess.PIPE,  # its end is the server's
         stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     ):
         ann.until(lambda: "The server was upgraded" in ann.notice, "word of the upgrade")
         assert ann.page.locator(".notice button", has_text="Reload").is_visible()
 
 
-def test_a_name_that_is_taken_is_said_and_another_one_will_do(visitors: Open, serve: Serve) -> None:
-    room = serve()
+def test_a_name_that_is_taken_is_said_and_another_one_will_do(visitors: Open, room: Room) -> None:
     ann, bob = visitors(), visitors()
     for visitor in (ann, bob):
         visitor.visit(room.address)
@@ -78,8 +71,7 @@ def test_a_name_that_is_taken_is_said_and_another_one_will_do(visitors: Open, se
     bob.until(lambda: bob.notice == "", "the notice to go")
 
 
-def test_a_name_is_text_never_markup(visitors: Open, serve: Serve) -> None:
-    room = serve()
+def test_a_name_is_text_never_markup(visitors: Open, room: Room) -> None:
     ann = visitors()
     ann.visit(room.address)
     with room.hand(MARKUP, "--angle", "0"):
@@ -91,9 +83,8 @@ def test_a_name_is_text_never_markup(visitors: Open, serve: Serve) -> None:
 
 
 def test_without_webgl_everything_but_the_picture_goes_on(
-    playwright: Playwright, serve: Serve
+    playwright: Playwright, room: Room
 ) -> None:
-    room = serve()
     browser = open_browser(playwright, ["--disable-webgl", "--disable-3d-apis"])
     with room.hand("native", "--angle", "0"):
         try:

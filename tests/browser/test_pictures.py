@@ -6,22 +6,24 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
+from tests.browser.room import Room
 from tests.browser.visitor import DESKTOP, PHONE, Look
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 
 
 @pytest.mark.parametrize("look", [DESKTOP, PHONE], ids=["desktop", "phone"])
-def test_the_page_fits_its_window(visitors: Open, serve: Serve, look: Look) -> None:
-    room = serve("--allow-latency", "--allow-fixed-gains")
+def test_the_page_fits_its_window(visitors: Open, room: Room, look: Look) -> None:
     with room.hand("left", "--angle", "180"), room.hand("right", "--angle", "0"):
         ann = visitors(look)
         ann.visit(room.address)
         ann.take_part("ann")
         ann.press(right=0.1, up=0.1)
-        for name in ("left", "right"):
-            ann.until(lambda name=name: ann.force_of(name) > 1.0, f"{name} to press")
+        ann.until(
+            lambda: min(ann.force_of("left"), ann.force_of("right")) > 1.0,
+            "left and right to press",
+        )
         ann.steady_force()
         OUT.mkdir(parents=True, exist_ok=True)
         for scheme in ("light", "dark"):

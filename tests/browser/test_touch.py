@@ -15,7 +15,8 @@ from cohaptic.protocol.scene import UserRecord
 from cohaptic.vec import add, scale
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.equilibrium import RestingHand, solve
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
+from tests.browser.room import Room
 from tests.browser.visitor import AZIMUTH
 
 K = Hand().stiffness  # N/m; the hand in a page is the same (web/src/page/own_hand.ts)
@@ -28,8 +29,7 @@ def spring(user: UserRecord) -> RestingHand:
     return RestingHand(add(user.probe, scale(user.force, -1.0 / K)), K)
 
 
-def test_two_pages_feel_each_other(visitors: Open, serve: Serve, body: Balloon) -> None:
-    room = serve()
+def test_two_pages_feel_each_other(visitors: Open, room: Room, body: Balloon) -> None:
     ann, bob = visitors(), visitors()
     for visitor in (ann, bob):
         visitor.visit(room.address)
@@ -66,9 +66,8 @@ def test_two_pages_feel_each_other(visitors: Open, serve: Serve, body: Balloon) 
 
 
 def test_a_page_and_a_native_hand_feel_each_other(
-    visitors: Open, serve: Serve, body: Balloon
+    visitors: Open, room: Room, body: Balloon
 ) -> None:
-    room = serve()
     ann = visitors()
     ann.visit(room.address)
     ann.turn(-math.pi - AZIMUTH)

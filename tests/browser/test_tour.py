@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
+from tests.browser.room import Room
 
 STEPS = [
     "welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours",
@@ -13,19 +15,22 @@ WAITING = ".tour-word + .tour-word"  # the first is on what was left out
 OCEAN = 240.0  # ms there and back, web/src/tour/steps.ts
 
 
-def test_the_guided_tour_shows_what_it_tells_of(visitors: Open, serve: Serve) -> None:
-    room = serve("--allow-latency", "--allow-fixed-gains")
+def test_the_guided_tour_shows_what_it_tells_of(visitors: Open, room: Room) -> None:
     ann = visitors()
     ann.visit(room.address)
     with room.hand("native", "--angle", "0", "--rhythm-s", "3"):
         ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press")
         ann.page.click(".tour-button")
         card = ann.page.locator(".tour")
+
+        def at(step: str) -> bool:
+            return card.get_attribute("data-step") == step
+
         for step in STEPS:
-            ann.until(lambda step=step: card.get_attribute("data-step") == step, step)
+            ann.until(partial(at, step), step)
             # It goes on by itself once this is read and shown; here nobody reads.
             ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")
-            assert card.get_attribute("data-step") == step, "it gave up waiting"
+            assert at(step), "it gave up waiting"
             if step == "feel":
                 assert ann.force > 0.3
             if step == "ocean":

@@ -7,10 +7,10 @@ from typing import Any
 
 import matplotlib.image
 import numpy as np
-import pytest
 
 from cohaptic_server.bodies.mesh import Floats
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
+from tests.browser.room import Room
 from tests.browser.visitor import Visitor
 
 SAME = 0.01  # share of a picture
@@ -30,10 +30,12 @@ def difference(a: Floats, b: Floats) -> float:
     return float((np.abs(a - b).max(axis=2) > 0.1).mean())
 
 
-def test_a_late_comer_sees_the_dent_at_once(visitors: Open, serve: Serve) -> None:
-    room = serve()
+def test_a_late_comer_sees_the_dent_at_once_and_in_both_encodings(
+    visitors: Open, room: Room
+) -> None:
     early = visitors()
     early.visit(room.address)
+    early.page.locator(".stream .choice-option", has_text="frames").click()
     early.until(lambda: difference(picture(early), picture(early)) == 0.0, "the view to settle")
     resting = picture(early)
     with room.hand("native", *DENT) as native:
@@ -46,13 +48,3 @@ def test_a_late_comer_sees_the_dent_at_once(visitors: Open, serve: Serve) -> Non
         # A page that is slow draws fewer pixels.
         late.until(lambda: difference(picture(late), picture(early)) < SAME, "the same dent")
         assert difference(picture(late), resting) > 5.0 * SAME
-
-
-@pytest.mark.parametrize("encoding", ["frames", "forces"])
-def test_both_encodings_show_the_same(visitors: Open, serve: Serve, encoding: str) -> None:
-    room = serve()
-    ann = visitors()
-    ann.visit(room.address)
-    ann.page.locator(".stream .choice-option", has_text=encoding).click()
-    with room.hand("native", *DENT):
-        ann.until(lambda: ann.force_of("native") > 1.0, "the native hand to press")

@@ -15,6 +15,8 @@ from cohaptic_server.watch.http import POLICY
 
 PATIENCE = 45.0  # s; far more than anything here takes on an idle machine
 POLL = 40  # ms between two looks
+# A steady force: over so many looks and seconds it does not change by more.
+MANY, LONG, STILL = 8, 0.8, 0.01  # and N
 LENS = math.radians(16.0)  # half of the picture's height, seen from the eye
 AWAY = 5.4  # radii of the body from its middle to the eye, in the first view
 AZIMUTH = -1.36  # rad, where the eye stands then
@@ -191,12 +193,14 @@ class Visitor:
 
     def steady_force(self) -> float:
         """The own force once it does not change any more."""
-        seen: list[float] = []
+        since, seen = CLOCK.now(), [math.nan]
 
         def steady() -> bool:
+            nonlocal since
             seen.append(self.force)
-            last = seen[-25:]
-            return len(last) == 25 and last[-1] > 0.1 and max(last) - min(last) <= 0.02
+            if not (seen[-1] > 0.1 and abs(seen[-1] - seen[0]) <= STILL):
+                since, seen[:] = CLOCK.now(), seen[-1:]
+            return len(seen) > MANY and CLOCK.now() - since > LONG
 
         self.until(steady, "a steady force")
         return seen[-1]
