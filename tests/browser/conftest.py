@@ -4,9 +4,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("playwright", reason="pip install -e '.[dev]'")
-
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from cohaptic_server.bodies.balloon import Balloon

@@ -334,6 +334,17 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
         assert reason
 
 
+def test_another_version_is_accepted_to_be_told(stage: Stage) -> None:
+    """A browser drops a connection whose subprotocol is not accepted, and hears no reason."""
+
+    async def offer() -> tuple[str | None, int]:
+        async with visit(stage.url, ["chat", "cohaptic.v1"]) as client:
+            chosen = client.ws.subprotocol
+            return chosen, (await client.end())[0]
+
+    assert stage.during(offer()) == ("cohaptic.v1", VERSION)
+
+
 @pytest.mark.parametrize(
     ("said", "subprotocols", "code", "words"),
     [
