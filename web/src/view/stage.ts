@@ -54,6 +54,9 @@ export class Stage {
     this.scene.environment = light.fromScene(new RoomEnvironment(), 0.04, 0.1, 100, { size: 64 }).texture;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
     light.dispose();
+    // Wait for it here, where nobody waits for the page: graphics in software take seconds.
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     this.scene.add(this.key, this.key.target, this.sky);
     new ResizeObserver(() => {
       this.resize();
