@@ -90,16 +90,13 @@ class GreenColumns:
         short = self.length < len(self.nodes)
         if short:
             self._slab.fill(0.0)  # a tick has no time for the system to find memory
-        self._row = np.full((self.capacity if short else 0, len(self.nodes)), 0, dtype=np.int32)
+        self._row = np.full((self.capacity if short else 0, len(self.nodes)), 0, np.int32)
         self.share = np.zeros(self.capacity)
         self._holds = np.full(self.capacity, -1, dtype=np.int64)
         self._used = np.full(self.capacity, -_IN_USE - 1, dtype=np.int64)
         self._now = 0
         self._since = np.zeros(len(self.nodes), dtype=np.int64)
         self._touched = np.full(len(self.nodes), -1, dtype=np.int64)
-
-    def __contains__(self, vertex: int) -> bool:
-        return bool(self.slot[vertex] >= 0)
 
     @property
     def kept(self) -> int:
