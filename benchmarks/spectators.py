@@ -4,9 +4,10 @@
 
 First the parts: what a scene of a balloon in motion takes to encode, and how many bytes it has.
 Then a real server with two users who press and slide, over loopback. Phases with and without
-spectators, who live in a process of their own, take turns in one run. The users note when each
-patch comes; the server's stamp says when its tick was, and both read the same clock. Timings depend
-on the machine and its load; compare within one run.
+spectators take turns in one run. Users and spectators live in a process each: nobody who touches
+shares an event loop with the server. The users note when each patch comes; the server's stamp says
+when its tick was, and both read the same clock. Timings depend on the machine and its load; compare
+within one run.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import multiprocessing
 import sys
 import time
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection as Pipe
 from multiprocessing.synchronize import Event
 
 import numpy as np
@@ -26,6 +28,7 @@ from threadpoolctl import threadpool_limits
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
@@ -127,7 +130,7 @@ async def join(url: str, name: str) -> ClientConnection:
     return ws
 
 
-async def touching(url: str, name: str, user: int, server: CohapticServer, into: Lateness) -> None:
+async def touching(url: str, name: str, user: int, clock: SystemClock, into: Lateness) -> None:
     """One user until cancelled; what it notes goes into `into`."""
     ws = await join(url, name)
     seq, newest = 0, 0
@@ -137,7 +140,7 @@ async def touching(url: str, name: str, user: int, server: CohapticServer, into:
         while True:
             seq += 1
             probe, force = hand(seq, user)
-            sample = ContactSample(seq, newest, server.clock.now(), probe, force)
+            sample = ContactSample(seq, newest, clock.now(), probe, force)
             await ws.send(sample.encode())
             await asyncio.sleep(PERIOD)
 
@@ -145,12 +148,39 @@ async def touching(url: str, name: str, user: int, server: CohapticServer, into:
     try:
         async for data in ws:
             if isinstance(data, bytes):
-                now = server.clock.now()
+                now = clock.now()
                 patch = Patch.decode(data)
                 newest = patch.tick
                 into.add(patch, now)
     finally:
         speaking.cancel()
+
+
+def hands(url: str, origin: float, pipe: Pipe) -> None:
+    """The process of those who touch: on `True` notes begin anew, on `False` it says them."""
+
+    async def play() -> None:
+        clock, noted = SystemClock(origin), [Lateness(), Lateness()]
+        users = [
+            asyncio.ensure_future(touching(url, f"hand{i}", i, clock, noted[i])) for i in range(2)
+        ]
+        while True:
+            await asyncio.sleep(0.02)
+            if not pipe.poll():
+                continue
+            try:
+                if pipe.recv():
+                    for mine in noted:
+                        mine.patches, mine.gaps, mine.last = [], [], math.nan
+                else:
+                    pipe.send(noted)
+            except EOFError:
+                break
+        for task in users:
+            task.cancel()
+        await asyncio.gather(*users, return_exceptions=True)
+
+    asyncio.run(play())
 
 
 def spectators(
@@ -204,12 +234,14 @@ async def race(body: Balloon, options: argparse.Namespace) -> None:
         args=(url, options.spectators, options.rate, options.encoding, go, ready, end),
     )
     crowd.start()
+    ours, theirs = context.Pipe()
+    touchers = context.Process(target=hands, args=(url, server.clock.origin, theirs))
+    touchers.start()
+    theirs.close()
     noted: dict[bool, list[Lateness]] = {False: [], True: []}
-    hands = [Lateness(), Lateness()]
-    users = [
-        asyncio.ensure_future(touching(url, f"hand{i}", i, server, hands[i])) for i in range(2)
-    ]
-    await asyncio.sleep(WARM_UP)
+    busy = {False: 0.0, True: 0.0}
+    while len(server.room.members) < 2:
+        await asyncio.sleep(0.05)
     for phase in range(2 * options.rounds):
         watched = phase % 2 == 1
         if watched:
@@ -217,19 +249,26 @@ async def race(body: Balloon, options: argparse.Namespace) -> None:
             while not ready.is_set():
                 await asyncio.sleep(0.02)
         await asyncio.sleep(WARM_UP)
-        for mine in hands:
-            mine.patches, mine.gaps, mine.last = [], [], math.nan
+        ours.send(True)
+        busy[watched] -= time.process_time()
         await asyncio.sleep(options.seconds)
-        noted[watched] += [Lateness(list(mine.patches), list(mine.gaps)) for mine in hands]
+        busy[watched] += time.process_time()
+        ours.send(False)
+        while not ours.poll():
+            await asyncio.sleep(0.01)
+        noted[watched] += ours.recv()
         go.clear()
         ready.clear()
         await asyncio.sleep(0.3)
     end.set()
-    for task in (*users, serving):
-        task.cancel()
-    await asyncio.gather(*users, serving, return_exceptions=True)
+    ours.close()
+    serving.cancel()
+    await asyncio.gather(serving, return_exceptions=True)
     crowd.join(10.0)
+    touchers.join(10.0)
     report(noted, server)
+    idle, full = (busy[watched] / (options.rounds * options.seconds) for watched in (False, True))
+    print(f"the server was busy {idle:.0%} of the time, with spectators {full:.0%}")
 
 
 def report(noted: dict[bool, list[Lateness]], server: CohapticServer) -> None:

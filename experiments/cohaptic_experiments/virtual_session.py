@@ -130,7 +130,7 @@ class VirtualSession:
         info = describe(self.room.body)
         period = self.room.settings.simulation_period
         # As the wire carries it: rounded to 32 bits.
-        mesh = RestMesh.decode(self.room.rest_mesh()) if geometry == "mesh" else None
+        mesh = RestMesh.decode(self.room.touch_mesh()) if geometry == "mesh" else None
         limits = replace(limits or SafetyLimits(), silent_after=silent_after(period))
         user = VirtualUser(
             number=welcome.user,

@@ -78,8 +78,11 @@ class CohapticServer:
         Raises:
             SettingError: The address or port cannot be had.
         """
+        # Now: later they would cost those who are here a few ticks.
         if self.room.has_rest_mesh:
-            self.room.rest_mesh()  # now: later it would cost those who are here a few ticks
+            self.room.rest_mesh()
+        if self.room.has_touch_mesh:
+            self.room.touch_mesh()
         self._listener, url = await listen(self._handle, self.web.process, self.settings)
         return url
 
@@ -216,9 +219,9 @@ class CohapticServer:
             gone = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
             self._tell_others(connection, gone)
         connection.user = welcome.user
-        rest_mesh = self.room.rest_mesh() if hello.geometry == "mesh" else None
+        mesh = self.room.touch_mesh() if hello.geometry == "mesh" else None
         welcome = welcome.model_copy(update={"to_wall": self.clock.to_wall()})
-        session.accept(welcome, rest_mesh)
+        session.accept(welcome, mesh)
         log.info("%s joined with %s", hello.name, hello.law.value)
         self._tell_others(connection, news)
 

@@ -66,15 +66,16 @@ def compliance_between(response: Response, where: Sequence[slice]) -> Floats:
     one to all directions of the other, in the share that the direction's own compliance has: a gain
     that is safe by this row is safe for every direction of a contact.
     """
-    C = np.abs(response.compliance)
+    if not where:
+        return np.zeros((0, 0))
     own = np.maximum(np.diag(response.compliance), 1e-300)
-    rows = np.empty((len(where), len(where)))
-    for i, mine in enumerate(where):
-        share = own[mine.start] / own[mine]
-        for j, theirs in enumerate(where):
-            rows[i, j] = (C[mine, theirs].sum(axis=1) * share).max()
-        rows[i, i] = own[mine.start]
-    return rows
+    first = np.array([mine.start for mine in where])
+    owner = np.repeat(np.arange(len(where)), [mine.stop - mine.start for mine in where])
+    share = own[first[owner]] / own
+    sums = np.add.reduceat(np.abs(response.compliance), first, axis=1)  # (loads, users)
+    rows = np.maximum.reduceat(share[:, None] * sums, first, axis=0)
+    rows[np.diag_indices(len(where))] = own[first]
+    return np.asarray(rows)
 
 
 def contact_compliance(response: Response, press: Press, span: slice) -> Compliance3 | None:

@@ -1,7 +1,8 @@
 """What of the free surface a mesh patch carries: what the probe can reach before the next news.
 
-The vertices round the contact, and ahead of a hand that slides: along its way over the surface for
-as long as this patch will be in use. Nearest first, as many as a frame holds.
+The vertices of the touch mesh (`touch_mesh.py`) round the contact, and ahead of a hand that slides:
+along its way over the surface for as long as this patch will be in use. Nearest first, as many as a
+frame holds.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ import numpy as np
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.contact import pressure
-from cohaptic_server.curvature import spacing
 from cohaptic_server.field import Window
+from cohaptic_server.touch_mesh import TouchMesh, touch_mesh
 
 # Round the contact, and the width of the client's weights on top.
 REACH = 0.04  # m
@@ -57,23 +58,23 @@ def vertex_compliance(body: Body) -> Floats:
     return _TABLES[body]
 
 
-def reach(mesh: SurfaceMesh, speed: float, horizon: float) -> float:
+def reach(mesh: TouchMesh, speed: float, horizon: float) -> float:
     """How far from a contact a vertex of its neighbourhood can be [m].
 
     Args:
-        mesh: Resting surface.
+        mesh: That is touched.
         speed: Of the probe [m/s].
         horizon: For how long the patch will be in use [s].
     """
     return min(_FURTHEST, speed * horizon) + _beside(mesh, horizon)
 
 
-def _beside(mesh: SurfaceMesh, horizon: float) -> float:
+def _beside(mesh: TouchMesh, horizon: float) -> float:
     """How far from the way of a contact: what is reached, or what a frame holds if it is less [m].
 
     A disc of `MAX_VERTICES` is the widest that can be sent.
     """
-    apart = spacing(mesh)
+    apart = mesh.spacing
     widest = _ROOMY * apart * math.sqrt(MAX_VERTICES / math.pi)
     return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
 
@@ -92,9 +93,15 @@ def cut_neighbourhood(
         horizon: For how long this patch will be in use [s].
     """
     slide = velocity - (velocity @ normal) * normal
-    chosen = choose_vertices(body.mesh, free, at, slide, horizon)
-    vertices = free.vertices[chosen]
-    return quantised(vertices, free.values[chosen], vertex_compliance(body)[vertices])
+    mesh = touch_mesh(body)
+    seen = mesh.seen(free.vertices)
+    vertices = mesh.vertices[seen]
+    values = free[vertices]
+    points = mesh.places[seen] + values
+    normals = body.mesh.normals[vertices]
+    chosen = choose_vertices(mesh, points, normals, at, slide, horizon)
+    compliance = vertex_compliance(body)[vertices[chosen]]
+    return quantised(seen[chosen], values[chosen], compliance)
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
@@ -120,25 +127,25 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
 
 
 def choose_vertices(
-    mesh: SurfaceMesh, free: Window, at: Floats, slide: Floats, horizon: float
+    mesh: TouchMesh, points: Floats, normals: Floats, at: Floats, slide: Floats, horizon: float
 ) -> Ints:
-    """Which vertices of a window are nearest to the way of a sliding contact.
+    """Which vertices are nearest to the way of a sliding contact.
 
     Args:
-        mesh: Resting surface.
-        free: Displacement round the contact.
+        mesh: That is touched.
+        points: Where those of its vertices are that are seen, shape (k, 3) [m].
+        normals: There, of the resting surface, shape (k, 3).
         at: Contact point, shape (3,) [m].
         slide: Velocity along the surface, shape (3,) [m/s].
         horizon: How long the way is [s].
 
     Returns:
-        Places in `free.vertices`, rising, at most `MAX_VERTICES`.
+        Places in `points`, rising, at most `MAX_VERTICES`.
     """
-    if not len(free.vertices):
+    if not len(points):
         return np.zeros(0, dtype=np.int64)
-    points = mesh.vertices[free.vertices] + free.values
     # Points of the way as far apart as vertices leave no gap between the discs round them.
-    stops = way(points, mesh.normals[free.vertices], at, slide, horizon, spacing(mesh))
+    stops = way(points, normals, at, slide, horizon, mesh.spacing)
     squares = (
         np.einsum("ni,ni->n", points, points)[:, None]
         + np.einsum("wi,wi->w", stops, stops)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server import curvature, neighbourhood
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.field import Window
+from cohaptic_server.touch_mesh import touch_mesh
 
 _AROUND = 0.005  # m beyond the pressure, for a contact that moves before the next tick
 _SPACINGS = 3.0  # the same in distances between vertices
@@ -19,8 +20,30 @@ _SPACINGS = 3.0  # the same in distances between vertices
 _STRAIN = 1.3
 
 
-def seen_radius(body: Body, geometry: Geometry, velocity: Floats, horizon: float) -> float:
-    """How far round a contact a tick looks at the free surface [m].
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """How far round a contact a tick looks at the free surface.
+
+    Args:
+        whole: At every vertex [m].
+        touch: At those of the touch mesh [m]; 0 where no mesh patch is asked for.
+    """
+
+    whole: float = 0.0
+    touch: float = 0.0
+
+    def vertices(self, body: Body, foot: Floats) -> Ints:
+        """What is seen round a point of the resting surface, rising, shape (k,)."""
+        if self.touch <= 0.0:
+            return body.mesh.near(foot, self.whole)
+        mesh = touch_mesh(body)
+        if len(mesh.vertices) == len(body.mesh.vertices):
+            return body.mesh.near(foot, max(self.whole, self.touch))
+        return np.union1d(body.mesh.near(foot, self.whole), mesh.near(foot, self.touch))
+
+
+def sight(body: Body, geometry: Geometry, velocity: Floats, horizon: float) -> Sight:
+    """How far round a contact a tick looks at the free surface.
 
     Args:
         body: That is touched.
@@ -29,13 +52,14 @@ def seen_radius(body: Body, geometry: Geometry, velocity: Floats, horizon: float
         horizon: For how long the patch will be in use [s].
     """
     mesh = body.mesh
-    radius = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
-    if geometry is not Geometry.PLANE:
-        radius = max(radius, _STRAIN * curvature.reach(mesh, body.contact_radius))
-    if geometry is Geometry.MESH:
-        speed = math.sqrt(float(velocity @ velocity))
-        radius = max(radius, _STRAIN * neighbourhood.reach(mesh, speed, horizon))
-    return radius
+    whole = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
+    if geometry is Geometry.PLANE:
+        return Sight(whole)
+    whole = max(whole, _STRAIN * curvature.reach(mesh, body.contact_radius))
+    if geometry is Geometry.SPHERE:
+        return Sight(whole)
+    speed = math.sqrt(float(velocity @ velocity))
+    return Sight(whole, _STRAIN * neighbourhood.reach(touch_mesh(body), speed, horizon))
 
 
 def with_shape(

@@ -6,6 +6,7 @@ silence removes it. Joining and leaving are events.
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass, replace
 
 from cohaptic.control.law import Gains
@@ -23,8 +24,10 @@ from cohaptic.protocol.control import (
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.touch_mesh import touch_mesh
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState
 
@@ -66,6 +69,7 @@ class Room:
         self.patches: dict[int, Patch] = {}
         self._next_user = 1
         self._rest_mesh: bytes | None = None
+        self._touch_mesh: bytes | None = None
 
     def join(self, hello: Hello, now: float) -> tuple[Welcome, UserJoined, int | None]:
         """Take a user in.
@@ -151,37 +155,45 @@ class Room:
             )
 
     def _check_geometry(self, geometry: str) -> None:
-        if geometry == "mesh" and not self.has_rest_mesh:
-            limit = f"plane or sphere: {self._too_large()}"
+        if geometry == "mesh" and not self.has_touch_mesh:
+            touched = touch_mesh(self.body)
+            limit = f"plane or sphere: {_too_large(touched.vertices, touched.faces)}"
             raise RemoteProtocolError("geometry", geometry, limit)
 
     def check_watchable(self) -> None:
         """Raise RemoteProtocolError if the body is too large to be shown."""
         if not self.has_rest_mesh:
-            raise RemoteProtocolError("message", "Watch", f"Hello alone: {self._too_large()}")
-
-    def _too_large(self) -> str:
-        vertices, faces = len(self.body.mesh.vertices), len(self.body.mesh.faces)
-        return (
-            f"the body has {vertices} vertices and {faces} faces,"
-            f" a mesh patch can number {MAX_VERTICES} and {MAX_FACES}"
-        )
+            why = _too_large(self.body.mesh.vertices, self.body.mesh.faces)
+            raise RemoteProtocolError("message", "Watch", f"Hello alone: {why}")
 
     @property
     def has_rest_mesh(self) -> bool:
+        """Whether the body is small enough to be shown."""
+        return _fits(self.body.mesh.vertices, self.body.mesh.faces)
+
+    @property
+    def has_touch_mesh(self) -> bool:
         """Whether the body is small enough for mesh patches."""
-        mesh = self.body.mesh
-        return len(mesh.vertices) <= MAX_VERTICES and len(mesh.faces) <= MAX_FACES
+        touched = touch_mesh(self.body)
+        return _fits(touched.vertices, touched.faces)
 
     def rest_mesh(self) -> bytes:
-        """The frame of the resting mesh, for a user of mesh patches; made once.
+        """The frame of the resting mesh, for one who watches; made once."""
+        if self._rest_mesh is None:
+            mesh = self.body.mesh
+            self._rest_mesh = _mesh_frame(mesh.vertices, mesh.faces)
+        return self._rest_mesh
+
+    def touch_mesh(self) -> bytes:
+        """The frame of the mesh that is touched, for a user of mesh patches; made once.
 
         With it everything is made that mesh patches need, since a tick has no time for that.
         """
-        if self._rest_mesh is None:
+        if self._touch_mesh is None:
             vertex_compliance(self.body)
-            self._rest_mesh = rest_mesh(self.body).encode()
-        return self._rest_mesh
+            touched = touch_mesh(self.body)
+            self._touch_mesh = _mesh_frame(touched.places, touched.faces)
+        return self._touch_mesh
 
     def leave(self, user: int, reason: str = "left") -> UserLeft | None:
         """A user is gone; its force fades in the world. None if it was not in."""
@@ -197,9 +209,9 @@ class Room:
         listening behind a stalled uplink.
         """
         touches = [
-            replace(member.touch, fresh=now - member.heard <= STALE_AFTER)
+            touch if now - member.heard <= STALE_AFTER else replace(touch, fresh=False)
             for member in self.members.values()
-            if member.touch is not None
+            if (touch := member.touch) is not None
         ]
         dt = self.settings.simulation_period
         self.world, self.patches = advance(self.body, self.world, touches, now=now, dt=dt)
@@ -219,7 +231,19 @@ def describe(body: Body) -> BodyInfo:
     return BodyInfo(name=body.name, center=where, radius=radius, contact_radius=body.contact_radius)
 
 
-def rest_mesh(body: Body) -> RestMesh:
-    """The resting surface of a body as the wire carries it."""
-    vertices, faces = body.mesh.vertices.tolist(), body.mesh.faces.tolist()
-    return RestMesh(tuple((x, y, z) for x, y, z in vertices), tuple((a, b, c) for a, b, c in faces))
+def _fits(vertices: Sized, faces: Sized) -> bool:
+    return len(vertices) <= MAX_VERTICES and len(faces) <= MAX_FACES
+
+
+def _too_large(vertices: Sized, faces: Sized) -> str:
+    return (
+        f"the body has {len(vertices)} vertices and {len(faces)} faces,"
+        f" a frame can number {MAX_VERTICES} and {MAX_FACES}"
+    )
+
+
+def _mesh_frame(vertices: Floats, faces: Ints) -> bytes:
+    """A mesh as the wire carries it."""
+    x, corners = vertices.tolist(), faces.tolist()
+    mesh = RestMesh(tuple((x, y, z) for x, y, z in x), tuple((a, b, c) for a, b, c in corners))
+    return mesh.encode()

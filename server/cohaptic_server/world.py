@@ -21,7 +21,7 @@ from cohaptic_server.bodies.mesh import Ints
 from cohaptic_server.cutting import cut, nearness, row_of
 from cohaptic_server.field import FreeOf, Window
 from cohaptic_server.loads import compliance_between, contact_compliance, spans
-from cohaptic_server.patch_shape import seen_radius, with_shape
+from cohaptic_server.patch_shape import Sight, sight, with_shape
 from cohaptic_server.placing import place
 from cohaptic_server.world_state import Touch, UserState, WorldState
 
@@ -59,13 +59,13 @@ def advance(
     # In use until the patch after the next sample is here, and while the loop moves on.
     horizons = [user.delay.value + 2.0 * dt for user in placed]
     windows: list[Window] = []
-    radii: list[float] = []
+    sights: list[Sight] = []
     for user, press, span, horizon in zip(placed, presses, where, horizons, strict=True):
         forces = np.array([load.force for load in press.loads()])
-        radius = seen_radius(body, user.touch.geometry, user.velocity, horizon)
+        looks = sight(body, user.touch.geometry, user.velocity, horizon)
         before = state.users.get(user.touch.user)
-        seen = _seen(body, before, user, radius)
-        radii.append(radius)
+        seen = _seen(body, before, user, looks)
+        sights.append(looks)
         beyond = FreeOf(response, forces, span)
         windows.append(Window(seen, beyond.on(seen), beyond))
     free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
@@ -84,23 +84,23 @@ def advance(
         )
     after = MappingProxyType(
         {
-            u.touch.user: replace(u, free=seen, radius=radius)
-            for u, seen, radius in zip(placed, windows, radii, strict=True)
+            u.touch.user: replace(u, free=seen, sight=looks)
+            for u, seen, looks in zip(placed, windows, sights, strict=True)
         }
     )
     return WorldState(tick, after, response), patches
 
 
-def _seen(body: Body, before: UserState | None, user: UserState, radius: float) -> Ints:
+def _seen(body: Body, before: UserState | None, user: UserState, looks: Sight) -> Ints:
     """Vertices at which a tick looks: those of the last one, for a finger that is where it was."""
     if (
         before is not None
         and before.free is not None
         and before.contact.foot is user.contact.foot
-        and before.radius == radius
+        and before.sight == looks
     ):
         return before.free.vertices
-    return body.mesh.near(user.contact.foot, radius)
+    return looks.vertices(body, user.contact.foot)
 
 
 def _ahead(body: Body, users: Sequence[UserState]) -> Ints:

@@ -17,6 +17,7 @@ from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.contact import Contact
 from cohaptic_server.field import Window
 from cohaptic_server.loads import Press
+from cohaptic_server.patch_shape import Sight
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ class UserState:
         velocity: Of its probe, smoothed, shape (3,) [m/s].
         surface: The free surface that its contact was found on; None before the first contact.
         free: Displacement without its own force; None until the tick is over.
-        radius: How far round its contact `free` reaches [m].
+        sight: How far round its contact `free` reaches.
     """
 
     touch: Touch
@@ -82,7 +83,7 @@ class UserState:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     surface: Window | None = None
     free: Window | None = None
-    radius: float = 0.0
+    sight: Sight = field(default_factory=Sight)
 
     @property
     def press(self) -> Press:

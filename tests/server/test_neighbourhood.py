@@ -21,6 +21,7 @@ from cohaptic_server.neighbourhood import (
     vertex_compliance,
     way,
 )
+from cohaptic_server.touch_mesh import touch_mesh
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])
@@ -73,6 +74,12 @@ def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
     return Window(np.arange(len(mesh.vertices)), values, values)
 
 
+def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
+    """Of a balloon at rest, which is touched by all of its vertices."""
+    mesh = body.mesh
+    return choose_vertices(touch_mesh(body), mesh.vertices, mesh.normals, at, slide, horizon)
+
+
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
 @settings(max_examples=40, deadline=None)
 def test_the_chosen_are_round_the_contact_and_along_the_way(
@@ -85,7 +92,7 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
     first /= np.linalg.norm(first)
     heading = np.cos(towards) * first + np.sin(towards) * np.cross(normal, first)
     at, slide = RADIUS * normal, speed * heading
-    chosen = choose_vertices(mesh, everywhere(mesh), at, slide, horizon)
+    chosen = choose(balloon, at, slide, horizon)
     assert 0 < len(chosen) <= MAX_VERTICES
     assert (np.diff(chosen) > 0).all()
     # Whatever the way, there is room for the client's weights on both sides of it.
@@ -98,7 +105,7 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
 
 def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
     at = RADIUS * OUT
-    chosen = choose_vertices(balloon.mesh, everywhere(balloon.mesh), at, np.zeros(3), 0.2)
+    chosen = choose(balloon, at, np.zeros(3), 0.2)
     assert gap(balloon.mesh, chosen, at) > REACH + 0.02
     assert len(chosen) < MAX_VERTICES
 
@@ -122,3 +129,17 @@ def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None
     table = vertex_compliance(balloon)[chosen]
     assert near.c_scale * np.array(near.compliances) == pytest.approx(table, abs=1e-7)
     near.encode()
+
+
+def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
+    body = Balloon(BalloonSettings(subdivisions=3, contact_radius=0.06))
+    mesh = touch_mesh(body)
+    assert len(mesh.vertices) < 0.7 * len(body.mesh.vertices)
+    free = np.random.default_rng(2).uniform(-0.02, 0.02, body.mesh.vertices.shape)
+    seen = everywhere(body.mesh, free)
+    near = cut_neighbourhood(body, seen, RADIUS * OUT, OUT, np.zeros(3), 0.2)
+    chosen = mesh.vertices[list(near.indices)]
+    assert len(chosen) > 20
+    assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
+    table = vertex_compliance(body)[chosen]
+    assert near.c_scale * np.array(near.compliances) == pytest.approx(table, abs=1e-7)

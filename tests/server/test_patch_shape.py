@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.contact import locate
-from cohaptic_server.room import rest_mesh
+from cohaptic_server.room import Room
+from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world_state import Touch
 from tests.server.fields import free_of
 from tests.server.test_world import RADIUS, play, side, touch
@@ -50,7 +52,8 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
 ) -> None:
     """Also where another hand has bent the surface, and away from the contact of the patch."""
     hand, other = touch(1, force=2.0), touch(2, at=side(beside), force=pressed)
-    surface = SurfaceMaker(rest_mesh(balloon))(patches(balloon, hand, other)[Geometry.MESH])
+    mesh = RestMesh.decode(Room(balloon, ServerSettings()).touch_mesh())
+    surface = SurfaceMaker(mesh)(patches(balloon, hand, other)[Geometry.MESH])
     state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
     assert state.response is not None
     free = free_of(state.response, 0, 2.0)

@@ -90,8 +90,8 @@ class CoarseTwin:
         """What the twin has of a contact, whatever the direction of its force."""
         spread = self.spread(vertices, weights)
         used = np.flatnonzero(spread)
-        rows = self.compliance.reshape(len(self.places), 3, -1)[used]  # (u, 3, 3 m)
-        moved = np.tensordot(spread[used].astype(np.float32), rows, axes=(0, 0))
+        rows = self.compliance.reshape(len(self.places), -1).take(used, 0)  # (u, 3 * 3 m)
+        moved = spread[used].astype(np.float32) @ rows
         blocks = moved.reshape(3, -1, 3).astype(np.float64)
         return Carried(vertices, weights, spread, blocks)
 
@@ -104,9 +104,9 @@ class CoarseTwin:
 
     def at(self, moved: Floats, vertices: Ints) -> Floats:
         """Displacement of vertices from that of the places, shape (k, 3)."""
-        return np.asarray(
-            np.einsum("vk,vki->vi", self.carries[vertices], moved[self.near[vertices]])
-        )
+        shares, near = self.carries.take(vertices, 0), self.near.take(vertices, 0)
+        beside = moved.take(near.ravel(), 0).reshape(*near.shape, 3)
+        return np.asarray((shares[:, None, :] @ beside)[:, 0])
 
     def own(self, vertices: Ints, weights: Floats, direction: Floats, normal: Floats) -> float:
         """Compliance of a contact, from the contacts at the places round it [m/N].
@@ -261,7 +261,8 @@ def _carriers(mesh: SurfaceMesh, chosen: Ints, radius: float) -> tuple[Ints, Flo
     shares /= shares.sum(axis=1, keepdims=True)
     if len(chosen) == len(x):
         shares[:] = (chosen[near] == np.arange(len(x))[:, None])[:, :, None]
-    return near, np.asarray(shares[:, :, 0]), np.asarray(shares[:, :, 1])
+    # Each in a piece of its own: rows are taken from them in every tick.
+    return near, np.ascontiguousarray(shares[:, :, 0]), np.ascontiguousarray(shares[:, :, 1])
 
 
 def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:

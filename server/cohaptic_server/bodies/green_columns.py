@@ -175,8 +175,7 @@ class GreenColumns:
         slots = self.slot[vertices]
         if (slots < 0).any() or (self.share[slots] < 1.0).any():
             return None
-        axes = (self.pull(slots, weights, axis, vertices) for axis in np.eye(3))
-        return np.stack([weights @ moved for moved in axes])
+        return np.asarray(np.tensordot(weights, self._sums(slots, weights, vertices), axes=(0, 0)))
 
     def pull(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
         """Displacement of some vertices under a weighted sum of columns, shape (k, 3) [m/N].
@@ -187,19 +186,27 @@ class GreenColumns:
             direction: Of the force, shape (3,).
             rows: Vertices, shape (k,).
         """
+        return np.asarray(direction @ self._sums(slots, weights, rows))
+
+    def _sums(self, slots: Ints, weights: Floats, rows: Ints) -> Floats:
+        """Weighted sum of columns: displacement for a force in x, y, z, shape (k, 3, 3) [m/N]."""
         narrow = weights.astype(np.float32)
-        if len(self._row):
-            places = self._row[slots[:, None], rows]
-            sums = np.tensordot(narrow, self._slab[slots[:, None], places], axes=(0, 0))
-        elif len(rows) * 2 > len(self.nodes):
-            sums = np.zeros((len(self.nodes), 9), dtype=np.float32)
+        if not len(self._row) and len(rows) * 2 > len(self.nodes):
+            whole = np.zeros((len(self.nodes), 9), dtype=np.float32)
             for slot, weight in zip(slots.tolist(), narrow.tolist(), strict=True):
-                sums += np.float32(weight) * self._slab[slot]
-            sums = sums[rows]
+                whole += np.float32(weight) * self._slab[slot]
+            sums = whole[rows]
         else:
-            sums = np.tensordot(narrow, self._slab[slots[:, None], rows], axes=(0, 0))
-        blocks = sums.reshape(-1, 3, 3).astype(np.float64)
-        return np.asarray(np.einsum("kdc,d->kc", blocks, direction))
+            # One index into one long table: half of the time of two.
+            across, places = slots[:, None], rows
+            if len(self._row):
+                table = self._row.ravel()
+                found = table.take(across * len(self.nodes) + rows, mode="clip")
+                places = found.astype(np.int64)
+            flat = self._slab.reshape(-1, 9)
+            values = flat.take((across * self.length + places).ravel(), 0, mode="clip")
+            sums = narrow @ values.reshape(len(slots), -1)
+        return sums.reshape(-1, 3, 3).astype(np.float64)
 
     def solve(self, order: Order) -> list[Column]:
         """Columns of some vertices; they are not kept."""

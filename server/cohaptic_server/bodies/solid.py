@@ -180,12 +180,11 @@ class Solid:
     def _carry(self, load: Load) -> Carried:
         was = self._carried.get(id(load.vertices))
         if was is None or was.vertices is not load.vertices or was.weights is not load.weights:
-            return self.twin.carry(load.vertices, load.weights)
-        if was.own is None:
-            # A finger that stays: what it meets of itself is found once.
-            own = self.columns.block(load.vertices, load.weights)
-            return was if own is None else replace(was, own=own)
-        return was
+            was = self.twin.carry(load.vertices, load.weights)
+        if was.own is not None:
+            return was  # a finger that stays: what it meets of itself is found once
+        own = self.columns.block(load.vertices, load.weights)
+        return was if own is None else replace(was, own=own)
 
     def _exact(self, loads: Sequence[Load]) -> DenseResponse:
         n, c = len(self.mesh.vertices), len(loads)

@@ -121,7 +121,7 @@ class SolidResponse:
         # What the twin carries to a contact is what it carries from it: no vertex is asked.
         carried = np.tensordot(spreads, whole, axes=(1, 1))  # (c, c, 3)
         C: Floats = (carried * directions[:, None, :]).sum(axis=2)
-        centres = np.array([p.centre for p in self.pushed])
+        centres = self._centres
         reach = GONE * self.twin.spacing + self.radius
         for j, pushed in enumerate(self.pushed):
             if not len(pushed.slots):
@@ -144,8 +144,7 @@ class SolidResponse:
     @property
     def energy(self) -> float:
         """Stored by the loads [J]."""
-        f = np.array([p.load.force for p in self.pushed])
-        return 0.5 * float(f @ self.compliance @ f)
+        return 0.5 * float(self._forces @ self.compliance @ self._forces)
 
     @property
     def displacement(self) -> Floats:
@@ -162,23 +161,42 @@ class SolidResponse:
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
-        left = np.array([p.load.force for p in self.pushed])
+        left = self._forces.copy()
         left[loads] -= forces
-        moved = np.zeros((len(self.twin.places), 3))
-        for pushed, force in zip(self.pushed, left.tolist(), strict=True):
-            if force:
-                moved += force * pushed.whole
+        # Less what is left out, where little is: of all contacts but one, say.
+        out = np.flatnonzero(left != self._forces).tolist()
+        moved = self._moved
+        if out:
+            moved = moved - sum((self._forces[i] - left[i]) * self.pushed[i].whole for i in out)
         found = self.twin.at(moved, vertices)
         if not len(vertices):
             return found
         x = self.mesh.vertices[vertices]
-        low, high, reach = x.min(axis=0), x.max(axis=0), GONE * self.twin.spacing
-        for pushed, force in zip(self.pushed, left.tolist(), strict=True):
-            # Most contacts are far from most places: ask the box before all of its vertices.
-            inside = (pushed.centre > low - reach) & (pushed.centre < high + reach)
-            if force and inside.all():
-                self._correct(found, pushed, force, vertices)
+        # Most contacts are far from most places: ask the box before all of its vertices.
+        beside = np.maximum(
+            0.0, np.maximum(x.min(axis=0) - self._centres, self._centres - x.max(axis=0))
+        )
+        near = np.einsum("ik,ik->i", beside, beside) < (GONE * self.twin.spacing) ** 2
+        for i in np.flatnonzero(near & (left != 0.0)).tolist():
+            self._correct(found, self.pushed[i], float(left[i]), vertices)
         return found
+
+    @cached_property
+    def _forces(self) -> Floats:
+        return np.array([p.load.force for p in self.pushed], dtype=np.float64)
+
+    @cached_property
+    def _centres(self) -> Floats:
+        return np.array([p.centre for p in self.pushed]).reshape(-1, 3)
+
+    @cached_property
+    def _moved(self) -> Floats:
+        """Displacement of the twin's places by all loads, shape (m, 3) [m]."""
+        moved = np.zeros((len(self.twin.places), 3))
+        for pushed in self.pushed:
+            if pushed.load.force:
+                moved += pushed.load.force * pushed.whole
+        return moved
 
     def _correct(self, found: Floats, pushed: Pushed, force: float, vertices: Ints) -> None:
         """Put columns in the place of what the twin says near a contact, in `found`."""
