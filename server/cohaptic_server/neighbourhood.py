@@ -58,17 +58,6 @@ def vertex_compliance(body: Body) -> Floats:
     return _TABLES[body]
 
 
-def reach(mesh: TouchMesh, speed: float, horizon: float) -> float:
-    """How far from a contact a vertex of its neighbourhood can be [m].
-
-    Args:
-        mesh: That is touched.
-        speed: Of the probe [m/s].
-        horizon: For how long the patch will be in use [s].
-    """
-    return min(_FURTHEST, speed * horizon) + _beside(mesh, horizon)
-
-
 def _beside(mesh: TouchMesh, horizon: float) -> float:
     """How far from the way of a contact: what is reached, or what a frame holds if it is less [m].
 
@@ -79,29 +68,16 @@ def _beside(mesh: TouchMesh, horizon: float) -> float:
     return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
 
 
-def cut_neighbourhood(
-    body: Body, free: Window, at: Floats, normal: Floats, velocity: Floats, horizon: float
-) -> Neighbourhood:
+def cut_neighbourhood(body: Body, free: Window, touched: Ints) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:
         body: That is touched.
         free: Displacement round the contact without this user's own force.
-        at: Contact point on that surface, shape (3,) [m].
-        normal: Outward unit normal there, shape (3,).
-        velocity: Of the probe, shape (3,) [m/s].
-        horizon: For how long this patch will be in use [s].
+        touched: Vertices of the touch mesh, as of `choose_vertices`.
     """
-    slide = velocity - (velocity @ normal) * normal
-    mesh = touch_mesh(body)
-    seen = mesh.seen(free.vertices)
-    vertices = mesh.vertices[seen]
-    values = free[vertices]
-    points = mesh.places[seen] + values
-    normals = body.mesh.normals[vertices]
-    chosen = choose_vertices(mesh, points, normals, at, slide, horizon)
-    compliance = vertex_compliance(body)[vertices[chosen]]
-    return quantised(seen[chosen], values[chosen], compliance)
+    vertices = touch_mesh(body).vertices[touched]
+    return quantised(touched, free[vertices], vertex_compliance(body)[vertices])
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
@@ -126,26 +102,26 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
     )
 
 
-def choose_vertices(
-    mesh: TouchMesh, points: Floats, normals: Floats, at: Floats, slide: Floats, horizon: float
-) -> Ints:
-    """Which vertices are nearest to the way of a sliding contact.
+def choose_vertices(mesh: TouchMesh, at: Floats, slide: Floats, horizon: float) -> Ints:
+    """Which vertices are nearest to the way of a sliding contact, all of it at rest.
 
     Args:
         mesh: That is touched.
-        points: Where those of its vertices are that are seen, shape (k, 3) [m].
-        normals: There, of the resting surface, shape (k, 3).
         at: Contact point, shape (3,) [m].
         slide: Velocity along the surface, shape (3,) [m/s].
         horizon: How long the way is [s].
 
     Returns:
-        Places in `points`, rising, at most `MAX_VERTICES`.
+        As `TouchMesh` numbers them, rising, at most `MAX_VERTICES`.
     """
-    if not len(points):
-        return np.zeros(0, dtype=np.int64)
+    beside = _beside(mesh, horizon)
+    length = min(_FURTHEST, math.sqrt(slide @ slide) * horizon)
+    near = mesh.near(at, length + beside)
+    if not len(near):
+        return near
+    points = mesh.places[near]
     # Points of the way as far apart as vertices leave no gap between the discs round them.
-    stops = way(points, normals, at, slide, horizon, mesh.spacing)
+    stops = way(points, mesh.normals[near], at, slide, length, mesh.spacing)
     squares = (
         np.einsum("ni,ni->n", points, points)[:, None]
         + np.einsum("wi,wi->w", stops, stops)
@@ -153,23 +129,22 @@ def choose_vertices(
     ).min(axis=1)
     most = min(MAX_VERTICES, len(squares))
     nearest = np.argpartition(squares, most - 1)[:most]
-    return np.sort(nearest[squares[nearest] <= _beside(mesh, horizon) ** 2])
+    return np.sort(near[nearest[squares[nearest] <= beside**2]])
 
 
 def way(
-    points: Floats, normals: Floats, at: Floats, slide: Floats, horizon: float, step: float
+    points: Floats, normals: Floats, at: Floats, slide: Floats, length: float, step: float
 ) -> Floats:
     """Points along the surface from a contact in the direction of its slide, shape (w, 3) [m].
 
     Args:
         points: Of the surface round the contact, shape (k, 3) [m].
-        normals: There, of the resting surface, shape (k, 3).
+        normals: There, shape (k, 3).
         at: Contact point, shape (3,) [m].
-        slide: Velocity along the surface, shape (3,) [m/s].
-        horizon: How long the way is [s].
+        slide: Its direction, of any length, shape (3,).
+        length: Of the way [m].
         step: Between two points [m].
     """
-    length = min(_FURTHEST, math.sqrt(slide @ slide) * horizon)
     here, found, heading = at, [at], slide
     squares = np.einsum("ni,ni->n", points, points)
     for _ in range(math.ceil(length / step - 1e-9)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,79 +10,95 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server import curvature, neighbourhood
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.contact import Contact
 from cohaptic_server.field import Window
 from cohaptic_server.touch_mesh import touch_mesh
 
 _AROUND = 0.005  # m beyond the pressure, for a contact that moves before the next tick
 _SPACINGS = 3.0  # the same in distances between vertices
+_SLACK = 0.002  # m that a finger moves before it is looked anew: `_AROUND` has room for it
 # A surface that is displaced may bring vertices nearer than they are at rest.
 _STRAIN = 1.3
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Sight:
-    """How far round a contact a tick looks at the free surface.
+    """What a tick looks at round one contact.
 
     Args:
-        whole: At every vertex [m].
-        touch: At those of the touch mesh [m]; 0 where no mesh patch is asked for.
+        geometry: Of the patch.
+        foot: Of the contact on the resting surface, shape (3,) [m].
+        way: How far the probe slides while the patch is in use, shape (3,) [m].
+        vertices: Of the surface, rising, shape (k,).
+        touched: Of the touch mesh, those of the patch, rising; none but for a mesh patch.
     """
 
-    whole: float = 0.0
-    touch: float = 0.0
-
-    def vertices(self, body: Body, foot: Floats) -> Ints:
-        """What is seen round a point of the resting surface, rising, shape (k,)."""
-        if self.touch <= 0.0:
-            return body.mesh.near(foot, self.whole)
-        mesh = touch_mesh(body)
-        if len(mesh.vertices) == len(body.mesh.vertices):
-            return body.mesh.near(foot, max(self.whole, self.touch))
-        return np.union1d(body.mesh.near(foot, self.whole), mesh.near(foot, self.touch))
+    geometry: Geometry
+    foot: Floats
+    way: Floats
+    vertices: Ints
+    touched: Ints
 
 
-def sight(body: Body, geometry: Geometry, velocity: Floats, horizon: float) -> Sight:
-    """How far round a contact a tick looks at the free surface.
+def look(
+    body: Body,
+    geometry: Geometry,
+    contact: Contact,
+    velocity: Floats,
+    horizon: float,
+    before: Sight | None,
+) -> Sight:
+    """What a tick looks at round one contact.
 
     Args:
         body: That is touched.
         geometry: Of the patch.
+        contact: Of the probe.
         velocity: Of the probe, shape (3,) [m/s].
         horizon: For how long the patch will be in use [s].
+        before: What the last tick looked at: it does for a finger that has hardly moved.
     """
-    mesh = body.mesh
-    whole = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
+    slide = velocity - (velocity @ contact.normal) * contact.normal
+    way = horizon * slide
+    if before is not None and before.geometry is geometry:
+        moved = np.abs(contact.foot - before.foot).max()
+        if moved <= _SLACK and np.abs(way - before.way).max() <= _SLACK:
+            return before
+    mesh, foot = body.mesh, contact.foot
+    around = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
+    touch = touch_mesh(body)
+    touched = np.zeros(0, dtype=np.int64)
+    if geometry is Geometry.MESH:
+        touched = neighbourhood.choose_vertices(touch, foot, slide, horizon)
     if geometry is Geometry.PLANE:
-        return Sight(whole)
-    whole = max(whole, _STRAIN * curvature.reach(mesh, body.contact_radius))
-    if geometry is Geometry.SPHERE:
-        return Sight(whole)
-    speed = math.sqrt(float(velocity @ velocity))
-    return Sight(whole, _STRAIN * neighbourhood.reach(touch_mesh(body), speed, horizon))
+        vertices = mesh.near(foot, around)
+    else:
+        bends = _STRAIN * curvature.reach(mesh, body.contact_radius)
+        beyond = touch.vertices[np.union1d(touch.near(foot, bends), touched)]
+        vertices = np.union1d(mesh.near(foot, around), beyond)
+    return Sight(geometry, foot, way, vertices, touched)
 
 
-def with_shape(
-    patch: Patch, geometry: Geometry, body: Body, free: Window, velocity: Floats, horizon: float
-) -> Patch:
+def with_shape(patch: Patch, body: Body, sight: Sight, free: Window) -> Patch:
     """The patch with the surface round its contact, as it is without the user's own force.
 
     A mesh patch has the curvature too: it serves where the neighbourhood ends.
 
     Args:
         patch: A plane.
-        geometry: Wanted.
         body: The deformable object.
-        free: The surface round the contact without the user's own force.
-        velocity: Of the probe, shape (3,) [m/s].
-        horizon: For how long the patch will be in use [s].
+        sight: What the tick looks at.
+        free: The surface there without the user's own force.
     """
+    geometry = sight.geometry
     if geometry is Geometry.PLANE:
         return patch
     at, normal = np.array(patch.x_free), np.array(patch.normal)
-    points = body.mesh.vertices[free.vertices] + free.values
+    vertices = touch_mesh(body).among(free.vertices)
+    points = body.mesh.vertices[vertices] + free[vertices]
     reach = curvature.reach(body.mesh, body.contact_radius)
     bending = curvature.fit_curvature(points, at, normal, reach)
     if geometry is Geometry.SPHERE:
         return replace(patch, geometry=geometry, curvature=bending)
-    near = neighbourhood.cut_neighbourhood(body, free, at, normal, velocity, horizon)
+    near = neighbourhood.cut_neighbourhood(body, free, sight.touched)
     return replace(patch, geometry=geometry, curvature=bending, neighbourhood=near)

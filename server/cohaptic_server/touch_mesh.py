@@ -33,6 +33,7 @@ class TouchMesh:
         vertices: As indices into the whole surface, rising, shape (t,).
         faces: As indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
         places: Of the vertices at rest, shape (t, 3) [m].
+        normals: Of the whole surface there, shape (t, 3).
         spacing: Mean distance between neighbours, as if they were spread evenly [m].
 
     Attributes:
@@ -42,22 +43,23 @@ class TouchMesh:
     vertices: Ints
     faces: Ints
     places: Floats
+    normals: Floats
     spacing: float
     tree: cKDTree = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tree", cKDTree(self.places))
-        for array in (self.vertices, self.faces, self.places):
+        for array in (self.vertices, self.faces, self.places, self.normals):
             array.setflags(write=False)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Those of its vertices within `radius` of a point at rest, rising, shape (k,)."""
-        return self.vertices[self.tree.query_ball_point(point, radius, return_sorted=True)]
+        """Its vertices within `radius` of a point at rest, by its own numbers, rising."""
+        return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
 
-    def seen(self, vertices: Ints) -> Ints:
-        """Which of its vertices are among some of the whole surface, both rising, shape (k,)."""
+    def among(self, vertices: Ints) -> Ints:
+        """Those of some vertices of the whole surface that are its own, in their order."""
         place = self.vertices.searchsorted(vertices)
-        return np.asarray(place[self.vertices.take(place, mode="clip") == vertices])
+        return np.asarray(vertices[self.vertices.take(place, mode="clip") == vertices])
 
 
 _MADE: WeakKeyDictionary[Body, TouchMesh] = WeakKeyDictionary()
@@ -95,8 +97,8 @@ def spacing_of(mesh: SurfaceMesh, count: int) -> float:
 
 
 def _touch_mesh(mesh: SurfaceMesh, vertices: Ints, faces: Ints) -> TouchMesh:
-    places = mesh.vertices[vertices]
-    return TouchMesh(vertices, faces.copy(), places, spacing_of(mesh, len(vertices)))
+    places, normals = mesh.vertices[vertices], mesh.normals[vertices]
+    return TouchMesh(vertices, faces.copy(), places, normals, spacing_of(mesh, len(vertices)))
 
 
 def _spread(mesh: SurfaceMesh, apart: float) -> Ints:

@@ -21,7 +21,7 @@ from cohaptic_server.bodies.mesh import Ints
 from cohaptic_server.cutting import cut, nearness, row_of
 from cohaptic_server.field import FreeOf, Window
 from cohaptic_server.loads import compliance_between, contact_compliance, spans
-from cohaptic_server.patch_shape import Sight, sight, with_shape
+from cohaptic_server.patch_shape import Sight, look, with_shape
 from cohaptic_server.placing import place
 from cohaptic_server.world_state import Touch, UserState, WorldState
 
@@ -62,12 +62,18 @@ def advance(
     sights: list[Sight] = []
     for user, press, span, horizon in zip(placed, presses, where, horizons, strict=True):
         forces = np.array([load.force for load in press.loads()])
-        looks = sight(body, user.touch.geometry, user.velocity, horizon)
         before = state.users.get(user.touch.user)
-        seen = _seen(body, before, user, looks)
-        sights.append(looks)
+        sight = look(
+            body,
+            user.touch.geometry,
+            user.contact,
+            user.velocity,
+            horizon,
+            None if before is None else before.sight,
+        )
+        sights.append(sight)
         beyond = FreeOf(response, forces, span)
-        windows.append(Window(seen, beyond.on(seen), beyond))
+        windows.append(Window(sight.vertices, beyond.on(sight.vertices), beyond))
     free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
     near = np.array([nearness(u, point) for u, point in zip(placed, free, strict=True)])
     C = compliance_between(response, where) * near
@@ -79,28 +85,14 @@ def advance(
         compliance = contact_compliance(response, presses[i], where[i])
         row = row_of(C, response, where, i)
         patch = cut(user, free[i], row, i, compliance, tick=tick, now=now, dt=dt)
-        patches[user.touch.user] = with_shape(
-            patch, user.touch.geometry, body, windows[i], user.velocity, horizons[i]
-        )
+        patches[user.touch.user] = with_shape(patch, body, sights[i], windows[i])
     after = MappingProxyType(
         {
-            u.touch.user: replace(u, free=seen, sight=looks)
-            for u, seen, looks in zip(placed, windows, sights, strict=True)
+            u.touch.user: replace(u, free=seen, sight=sight)
+            for u, seen, sight in zip(placed, windows, sights, strict=True)
         }
     )
     return WorldState(tick, after, response), patches
-
-
-def _seen(body: Body, before: UserState | None, user: UserState, looks: Sight) -> Ints:
-    """Vertices at which a tick looks: those of the last one, for a finger that is where it was."""
-    if (
-        before is not None
-        and before.free is not None
-        and before.contact.foot is user.contact.foot
-        and before.sight == looks
-    ):
-        return before.free.vertices
-    return looks.vertices(body, user.contact.foot)
 
 
 def _ahead(body: Body, users: Sequence[UserState]) -> Ints:

@@ -71,7 +71,7 @@ class UserState:
         velocity: Of its probe, smoothed, shape (3,) [m/s].
         surface: The free surface that its contact was found on; None before the first contact.
         free: Displacement without its own force; None until the tick is over.
-        sight: How far round its contact `free` reaches.
+        sight: What `free` is known of; None until the tick is over.
     """
 
     touch: Touch
@@ -83,7 +83,7 @@ class UserState:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     surface: Window | None = None
     free: Window | None = None
-    sight: Sight = field(default_factory=Sight)
+    sight: Sight | None = None
 
     @property
     def press(self) -> Press:

@@ -75,9 +75,8 @@ def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
 
 
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
-    """Of a balloon at rest, which is touched by all of its vertices."""
-    mesh = body.mesh
-    return choose_vertices(touch_mesh(body), mesh.vertices, mesh.normals, at, slide, horizon)
+    """Of a balloon that is touched by all of its vertices."""
+    return choose_vertices(touch_mesh(body), at, slide, horizon)
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
@@ -112,7 +111,7 @@ def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
 
 def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
     mesh = balloon.mesh
-    stops = way(mesh.vertices, mesh.normals, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.5, 0.014)
+    stops = way(mesh.vertices, mesh.normals, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.15, 0.014)
     assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
     assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)
     assert np.abs(stops[:, 2]).max() < 0.005
@@ -121,10 +120,9 @@ def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> No
 def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None:
     rng = np.random.default_rng(1)
     free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
-    near = cut_neighbourhood(
-        balloon, everywhere(balloon.mesh, free), RADIUS * OUT, OUT, np.zeros(3), 0.2
-    )
-    chosen = np.array(near.indices)
+    chosen = choose(balloon, RADIUS * OUT, np.zeros(3), 0.2)
+    near = cut_neighbourhood(balloon, everywhere(balloon.mesh, free), chosen)
+    assert near.indices == tuple(chosen.tolist())
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(balloon)[chosen]
     assert near.c_scale * np.array(near.compliances) == pytest.approx(table, abs=1e-7)
@@ -137,8 +135,10 @@ def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
     assert len(mesh.vertices) < 0.7 * len(body.mesh.vertices)
     free = np.random.default_rng(2).uniform(-0.02, 0.02, body.mesh.vertices.shape)
     seen = everywhere(body.mesh, free)
-    near = cut_neighbourhood(body, seen, RADIUS * OUT, OUT, np.zeros(3), 0.2)
-    chosen = mesh.vertices[list(near.indices)]
+    touched = choose(body, RADIUS * OUT, np.zeros(3), 0.2)
+    near = cut_neighbourhood(body, seen, touched)
+    assert near.indices == tuple(touched.tolist())
+    chosen = mesh.vertices[touched]
     assert len(chosen) > 20
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(body)[chosen]
