@@ -43,7 +43,7 @@ def main() -> None:
     parser.add_argument("--users", type=int, default=8)
     parser.add_argument("--whole", action="store_true", help="users with their haptic loops")
     parser.add_argument("--loop-hz", type=float, default=1000.0)
-    parser.add_argument("--geometry", default="plane")
+    parser.add_argument("--geometry", choices=("plane", "sphere", "mesh"), default="mesh")
     parser.add_argument("--rhythm-s", type=float, default=2.0, help="of presses; 0 to rest")
     args = parser.parse_args()
     mesh = ring(176, 96)
@@ -101,7 +101,9 @@ def _people(url: str, args: argparse.Namespace, folder: str) -> list[subprocess.
         return [_touch(url, i, args, folder) for i in range(args.users)]
     light = str(Path(__file__).with_name("light_users.py"))
     return [
-        subprocess.Popen([sys.executable, light, url, str(args.users)], stdout=subprocess.DEVNULL)
+        subprocess.Popen(
+            [sys.executable, light, url, str(args.users), args.geometry], stdout=subprocess.DEVNULL
+        )
     ]
 
 

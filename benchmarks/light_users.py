@@ -1,10 +1,11 @@
 """Users of a server whose haptic loops run elsewhere: what a server sees of them, and no more.
 
-    python benchmarks/light_users.py URL USERS
+    python benchmarks/light_users.py URL USERS [GEOMETRY]
 
 Each presses on the top of a ring (`soft_ring.py`) up to 8 mm deep and lets go again, every two
 seconds, and sends the force of the newest patch, 60 times a second, over a websocket of its own.
-All in one process, which costs a few percent of a core. Prints `here` once every user has a patch.
+All in one process, which costs a tenth of a core. It asks for mesh patches, as clients do, unless
+told otherwise. Prints `here` once every user has a patch.
 """
 
 from __future__ import annotations
@@ -13,13 +14,15 @@ import asyncio
 import math
 import sys
 
+from pydantic import TypeAdapter
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, encode_control
+from cohaptic.protocol.control import GeometryName, Hello, encode_control
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS
 from cohaptic.vec import Vec3, dot, scale, sub
@@ -35,9 +38,11 @@ class User:
     Args:
         number: Of this user.
         count: Of all.
+        geometry: Of its patches.
     """
 
-    def __init__(self, number: int, count: int) -> None:
+    def __init__(self, number: int, count: int, geometry: GeometryName) -> None:
+        self.geometry: GeometryName = geometry
         self.number, angle = number, 2.0 * math.pi * number / count
         self.place: Vec3 = (RING * math.cos(angle), RING * math.sin(angle), TUBE)
         self.patch: Patch | None = None
@@ -45,10 +50,14 @@ class User:
     async def run(self, url: str) -> None:
         """Press until the server goes."""
         protocols = [Subprotocol(SUBPROTOCOL)]
-        async with connect(url, subprotocols=protocols, **WEBSOCKET_OPTIONS) as ws:
-            hello = Hello(protocol=PROTOCOL_VERSION, name=f"light{self.number}")
+        options = {**WEBSOCKET_OPTIONS, "max_size": MAX_BYTES}
+        async with connect(url, subprotocols=protocols, **options) as ws:
+            name = f"light{self.number}"
+            hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=self.geometry)
             await ws.send(encode_control(hello))
             await ws.recv()  # the welcome
+            if self.geometry == "mesh":
+                await ws.recv()  # the mesh, which such a user has no use for
             hearing = asyncio.create_task(self._hear(ws))
             try:
                 await self._press(ws)
@@ -83,9 +92,9 @@ class User:
         return scale(self.patch.normal, min(9.0, max(0.0, self.patch.k_h * depth)))
 
 
-async def main(url: str, count: int) -> None:
+async def main(url: str, count: int, geometry: GeometryName) -> None:
     """Run all users."""
-    users = [User(number, count) for number in range(count)]
+    users = [User(number, count, geometry) for number in range(count)]
     running = [asyncio.create_task(user.run(url)) for user in users]
     while any(user.patch is None for user in users):
         await asyncio.sleep(0.1)
@@ -94,4 +103,7 @@ async def main(url: str, count: int) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(sys.argv[1], int(sys.argv[2])))
+    named = sys.argv[3] if len(sys.argv) > 3 else "mesh"
+    asyncio.run(
+        main(sys.argv[1], int(sys.argv[2]), TypeAdapter(GeometryName).validate_python(named))
+    )

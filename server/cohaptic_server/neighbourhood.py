@@ -97,7 +97,7 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
         scale,
         c_scale,
         tuple(vertices.tolist()),
-        tuple((x, y, z) for x, y, z in units.tolist()),
+        tuple(zip(*units.T.tolist(), strict=True)),
         tuple(c_units.tolist()),
     )
 

@@ -103,9 +103,17 @@ class CoarseTwin:
         return np.asarray(force @ self.compliance[rows], dtype=np.float64).reshape(-1, 3)
 
     def at(self, moved: Floats, vertices: Ints) -> Floats:
-        """Displacement of vertices from that of the places, shape (k, 3)."""
+        """What vertices have of what the places have, such as a displacement.
+
+        Args:
+            moved: Of the places, shape (m, c).
+            vertices: Shape (k,).
+
+        Returns:
+            Shape (k, c).
+        """
         shares, near = self.carries.take(vertices, 0), self.near.take(vertices, 0)
-        beside = moved.take(near.ravel(), 0).reshape(*near.shape, 3)
+        beside = moved.take(near.ravel(), 0).reshape(*near.shape, moved.shape[1])
         return np.asarray((shares[:, None, :] @ beside)[:, 0])
 
     def own(self, vertices: Ints, weights: Floats, direction: Floats, normal: Floats) -> float:

@@ -87,10 +87,14 @@ class GreenColumns:
         # Whole columns are not filled: memory is taken as they come.
         self._slab = np.empty((self.capacity, self.length, 9), dtype=np.float32)
         # Place of a vertex among the rows of a column; of no use where columns have all of them.
+        # Columns of one order share a table: what a tick reads of them stays near at hand.
         short = self.length < len(self.nodes)
         if short:
             self._slab.fill(0.0)  # a tick has no time for the system to find memory
-        self._row = np.full((self.capacity if short else 0, len(self.nodes)), 0, np.int32)
+        kind = np.uint16 if self.length <= np.iinfo(np.uint16).max else np.int32
+        self._row = np.zeros((self.capacity if short else 0, len(self.nodes)), kind)
+        self._table = np.full(self.capacity, -1, dtype=np.int64)  # of each slot
+        self._rows_of: dict[int, Ints] = {}  # by table, while a column has it
         self.share = np.zeros(self.capacity)
         self._holds = np.full(self.capacity, -1, dtype=np.int64)
         self._used = np.full(self.capacity, -_IN_USE - 1, dtype=np.int64)
@@ -143,11 +147,24 @@ class GreenColumns:
         if self._holds[place] >= 0:
             self.slot[self._holds[place]] = -1
         if len(self._row):
-            self._row[place, column.rows] = np.arange(len(column.rows))
+            self._set_table(place, column.rows)
         self._slab[place, : len(column.rows)] = column.values
         self._holds[place], self.slot[column.vertex] = column.vertex, place
         self.share[place], self._used[place] = share, self._now
         return True
+
+    def _set_table(self, place: int, rows: Ints) -> None:
+        """Give a slot the table of its rows: that of the column before, if of the same order."""
+        left = int(self._table[place])
+        self._table[place] = -1
+        if left >= 0 and not (self._table == left).any():
+            del self._rows_of[left]
+        table = next((k for k, known in reversed(self._rows_of.items()) if known is rows), None)
+        if table is None:
+            table = next(k for k in range(self.capacity) if k not in self._rows_of)
+            self._row[table, rows] = np.arange(len(rows))
+            self._rows_of[table] = rows
+        self._table[place] = table
 
     def ensure(self, vertices: Iterable[int]) -> None:
         """Solve for what is missing of `vertices`, at once, and keep all of them over others."""
@@ -175,7 +192,7 @@ class GreenColumns:
         slots = self.slot[vertices]
         if (slots < 0).any() or (self.share[slots] < 1.0).any():
             return None
-        return np.asarray(np.tensordot(weights, self._sums(slots, weights, vertices), axes=(0, 0)))
+        return np.asarray(np.tensordot(weights, self.sums(slots, weights, vertices), axes=(0, 0)))
 
     def pull(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
         """Displacement of some vertices under a weighted sum of columns, shape (k, 3) [m/N].
@@ -186,10 +203,10 @@ class GreenColumns:
             direction: Of the force, shape (3,).
             rows: Vertices, shape (k,).
         """
-        return np.asarray(direction @ self._sums(slots, weights, rows))
+        return np.asarray(direction @ self.sums(slots, weights, rows))
 
-    def _sums(self, slots: Ints, weights: Floats, rows: Ints) -> Floats:
-        """Weighted sum of columns: displacement for a force in x, y, z, shape (k, 3, 3) [m/N]."""
+    def sums(self, slots: Ints, weights: Floats, rows: Ints) -> Floats:
+        """As `pull` for a force in x, y, z: shape (k, 3, 3) [m/N]."""
         narrow = weights.astype(np.float32)
         if not len(self._row) and len(rows) * 2 > len(self.nodes):
             whole = np.zeros((len(self.nodes), 9), dtype=np.float32)
@@ -201,7 +218,8 @@ class GreenColumns:
             across, places = slots[:, None], rows
             if len(self._row):
                 table = self._row.ravel()
-                found = table.take(across * len(self.nodes) + rows, mode="clip")
+                tables = self._table[slots, None]
+                found = table.take(tables * len(self.nodes) + rows, mode="clip")
                 places = found.astype(np.int64)
             flat = self._slab.reshape(-1, 9)
             values = flat.take((across * self.length + places).ravel(), 0, mode="clip")

@@ -26,7 +26,7 @@ from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin, make_twin
 from cohaptic_server.bodies.green_columns import Column, GreenColumns, Order
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.solid_parts import SolidParts, factor_of
-from cohaptic_server.bodies.solid_response import GONE, Pushed, SolidResponse
+from cohaptic_server.bodies.solid_response import GONE, Nearby, Pushed, SolidResponse
 from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
 
@@ -75,6 +75,7 @@ class Solid:
         self._at_once = True
         self._ahead: Ints = np.zeros(0, dtype=np.int64)
         self._carried: dict[int, Carried] = {}
+        self._nearby: dict[int, tuple[Ints, dict[int, Nearby]]] = {}
         self._brought: deque[Column] = deque()
         self.wanted: Ints = np.zeros(0, dtype=np.int64)
 
@@ -171,8 +172,21 @@ class Solid:
         self._carried = {
             id(load.vertices): self._carry(load) for load in loads
         }  # a finger at rest is the same as in the tick before
+        self._nearby = {
+            key: was
+            if (was := self._nearby.get(key)) and was[0] is carried.vertices
+            else (carried.vertices, {})
+            for key, carried in self._carried.items()
+        }
         pushed = [
-            Pushed.of(load, self.mesh, self.columns, self.twin, self._carried[id(load.vertices)])
+            Pushed.of(
+                load,
+                self.mesh,
+                self.columns,
+                self.twin,
+                self._carried[id(load.vertices)],
+                self._nearby[id(load.vertices)][1],
+            )
             for load in loads
         ]
         return SolidResponse(self.mesh, self.columns, self.twin, pushed, self.contact_radius)

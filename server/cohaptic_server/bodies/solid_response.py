@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,21 @@ from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 EXACT = 1.5  # distances between places of the twin up to which a column counts in full
 GONE = 2.5  # from here on it does not count
 _NOTHING = 1e-9  # share of a load that may lack columns without a difference
+_REMEMBERED = 32  # places whose nearness to a contact is remembered: more than look at it
+
+
+class Nearby(NamedTuple):
+    """What the columns of one contact change of what the twin says next to it.
+
+    Args:
+        asked: Vertices that were asked for.
+        near: Those of them that are near, as indices into `asked`, shape (k,).
+        change: Of their displacement for a force in x, y, z, shape (k, 3, 3) [m/N].
+    """
+
+    asked: Ints
+    near: Ints
+    change: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +58,9 @@ class Pushed:
             where they are not all there.
         missed: Compliance of the contact, as the contacts round it have it, over what the columns
             and the twin's smooth dent give [m/N].
+        moved: As `Carried.moved`.
+        nearby: What was found next to it, by the id of what was asked; it stays as long as contact
+            and columns do, so that a finger at rest is looked at once.
     """
 
     load: Load
@@ -53,6 +72,8 @@ class Pushed:
     replaced: Floats
     own: Floats | None
     missed: float
+    moved: Floats
+    nearby: dict[int, Nearby]
 
     @classmethod
     def of(
@@ -62,6 +83,7 @@ class Pushed:
         columns: GreenColumns,
         twin: CoarseTwin,
         carried: Carried,
+        nearby: dict[int, Nearby],
     ) -> Pushed:
         """What is there of a load at this moment."""
         slots = columns.slot[load.vertices]
@@ -73,6 +95,7 @@ class Pushed:
         missing = max(0.0, 1.0 - float(weights.sum()))
         missed, replaced = 0.0, whole
         if missing > _NOTHING:
+            nearby.clear()
             replaced = np.zeros_like(whole)
             if here.any():
                 known = twin.spread(load.vertices, weights)
@@ -83,8 +106,23 @@ class Pushed:
             missed = missing * max(0.0, own - float(spread @ (whole @ load.direction)))
         centre = load.weights @ mesh.vertices[load.vertices]
         return cls(
-            load, centre, spread, slots[here], weights[here], whole, replaced, carried.own, missed
+            load,
+            centre,
+            spread,
+            slots[here],
+            weights[here],
+            whole,
+            replaced,
+            carried.own,
+            missed,
+            carried.moved,
+            nearby,
         )
+
+    @property
+    def complete(self) -> bool:
+        """Whether all of its columns are there and count."""
+        return self.replaced is self.whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,14 +240,36 @@ class SolidResponse:
         """Put columns in the place of what the twin says near a contact, in `found`."""
         if not len(pushed.slots):
             return
+        if not pushed.complete:
+            near, smooth = self._part(pushed, vertices)
+            if len(near):
+                rows = vertices[near]
+                exact = self.columns.pull(pushed.slots, pushed.weights, pushed.load.direction, rows)
+                change = exact - self.twin.at(pushed.replaced, rows)
+                found[near] += force * smooth[:, None] * change
+            return
+        known = pushed.nearby.get(id(vertices))
+        if known is None or known.asked is not vertices:
+            if len(pushed.nearby) >= _REMEMBERED:
+                pushed.nearby.clear()
+            known = self._nearby(pushed, vertices)
+            pushed.nearby[id(vertices)] = known
+        if len(known.near):
+            found[known.near] += (force * pushed.load.direction) @ known.change
+
+    def _nearby(self, pushed: Pushed, vertices: Ints) -> Nearby:
+        """What the columns of a load change at some vertices, whatever the direction."""
+        near, smooth = self._part(pushed, vertices)
+        rows = vertices[near]
+        exact = self.columns.sums(pushed.slots, pushed.weights, rows)
+        places = pushed.moved.transpose(1, 0, 2).reshape(len(self.twin.places), 9)
+        change = exact - self.twin.at(places, rows).reshape(-1, 3, 3)
+        return Nearby(vertices, near, smooth[:, None, None] * change)
+
+    def _part(self, pushed: Pushed, vertices: Ints) -> tuple[Ints, Floats]:
+        """Vertices where columns count, and how far they do."""
         off = self.mesh.vertices[vertices] - pushed.centre
         distance = np.sqrt(np.einsum("ki,ki->k", off, off)) / self.twin.spacing
         near = np.flatnonzero(distance < GONE)
-        if not len(near):
-            return
-        rows = vertices[near]
-        exact = self.columns.pull(pushed.slots, pushed.weights, pushed.load.direction, rows)
         part = np.clip((GONE - distance[near]) / (GONE - EXACT), 0.0, 1.0)
-        smooth = part * part * (3.0 - 2.0 * part)
-        change = exact - self.twin.at(pushed.replaced, rows)
-        found[near] += force * smooth[:, None] * change
+        return near, part * part * (3.0 - 2.0 * part)
