@@ -26,8 +26,8 @@ from cohaptic_server.field import Field
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
 _MOST_LEFT = 0.5  # of a step that is believed to be left by the next
 _CLOSE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
-# A contact that is known stays until the probe is so far beside it [m]: of a hand that presses, most
-# ticks then have nothing to find. Over a fingertip's curvature it turns the force by 0.2 %.
+# A contact that is known stays until the probe is so far beside it [m]: most ticks of a hand that
+# presses then have nothing to find. On a fingertip's curvature it turns the force by 0.2 %.
 _STAYS = 6e-5
 
 

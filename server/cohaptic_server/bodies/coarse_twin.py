@@ -46,15 +46,12 @@ class Carried:
         weights: Share of each, shape (k,).
         spread: Shares of the places, shape (m,).
         moved: Displacement of the places per unit force along x, y, z, shape (3, m, 3) [m/N].
-        own: Compliance of the contact at itself, by its columns, shape (3, 3) [m/N]; None as long
-            as some are missing.
     """
 
     vertices: Ints
     weights: Floats
     spread: Floats
     moved: Floats
-    own: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)

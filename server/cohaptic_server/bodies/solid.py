@@ -22,11 +22,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin, make_twin
+from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
 from cohaptic_server.bodies.green_columns import Column, GreenColumns, Order
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.bodies.solid_parts import SolidParts, factor_of
-from cohaptic_server.bodies.solid_response import GONE, Nearby, Pushed, SolidResponse
+from cohaptic_server.bodies.solid_response import GONE, Pushed, SolidResponse, Spot
 from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
 
@@ -74,8 +74,7 @@ class Solid:
         self._twin = None if parts is None else parts.twin
         self._at_once = True
         self._ahead: Ints = np.zeros(0, dtype=np.int64)
-        self._carried: dict[int, Carried] = {}
-        self._nearby: dict[int, tuple[Ints, dict[int, Nearby]]] = {}
+        self._spots: dict[int, Spot] = {}
         self._brought: deque[Column] = deque()
         self.wanted: Ints = np.zeros(0, dtype=np.int64)
 
@@ -169,36 +168,26 @@ class Solid:
         order = np.argsort(-weights, kind="stable")
         ahead = self._ahead[self.columns.slot[self._ahead] < 0]
         self.wanted = np.concatenate([self.columns.lacking(touched[order], STAYS), ahead])
-        self._carried = {
-            id(load.vertices): self._carry(load) for load in loads
-        }  # a finger at rest is the same as in the tick before
-        self._nearby = {
-            key: was
-            if (was := self._nearby.get(key)) and was[0] is carried.vertices
-            else (carried.vertices, {})
-            for key, carried in self._carried.items()
-        }
+        spots: dict[int, Spot] = {}
+        for load in loads:
+            if id(load.vertices) not in spots:
+                spots[id(load.vertices)] = self._spot(load)
+        self._spots = spots
         pushed = [
-            Pushed.of(
-                load,
-                self.mesh,
-                self.columns,
-                self.twin,
-                self._carried[id(load.vertices)],
-                self._nearby[id(load.vertices)][1],
-            )
+            Pushed.of(load, self.mesh, self.columns, self.twin, spots[id(load.vertices)])
             for load in loads
         ]
         return SolidResponse(self.mesh, self.columns, self.twin, pushed, self.contact_radius)
 
-    def _carry(self, load: Load) -> Carried:
-        was = self._carried.get(id(load.vertices))
-        if was is None or was.vertices is not load.vertices or was.weights is not load.weights:
-            was = self.twin.carry(load.vertices, load.weights)
-        if was.own is not None:
-            return was  # a finger that stays: what it meets of itself is found once
+    def _spot(self, load: Load) -> Spot:
+        """Where a load pushes: of a finger at rest it is the same as in the tick before."""
+        spot = self._spots.get(id(load.vertices))
+        if spot is None or not spot.holds(load):
+            spot = Spot(self.twin.carry(load.vertices, load.weights))
+        if spot.own is not None:
+            return spot
         own = self.columns.block(load.vertices, load.weights)
-        return was if own is None else replace(was, own=own)
+        return spot if own is None else replace(spot, own=own)
 
     def _exact(self, loads: Sequence[Load]) -> DenseResponse:
         n, c = len(self.mesh.vertices), len(loads)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -43,37 +43,51 @@ class Nearby(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class Spot:
+    """A contact as long as it stays where it is: what was found of it once.
+
+    Args:
+        carried: As the twin has it.
+        own: Its compliance at itself by its columns alone, shape (3, 3) [m/N]; None as long as some
+            of them are missing.
+        nearby: What was found next to it once all columns were there, by the id of what was asked.
+            It only saves time.
+    """
+
+    carried: Carried
+    own: Floats | None = None
+    nearby: dict[int, Nearby] = field(default_factory=dict[int, Nearby])
+
+    def holds(self, load: Load) -> bool:
+        """Whether this is the place of a load."""
+        was = self.carried
+        return was.vertices is load.vertices and was.weights is load.weights
+
+
+@dataclass(frozen=True, eq=False)
 class Pushed:
     """One load as the response knows it.
 
     Args:
         load: It.
+        spot: Where it pushes.
         centre: Of its pressure, shape (3,) [m].
-        spread: Shares of the twin's places in it, shape (m,).
         slots: Of the columns under it that are there, shape (s,).
         weights: Shares of the load on these, as far as they count, shape (s,).
         whole: Displacement of the twin's places, shape (m, 3) [m/N].
         replaced: The part of it that is by what has a column: what these are taken for.
-        own: Compliance of the contact at itself by its columns alone, shape (3, 3) [m/N]; None
-            where they are not all there.
         missed: Compliance of the contact, as the contacts round it have it, over what the columns
             and the twin's smooth dent give [m/N].
-        moved: As `Carried.moved`.
-        nearby: What was found next to it, by the id of what was asked; it stays as long as contact
-            and columns do, so that a finger at rest is looked at once.
     """
 
     load: Load
+    spot: Spot
     centre: Floats
-    spread: Floats
     slots: Ints
     weights: Floats
     whole: Floats
     replaced: Floats
-    own: Floats | None
     missed: float
-    moved: Floats
-    nearby: dict[int, Nearby]
 
     @classmethod
     def of(
@@ -82,20 +96,19 @@ class Pushed:
         mesh: SurfaceMesh,
         columns: GreenColumns,
         twin: CoarseTwin,
-        carried: Carried,
-        nearby: dict[int, Nearby],
+        spot: Spot,
     ) -> Pushed:
         """What is there of a load at this moment."""
         slots = columns.slot[load.vertices]
         here = slots >= 0
         weights = np.zeros(len(slots))
         weights[here] = load.weights[here] * columns.share[slots[here]]
-        spread = carried.spread
-        whole = np.tensordot(load.direction, carried.moved, axes=(0, 0))
+        spread = spot.carried.spread
+        whole = np.tensordot(load.direction, spot.carried.moved, axes=(0, 0))
         missing = max(0.0, 1.0 - float(weights.sum()))
         missed, replaced = 0.0, whole
         if missing > _NOTHING:
-            nearby.clear()
+            spot.nearby.clear()
             replaced = np.zeros_like(whole)
             if here.any():
                 known = twin.spread(load.vertices, weights)
@@ -105,19 +118,7 @@ class Pushed:
             own = twin.own(load.vertices, load.weights, load.direction, normal)
             missed = missing * max(0.0, own - float(spread @ (whole @ load.direction)))
         centre = load.weights @ mesh.vertices[load.vertices]
-        return cls(
-            load,
-            centre,
-            spread,
-            slots[here],
-            weights[here],
-            whole,
-            replaced,
-            carried.own,
-            missed,
-            carried.moved,
-            nearby,
-        )
+        return cls(load, spot, centre, slots[here], weights[here], whole, replaced, missed)
 
     @property
     def complete(self) -> bool:
@@ -154,7 +155,7 @@ class SolidResponse:
         if not c:
             return np.zeros((0, 0))
         directions = np.array([p.load.direction for p in self.pushed])
-        spreads = np.array([p.spread for p in self.pushed])
+        spreads = np.array([p.spot.carried.spread for p in self.pushed])
         whole = np.array([p.whole for p in self.pushed])  # (c, m, 3)
         # What the twin carries to a contact is what it carries from it: no vertex is asked.
         carried = np.tensordot(spreads, whole, axes=(1, 1))  # (c, c, 3)
@@ -168,8 +169,8 @@ class SolidResponse:
             near = np.flatnonzero(np.einsum("ik,ik->i", off, off) < reach**2)
             for i in near.tolist():
                 load = self.pushed[i].load
-                if i == j and pushed.own is not None:
-                    C[i, i] = load.direction @ pushed.own @ load.direction
+                if i == j and pushed.spot.own is not None:
+                    C[i, i] = load.direction @ pushed.spot.own @ load.direction
                     continue
                 change = np.zeros((len(load.vertices), 3))
                 self._correct(change, pushed, 1.0, load.vertices)
@@ -248,12 +249,12 @@ class SolidResponse:
                 change = exact - self.twin.at(pushed.replaced, rows)
                 found[near] += force * smooth[:, None] * change
             return
-        known = pushed.nearby.get(id(vertices))
+        nearby = pushed.spot.nearby
+        known = nearby.get(id(vertices))
         if known is None or known.asked is not vertices:
-            if len(pushed.nearby) >= _REMEMBERED:
-                pushed.nearby.clear()
-            known = self._nearby(pushed, vertices)
-            pushed.nearby[id(vertices)] = known
+            if len(nearby) >= _REMEMBERED:
+                nearby.clear()
+            known = nearby[id(vertices)] = self._nearby(pushed, vertices)
         if len(known.near):
             found[known.near] += (force * pushed.load.direction) @ known.change
 
@@ -262,7 +263,7 @@ class SolidResponse:
         near, smooth = self._part(pushed, vertices)
         rows = vertices[near]
         exact = self.columns.sums(pushed.slots, pushed.weights, rows)
-        places = pushed.moved.transpose(1, 0, 2).reshape(len(self.twin.places), 9)
+        places = pushed.spot.carried.moved.transpose(1, 0, 2).reshape(len(self.twin.places), 9)
         change = exact - self.twin.at(places, rows).reshape(-1, 3, 3)
         return Nearby(vertices, near, smooth[:, None, None] * change)
 

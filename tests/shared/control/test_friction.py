@@ -14,7 +14,7 @@ from cohaptic.control.friction import (
     tangential,
     tangents,
 )
-from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from tests.strategies import vectors
 
 normals = vectors(1.0).map(unit)
@@ -92,15 +92,17 @@ def test_a_closed_way_costs_energy(
 ) -> None:
     """Friction takes; over a way there and back the hand gets nothing (f_n held)."""
     state = friction_step(FrictionState(), ZERO, n, f_n, C, mu)
-    start, work = state.force, 0.0
-    steps = path + [scale(p, -1.0) for p in reversed(path)]
-    for way in steps:
+    start, work, unsure = state.force, 0.0, 0.0
+    there_and_back = path + [scale(p, -1.0) for p in reversed(path)]
+    for way in [scale(p, 0.1) for p in there_and_back for _ in range(10)]:
         before = state.force
         state = friction_step(state, way, n, f_n, C, mu)
         along = add(way, scale(n, -dot(way, n)))
         work -= 0.5 * dot(add(before, state.force), along)  # of the hand on the contact
+        # Where it begins to slip within a step, the mean of both ends is not the mean of the way.
+        unsure += 0.5 * norm(sub(state.force, before)) * norm(along)
     stored = max(C.xx, C.yy, C.zz) * 3.0 * (norm(start) + mu * f_n) ** 2
-    assert work >= -stored
+    assert work >= -stored - unsure
 
 
 def test_without_contact_or_friction_there_is_none() -> None:
