@@ -77,6 +77,10 @@ class Stepped:
     short: float
 
 
+class TooLarge(Exception):
+    """MuJoCo cannot make a model of this mesh on this machine."""
+
+
 def library() -> Any:
     """MuJoCo, its warnings counted and not printed, or a word on how to get it."""
     try:
@@ -107,7 +111,10 @@ def compiled(thousands: int, body: Solid, folder: Path | None = None) -> Any:
         nu=body.settings.nu,
         pinned=_words(np.flatnonzero(held(mesh))),
     )
-    model = mujoco.MjModel.from_xml_string(scene)
+    try:
+        model = mujoco.MjModel.from_xml_string(scene)
+    except ValueError as error:
+        raise TooLarge(f"MuJoCo {mujoco.__version__} has no model of it: {error}") from error
     if kept is not None:
         try:
             mujoco.mj_saveModel(model, str(kept))

@@ -8,11 +8,13 @@ gets the time that it would get on a server.
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +26,7 @@ from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState
-from flex import DEPTH, compiled, step
+from flex import DEPTH, TooLarge, compiled, step
 from memory import read_time
 
 PERIOD = 1.0 / 60.0  # s
@@ -130,6 +132,15 @@ def _needed(body: Solid, state: WorldState, reach: float) -> int:
     return round(share * body.columns.column_bytes)
 
 
+def _model(thousands: int, body: Solid, models: Path | None) -> Any:
+    """MuJoCo's, if it is asked for and can be had."""
+    try:
+        return compiled(thousands, body, models) if models is not None else None
+    except TooLarge as error:
+        print(f"  {error}", file=sys.stderr)
+        return None
+
+
 def table(
     sizes: list[int], ticks: int, *, speed: float, reach: float, models: Path | None = None
 ) -> None:
@@ -140,7 +151,7 @@ def table(
     for thousands in sizes:
         count = len(ring(*SIZES[thousands]).tets)
         with served(thousands) as (body, worker):
-            model = compiled(thousands, body, models) if models is not None else None
+            model = _model(thousands, body, models)
             for users in (1, 2, 4, 8):
                 t = measure(body, worker, users, ticks, speed=speed, reach=reach)
                 beside = "" if model is None else f"{1e3 * step(model, users, 20).median:.0f} ms"
