@@ -29,6 +29,7 @@ class Sight:
         geometry: Of the patch.
         foot: Of the contact on the resting surface, shape (3,) [m].
         way: How far the probe slides while the patch is in use, shape (3,) [m].
+        horizon: For how long that is [s].
         vertices: Of the surface, rising, shape (k,).
         touched: Of the touch mesh, those of the patch, rising; none but for a mesh patch.
     """
@@ -36,8 +37,20 @@ class Sight:
     geometry: Geometry
     foot: Floats
     way: Floats
+    horizon: float
     vertices: Ints
     touched: Ints
+
+    def __post_init__(self) -> None:
+        # What is looked at tick after tick may be remembered by what it is.
+        self.vertices.setflags(write=False)
+
+    def does(self, contact: Contact, way: Floats, horizon: float) -> bool:
+        """Whether it does for a finger that has hardly moved since."""
+        moved = np.abs(contact.foot - self.foot).max()
+        turned = np.abs(way - self.way).max()
+        more = neighbourhood.SPEEDING_UP * abs(horizon - self.horizon)
+        return bool(max(moved, turned, more) <= _SLACK)
 
 
 def look(
@@ -56,14 +69,12 @@ def look(
         contact: Of the probe.
         velocity: Of the probe, shape (3,) [m/s].
         horizon: For how long the patch will be in use [s].
-        before: What the last tick looked at: it does for a finger that has hardly moved.
+        before: What the last tick looked at.
     """
     slide = velocity - (velocity @ contact.normal) * contact.normal
     way = horizon * slide
-    if before is not None and before.geometry is geometry:
-        moved = np.abs(contact.foot - before.foot).max()
-        if moved <= _SLACK and np.abs(way - before.way).max() <= _SLACK:
-            return before
+    if before is not None and before.geometry is geometry and before.does(contact, way, horizon):
+        return before
     mesh, foot = body.mesh, contact.foot
     around = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
     touch = touch_mesh(body)
@@ -76,7 +87,7 @@ def look(
         bends = _STRAIN * curvature.reach(mesh, body.contact_radius)
         beyond = touch.vertices[np.union1d(touch.near(foot, bends), touched)]
         vertices = np.union1d(mesh.near(foot, around), beyond)
-    return Sight(geometry, foot, way, vertices, touched)
+    return Sight(geometry, foot, way, horizon, vertices, touched)
 
 
 def with_shape(patch: Patch, body: Body, sight: Sight, free: Window) -> Patch:

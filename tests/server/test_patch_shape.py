@@ -15,6 +15,7 @@ from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.contact import locate
+from cohaptic_server.patch_shape import look
 from cohaptic_server.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world_state import Touch
@@ -103,3 +104,31 @@ def test_a_hand_that_says_impossible_times_gets_patches_all_the_same(balloon: Ba
         )
         state, found = play(balloon, [hand], 1, state)
         found[1].encode()
+
+
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
+@settings(max_examples=20, deadline=None)
+def test_what_a_tick_looks_at_stays_while_a_finger_hardly_moves(
+    balloon: Balloon, slid: float, first: float, later: float
+) -> None:
+    """It stays at rest, and it is what a fresh look would see as soon as something has changed."""
+    still = np.zeros_like(balloon.mesh.vertices)
+    contacts = [
+        locate(balloon.mesh, np.array(side(a)) * 0.099, still, radius=balloon.contact_radius)
+        for a in (0.0, slid)
+    ]
+    velocity = np.zeros(3)
+    was = look(balloon, Geometry.MESH, contacts[0], velocity, first, None)
+    assert look(balloon, Geometry.MESH, contacts[0], velocity, first, was) is was
+    now = look(balloon, Geometry.MESH, contacts[1], velocity, later, was)
+    if now is not was:
+        fresh = look(balloon, Geometry.MESH, contacts[1], velocity, later, None)
+        assert (now.touched == fresh.touched).all()
+        assert (now.vertices == fresh.vertices).all()
+    elif slid != 0.0:
+        assert abs(slid) < 0.05
+    quick = look(balloon, Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, was)
+    assert quick is not was
+    other = look(balloon, Geometry.PLANE, contacts[0], velocity, first, was)
+    assert set(other.vertices.tolist()) <= set(was.vertices.tolist())
+    assert not len(other.touched)

@@ -252,9 +252,11 @@ class SolidResponse:
         nearby = pushed.spot.nearby
         known = nearby.get(id(vertices))
         if known is None or known.asked is not vertices:
-            if len(nearby) >= _REMEMBERED:
-                nearby.clear()
-            known = nearby[id(vertices)] = self._nearby(pushed, vertices)
+            known = self._nearby(pushed, vertices)
+            if not vertices.flags.writeable:  # only what cannot change may be asked for again
+                if len(nearby) >= _REMEMBERED:
+                    nearby.clear()
+                nearby[id(vertices)] = known
         if len(known.near):
             found[known.near] += (force * pushed.load.direction) @ known.change
 

@@ -160,3 +160,25 @@ def test_columns_that_are_in_use_stay_and_others_go(monkeypatch: pytest.MonkeyPa
             small.respond([load])
         assert (small.columns.slot[load.vertices] >= 0).all()
         assert small.columns.kept <= 40
+
+
+@given(places, st.lists(st.tuples(places, st.floats(0.1, 5.0)), min_size=1, max_size=6))
+@settings(max_examples=10, deadline=None)
+def test_what_is_remembered_of_a_place_changes_nothing(
+    place: Place, turns: list[tuple[Place, float]]
+) -> None:
+    """A finger stays where it is, and the direction of its force turns from tick to tick."""
+    body = background()
+    serve(body, [press(place, 1.0)])
+    stays = press(place, 1.0)
+    frozen = body.mesh.near(stays.weights @ body.mesh.vertices[stays.vertices], 0.03)
+    asked = frozen.copy()
+    frozen.setflags(write=False)
+    for towards, force in turns:
+        load = Load(stays.vertices, stays.weights, -touch(towards)[2], force)
+        response = body.respond([load])
+        assert isinstance(response, SolidResponse)
+        remembered = response.at(frozen)
+        assert remembered == pytest.approx(response.at(asked), abs=1e-15)
+        assert (response.at(frozen) == remembered).all()
+        assert len(response.pushed[0].spot.nearby) == 1  # of what may change nothing is kept
