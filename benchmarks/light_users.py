@@ -24,7 +24,6 @@ from cohaptic.protocol.control import GeometryName, Hello, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
-from cohaptic.transport import WEBSOCKET_OPTIONS
 from cohaptic.vec import Vec3, dot, scale, sub
 from cohaptic_server.bodies.soft_ring import RING, TUBE
 
@@ -50,8 +49,9 @@ class User:
     async def run(self, url: str) -> None:
         """Press until the server goes."""
         protocols = [Subprotocol(SUBPROTOCOL)]
-        options = {**WEBSOCKET_OPTIONS, "max_size": MAX_BYTES}
-        async with connect(url, subprotocols=protocols, **options) as ws:
+        async with connect(
+            url, subprotocols=protocols, proxy=None, max_size=MAX_BYTES, compression=None
+        ) as ws:
             name = f"light{self.number}"
             hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=self.geometry)
             await ws.send(encode_control(hello))
