@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -20,7 +21,7 @@ FOURTH = "#CC79A7"
 LIGHT = "#56B4E9"
 GREY = "#6B7280"
 
-STYLE: dict[str, object] = {
+STYLE: dict[Any, Any] = {
     "figure.dpi": 100,
     "savefig.dpi": 200,
     "font.size": 9,
@@ -44,7 +45,7 @@ STYLE: dict[str, object] = {
 @contextmanager
 def styled() -> Generator[None, None, None]:
     """Everything that is drawn and written inside has the common style."""
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):
         yield
 
 

@@ -165,21 +165,10 @@ def measure(
     """
     about = describe(body)
     way = Way(about.center, about.radius, depth, speed, angle, delay, upwards)
-    session = VirtualSession(body)
-    user = session.join(
-        "hand",
-        HandScript(),
-        law=Law.PREDICTIVE,
-        delay=delay,
-        # The force is what is measured: nothing may clip it.
-        limits=replace(SafetyLimits(), max_force=100.0, max_rate=1e6),
-        geometry=geometry,
-        device=GuidedHand(way),
-    )
-    session.run(way.steady[1])
+    forces = felt_along(body, way, geometry)
     # The first period is the device's time 0.
     first, middle, last = (round(t / PERIOD) for t in (way.start, *way.steady))
-    felt = np.array(user.force[first:last])
+    felt = forces[first:last]
     truth = true_forces(body, [way.at(i * PERIOD) for i in range(first, last)])
     errors = np.abs(felt - truth) / truth
     starting, error = np.split(errors, [middle - first])
@@ -195,6 +184,23 @@ def measure(
         float(starting.max()),
         float(truth.mean()),
     )
+
+
+def felt_along(body: Body, way: Way, geometry: GeometryName) -> Floats:
+    """Force on a hand that is guided along a way, in every period of it, shape (k,) [N]."""
+    session = VirtualSession(body)
+    user = session.join(
+        "hand",
+        HandScript(),
+        law=Law.PREDICTIVE,
+        delay=way.delay,
+        # The force is what is measured: nothing may clip it.
+        limits=replace(SafetyLimits(), max_force=100.0, max_rate=1e6),
+        geometry=geometry,
+        device=GuidedHand(way),
+    )
+    session.run(way.steady[1])
+    return np.array(user.force)
 
 
 def true_forces(body: Body, tips: list[Vec3]) -> Floats:

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.control.law import Law
-from cohaptic.hands import HandScript
-from cohaptic_client.safety import SafetyLimits
-from cohaptic_experiments.slide import GuidedHand, Way, true_forces
-from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
+from cohaptic_experiments.slide import Way, felt_along, true_forces
+from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.room import describe
@@ -68,19 +65,9 @@ def slide(
     """
     about = describe(body)
     way = Way(about.center, about.radius, depth, speed, 0.5 * math.pi, delay)
-    session = VirtualSession(body)
-    user = session.join(
-        "hand",
-        HandScript(),
-        law=Law.PREDICTIVE,
-        delay=delay,
-        limits=replace(SafetyLimits(), max_force=100.0, max_rate=1e6),
-        geometry="mesh",
-        device=GuidedHand(way),
-    )
-    session.run(way.steady[1])
+    forces = felt_along(body, way, "mesh")
     first, last = (round(t / PERIOD) for t in way.steady)
-    felt = np.array(user.force[first:last])
+    felt = forces[first:last]
     some = range(first, last, max(1, (last - first) // 16))
     truth = true_forces(exact, [way.at(i * PERIOD) for i in some])
     there = felt[[i - first for i in some]]

@@ -55,9 +55,4 @@ def fit_curvature(points: Floats, at: Floats, normal: Floats, reach: float) -> f
 
 def reach(mesh: SurfaceMesh, contact_radius: float) -> float:
     """How far round a contact the sphere is fitted [m]."""
-    return max(REACH * contact_radius, _SPACINGS * spacing(mesh))
-
-
-def spacing(mesh: SurfaceMesh) -> float:
-    """Mean distance between neighbouring vertices, as if they were spread evenly [m]."""
-    return float(mesh.size * (4.0 * np.pi / len(mesh.vertices)) ** 0.5)
+    return max(REACH * contact_radius, _SPACINGS * mesh.spacing())

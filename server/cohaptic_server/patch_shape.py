@@ -76,7 +76,7 @@ def look(
     if before is not None and before.geometry is geometry and before.does(contact, way, horizon):
         return before
     mesh, foot = body.mesh, contact.foot
-    around = body.contact_radius + _AROUND + _SPACINGS * curvature.spacing(mesh)
+    around = body.contact_radius + _AROUND + _SPACINGS * mesh.spacing()
     touch = touch_mesh(body)
     touched = np.zeros(0, dtype=np.int64)
     if geometry is Geometry.MESH:

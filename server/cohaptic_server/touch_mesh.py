@@ -82,8 +82,8 @@ def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
         apart: Least distance between two vertices [m].
     """
     # Of a body hardly larger than its contacts there is to be left as much as a frame holds.
-    apart = min(apart, _WORTH * spacing_of(mesh, MAX_VERTICES))
-    if spacing_of(mesh, len(mesh.vertices)) >= _WORTH * apart:
+    apart = min(apart, _WORTH * mesh.spacing(MAX_VERTICES))
+    if mesh.spacing() >= _WORTH * apart:
         return _touch_mesh(mesh, np.arange(len(mesh.vertices)), mesh.faces)
     chosen = _spread(mesh, apart)
     faces = _dual(mesh, chosen)
@@ -91,14 +91,9 @@ def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
     return _touch_mesh(mesh, chosen[used], np.searchsorted(used, faces))
 
 
-def spacing_of(mesh: SurfaceMesh, count: int) -> float:
-    """Mean distance between `count` vertices spread evenly over a surface [m]."""
-    return float(mesh.size * (4.0 * np.pi / count) ** 0.5)
-
-
 def _touch_mesh(mesh: SurfaceMesh, vertices: Ints, faces: Ints) -> TouchMesh:
     places, normals = mesh.vertices[vertices], mesh.normals[vertices]
-    return TouchMesh(vertices, faces.copy(), places, normals, spacing_of(mesh, len(vertices)))
+    return TouchMesh(vertices, faces.copy(), places, normals, mesh.spacing(len(vertices)))
 
 
 def _spread(mesh: SurfaceMesh, apart: float) -> Ints:

@@ -88,7 +88,7 @@ class CoarseTwin:
         spread = self.spread(vertices, weights)
         used = np.flatnonzero(spread)
         rows = self.compliance.reshape(len(self.places), -1).take(used, 0)  # (u, 3 * 3 m)
-        moved = spread[used].astype(np.float32) @ rows
+        moved = np.dot(spread[used].astype(np.float32), rows)
         blocks = moved.reshape(3, -1, 3).astype(np.float64)
         return Carried(vertices, weights, spread, blocks)
 
@@ -97,7 +97,8 @@ class CoarseTwin:
         used = np.flatnonzero(spread)
         rows = (3 * used[:, None] + np.arange(3)).ravel()
         force = (spread[used, None] * direction).ravel().astype(np.float32)
-        return np.asarray(force @ self.compliance[rows], dtype=np.float64).reshape(-1, 3)
+        moved = np.dot(force, self.compliance[rows])
+        return np.asarray(moved, dtype=np.float64).reshape(-1, 3)
 
     def at(self, moved: Floats, vertices: Ints) -> Floats:
         """What vertices have of what the places have, such as a displacement.
@@ -211,7 +212,6 @@ def make_twin(
     near, means, carries = _carriers(mesh, chosen, radius)
     if held is not None:
         carries[held] = 0.0
-    area = 4.0 * np.pi * mesh.size**2
     return CoarseTwin(
         chosen,
         mesh.normals[chosen],
@@ -219,7 +219,7 @@ def make_twin(
         means,
         carries,
         0.5 * (G + G.T),
-        float((area / len(chosen)) ** 0.5),
+        mesh.spacing(len(chosen)),
     )
 
 

@@ -148,7 +148,11 @@ class GreenColumns:
             self.slot[self._holds[place]] = -1
         if len(self._row):
             self._set_table(place, column.rows)
-        self._slab[place, : len(column.rows)] = column.values
+            self._slab[place, : len(column.rows)] = column.values
+        else:
+            if len(column.rows) < len(self.nodes):
+                self._slab[place] = 0.0  # what an order left out lies too far away to count
+            self._slab[place, column.rows] = column.values
         self._holds[place], self.slot[column.vertex] = column.vertex, place
         self.share[place], self._used[place] = share, self._now
         return True

@@ -84,6 +84,11 @@ class SurfaceMesh:
         for array in (x, faces, self.rings, self.around, self.normals):
             array.setflags(write=False)
 
+    def spacing(self, count: int | None = None) -> float:
+        """Mean distance between vertices spread evenly, its own or `count` of them [m]."""
+        n = len(self.vertices) if count is None else count
+        return float(self.size * (4.0 * np.pi / n) ** 0.5)
+
     def near(self, point: Floats, radius: float) -> Ints:
         """Vertices of the resting surface within `radius` of a point, rising, shape (k,)."""
         return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)

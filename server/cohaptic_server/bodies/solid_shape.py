@@ -109,8 +109,7 @@ def fitting_radius(mesh: SurfaceMesh) -> float:
 
     Below two distances between vertices the stiffness is the mesh's and not the body's.
     """
-    spacing = mesh.size * (4.0 * np.pi / len(mesh.vertices)) ** 0.5
-    return float(max(min(FINGERTIP, 0.25 * mesh.size), 2.0 * spacing))
+    return max(min(FINGERTIP, 0.25 * mesh.size), 2.0 * mesh.spacing())
 
 
 def _nodes(

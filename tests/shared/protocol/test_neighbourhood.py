@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -96,9 +97,9 @@ def test_a_tail_of_another_length_is_refused(near: Neighbourhood, more: int) -> 
         ({"compliances": (0, 0, -1)}, "compliance of a vertex is -1"),
     ],
 )
-def test_what_is_out_of_its_limits_is_our_mistake(wrong: dict[str, object], message: str) -> None:
+def test_what_is_out_of_its_limits_is_our_mistake(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(LocalProtocolError, match=message):
-        replace(NEAR, **wrong).encode()  # type: ignore[arg-type]
+        replace(NEAR, **wrong).encode()
 
 
 def test_too_many_vertices_are_named_from_both_sides() -> None:
