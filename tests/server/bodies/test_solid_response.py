@@ -182,3 +182,17 @@ def test_what_is_remembered_of_a_place_changes_nothing(
         assert remembered == pytest.approx(response.at(asked), abs=1e-15)
         assert (response.at(frozen) == remembered).all()
         assert len(response.pushed[0].spot.nearby) == 1  # of what may change nothing is kept
+
+
+def test_a_column_of_some_rows_is_read_where_it_was_found() -> None:
+    """Also where columns have room for all rows, as on a small body."""
+    body = background()
+    columns = GreenColumns(body.columns.factor, body.shape.place, 2**28)
+    rows = np.arange(5, len(body.mesh.vertices), 7)
+    vertex = int(rows[len(rows) // 2])
+    column = columns.solve(Order(np.array([vertex]), rows))[0]
+    assert columns.put(column, 1.0)
+    moved = columns.sums(columns.slot[[vertex]], np.ones(1), rows)
+    assert moved.reshape(-1, 9) == pytest.approx(column.values, rel=1e-6)
+    left_out = columns.sums(columns.slot[[vertex]], np.ones(1), np.array([0, 1]))
+    assert not left_out.any()
