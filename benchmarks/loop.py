@@ -73,8 +73,9 @@ def patch(tick: int) -> bytes:
     return Patch(
         tick=tick, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
         law=Law.PREDICTIVE,
-        x_free=(0.1 + lift, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0, k_o=250.0,
-        k_o_coupled=150.0, c_ii=0.004, k_h=250.0, integral_gain=0.0, own_force=0.0, u_others=lift,
+        x_free=(0.1 + lift, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0,
+        c_ii=0.004, k_h=250.0, integral_gain=0.0, own_force=(0.0, 0.0, 0.0),
+        u_others=(lift, 0.0, 0.0),
     ).encode()  # fmt: skip
 
 

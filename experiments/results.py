@@ -37,18 +37,22 @@ balloon.
   and the same in the equilibrium of body and hands, solved without a network.
 - *worst error*: largest relative difference of the two over all users, while the first one
   presses.
-- *felt after*: from one hand's press to the other hand's force, median over users; *allowed* is
-  both injected legs, two simulation ticks and 5 ms.
+- *felt after*: by how much later than without a network the force on the other hands has made half
+  of its change, median over hands and presses; *allowed* is both injected legs, two simulation
+  ticks, the half time of the room's lag (ln 2 of it) and 5 ms.
+- *lag*: in how long the object answers what the others do; it grows with the coupling of the room.
+- *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
+  still creeps to its value, or whose swings die out, when the next press comes.
 
 {scenes}
 
 ![forces of both hands, 80 ms each way](pictures/two-users.png)
 
-The proportional law is stable in all its scenes, and most of what the other hand does is lost: it
-has to stay softer than 1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The
-predictive law is exact as long as its gain may be 1 / C_ii. From five users on the sum over the
-neighbours' coupling exceeds C_ii and the gain that acts at once is softer; an integral brings the
-rest back, so that the steady force is the truth and only comes later.
+With the proportional law most of what the other hand does is lost: it has to stay softer than
+1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The integral of `pi` restores
+the force, long after the surface has moved. The predictive law has the object's own stiffness,
+whoever else is there. From four or five users on the room gets a lag (science 3.8): the steady
+force is the truth, and what others do arrives later.
 
 ## The paper's figures, and what goes beyond them
 

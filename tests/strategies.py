@@ -10,10 +10,18 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.control.room import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
-from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.patch import (
+    MAX_COUPLING,
+    MAX_LAG,
+    MAX_MARGIN,
+    MIN_COMPLIANCE,
+    Geometry,
+    Patch,
+)
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.scene_surface import Surface
@@ -50,6 +58,13 @@ contact_samples = st.builds(
     force=vectors(100.0),
 )
 
+# What 16 bits say of a room.
+rooms = st.builds(
+    RoomLag,
+    lag=floats(0.0, MAX_LAG),
+    coupling=st.floats(0.0, MAX_COUPLING, width=16),
+    margin=st.floats(0.0, MAX_MARGIN, width=16),
+)
 patches = st.builds(
     Patch,
     tick=counts,
@@ -62,13 +77,12 @@ patches = st.builds(
     x_free=vectors(10.0),
     normal=normals,
     curvature=floats(-100.0, 100.0),
-    k_o=floats(0.0, 1e5),
-    k_o_coupled=floats(0.0, 1e5),
-    c_ii=floats(0.0, 1.0),
+    c_ii=floats(MIN_COMPLIANCE, 1.0),
     k_h=floats(0.0, 1e5),
     integral_gain=floats(0.0, 1e6),
-    own_force=floats(0.0, 100.0),
-    u_others=floats(-1.0, 1.0),
+    own_force=vectors(100.0),
+    u_others=vectors(1.0),
+    room=rooms,
     compliance=st.none() | st.builds(Compliance3, *[floats(-1.0, 1.0)] * 6),
 )
 
@@ -146,4 +160,5 @@ scenes = st.builds(
     t_server=times,
     users=st.lists(user_records, max_size=4).map(tuple),
     surface=st.none() | surfaces,
+    room=rooms,
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cohaptic.control.room import RoomLag
 from cohaptic.errors import CloseCode
 from cohaptic.protocol import (
     ack,
@@ -67,7 +68,13 @@ def test_every_field_of_a_frame_is_described_in_its_place(
     described = [name for _, _, name in rows if name not in ("version", "kind", "flags")]
     # In the flags, and behind the frame.
     elsewhere = {"geometry", "law", "neighbourhood", "compliance"}
-    assert described == [f.name for f in fields(message) if f.name not in elsewhere]
+    named = [f.name for f in fields(message) if f.name not in elsewhere]
+    assert described == with_room(named)
+
+
+def with_room(names: list[str]) -> list[str]:
+    """The same with the three numbers of a room where it is one of them."""
+    return [n for name in names for n in (RoomLag._fields if name == "room" else (name,))]
 
 
 def test_the_neighbourhood_is_described_in_its_place() -> None:
@@ -111,7 +118,8 @@ SIZES: dict[tuple[str, int], int] = {}
 
 def test_the_scene_and_its_ack_are_described_in_their_places() -> None:
     head, user, surface = rows_from_zero("scene (kind 4)")
-    assert head == ["version", "kind", "flags", "tick", "t_server", "users", "reserved"]
+    before = ["version", "kind", "flags", "tick", "t_server", "users", "reserved"]
+    assert head == with_room([*before, "room"])
     assert [SIZES["scene (kind 4)", i] for i in (0, 1)] == [scene.HEAD_SIZE, scene.USER_SIZE]
     # In one byte or another of the record.
     elsewhere = {"law", "geometry", "fresh", "friction"}

@@ -22,7 +22,7 @@ from cohaptic.interrupt import run
 from cohaptic.link import LinkSettings
 from cohaptic.protocol.control import FixedGains, GeometryName
 from cohaptic.vec import Vec3
-from cohaptic.view import status_table
+from cohaptic.view import status_view
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.runner import Client
 from cohaptic_client.settings import ClientSettings
@@ -104,6 +104,12 @@ def touch(
     rhythm_s: Annotated[
         float, typer.Option(help="Simulated hand: press and release in this time; 0 to rest.")
     ] = 0.0,
+    drag_mm: Annotated[
+        float,
+        typer.Option(
+            help="Simulated hand: drag so far to its right, and back, instead of letting go."
+        ),
+    ] = 0.0,
     duration: Annotated[
         float | None, typer.Option(help="Leave after this many seconds.", show_default="Ctrl-C")
     ] = None,
@@ -149,6 +155,7 @@ def touch(
             place=_place(at, inward),
             depth=1e-3 * depth_mm,
             rhythm=Rhythm(rhythm_s) if rhythm_s else None,
+            drag=1e-3 * drag_mm,
             # The hand comes once the first patch is here and the safety layer has engaged it.
             approach_at=1.0 + up.delay + up.jitter + down.delay + down.jitter,
         ),
@@ -216,5 +223,5 @@ async def _show(client: Client, console: Console, json_lines: bool) -> None:
         return
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while True:
-            live.update(status_table([client.status()], width=console.width))
+            live.update(status_view([client.status()], width=console.width))
             await asyncio.sleep(_REFRESH)

@@ -12,9 +12,10 @@ from cohaptic.record import Row
 from cohaptic.vec import Vec3
 from cohaptic_client.loop_config import LoopConfig
 from cohaptic_client.loop_process import COMMAND, SAMPLE
+from cohaptic_client.safety import FADE_RATE
 from cohaptic_client.shared_slot import SharedMemory
 
-_GRACE = 2.0  # s for the loop to end by itself; its fade takes a tenth of that
+_GRACE = 2.0  # s for the loop to end by itself once the force has faded
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,7 @@ class HapticProcess:
     def __init__(self, config: LoopConfig, memory: SharedMemory) -> None:
         self._memory = memory
         self._device = config.device
+        self._grace = _GRACE + config.limits.max_force / FADE_RATE
         self._beats = 0
         self._last: TipSample | None = None
         self.stopping = False
@@ -94,7 +96,7 @@ class HapticProcess:
     def wait(self) -> None:
         """Block until the loop has ended; call `request_stop` first."""
         try:
-            self._process.wait(_GRACE)
+            self._process.wait(self._grace)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

@@ -1,12 +1,12 @@
 """The law in use, and the way from one law to the next without a step in the force.
 
 When patches come for another law, both run, and the force moves from the one to the other: within
-`FADE_TIME`, and by no more than `FADE_RATE` of itself per second.
+`FADE_TIME`, and by no more than `FADE_RATE` of itself and `EXTERNAL_RATE` per second.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import (
@@ -19,17 +19,17 @@ from cohaptic.control.law import (
     pressed_depth,
 )
 from cohaptic.control.proportional_integral import IntegralState
+from cohaptic_client.safety import EXTERNAL_RATE
 
 FADE_TIME = 0.3  # s
 FADE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
 _LEAST = 0.05  # N; below it a share of the force would never end
 
 
-@dataclass(frozen=True, slots=True)
-class Running:
-    """One law with its memory.
+class Running(NamedTuple):
+    """One law with its memory. A tuple: three times as fast to make, and this runs every period.
 
-    Args:
+    Fields:
         law: Local model.
         gains: In use.
         memory: Of its integral.
@@ -40,11 +40,10 @@ class Running:
     memory: IntegralState = AT_REST
 
 
-@dataclass(frozen=True, slots=True)
-class LawFade:
+class LawFade(NamedTuple):
     """The law in use and the one that it replaces.
 
-    Args:
+    Fields:
         now: Law in use.
         before: Law that it replaces; None when the change is over.
         share: Of `now` in the force, 0 to 1.
@@ -87,6 +86,8 @@ def switch(
 def with_gains(fade: LawFade, gains: Gains) -> LawFade:
     """Other gains for the law in use."""
     now = fade.now
+    if gains == now.gains:
+        return fade
     return LawFade(Running(now.law, gains, now.memory), fade.before, fade.share)
 
 
@@ -95,7 +96,8 @@ def run(
 ) -> tuple[LawFade, LocalForce]:
     """One period of the law in use, and of the one that it replaces."""
     memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
-    # Constructed anew: `replace` takes several times as long, and this runs every millisecond.
+    if fade.before is None and memory is fade.now.memory:
+        return fade, force
     now = Running(fade.now.law, fade.now.gains, memory)
     if fade.before is None:
         return LawFade(now), force
@@ -105,7 +107,7 @@ def run(
     present = was.normal_force + fade.share * (force.normal_force - was.normal_force)
     step = dt / FADE_TIME
     if gap > 0.0:
-        step = min(step, FADE_RATE * dt * max(present, _LEAST) / gap)
+        step = min(step, min(EXTERNAL_RATE, FADE_RATE * max(present, _LEAST)) * dt / gap)
     share = min(1.0, fade.share + step)
     mixed = LocalForce(*(a + share * (b - a) for a, b in zip(was, force, strict=True)))
     if share >= 1.0:

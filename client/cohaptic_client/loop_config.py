@@ -75,6 +75,7 @@ class LoopConfig:
                     "surface": tuple(intention["surface"]),
                     "direction": tuple(intention["direction"]),
                     "rhythm": None if rhythm is None else Rhythm(**rhythm),
+                    "drag": tuple(intention["drag"]),
                 }
             )
         return cls(

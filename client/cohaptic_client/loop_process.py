@@ -26,10 +26,11 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.record import Row
 from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
 from cohaptic.statistics import Tally
-from cohaptic.vec import ZERO
+from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop_config import LoopConfig
+from cohaptic_client.safety import FADE_RATE
 from cohaptic_client.shared_slot import SharedMemory
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
 from cohaptic_client.surfaces import SurfaceMaker
@@ -123,6 +124,8 @@ class HapticLoop:
         sample = self._device.read(now)
         self._state, output = step(self._state, sample, now, self._settings)
         self._device.write(output.force)
+        if self._ends < math.inf and output.force == ZERO:
+            self._ends = -math.inf  # it has faded
         self._publish(sample, output, now, late)
 
     def _obey(self, now: float) -> None:
@@ -134,7 +137,9 @@ class HapticLoop:
         if self._ends == math.inf and (told or now - self._heard > ORPHANED_AFTER):
             # From now on the server counts as silent, so the force fades before the end.
             self._state = replace(self._state, arrived=-math.inf)
-            self._ends = now + self._config.limits.fade_time + 0.01
+            limits = self._config.limits
+            fade = max(limits.fade_time, limits.max_force / FADE_RATE)
+            self._ends = now + fade + 0.01
             self.orphaned = not told
 
     def _report(self) -> None:
@@ -173,6 +178,8 @@ class HapticLoop:
                 late,
                 tick,
                 now - self._state.arrived if patch else 0.0,
+                patch.room.lag if patch else 0.0,
+                self._state.safety.scale * norm(self._state.friction.force),
             )
         )
 

@@ -1,17 +1,20 @@
-"""Takes out the energy that delay makes; silent until some is made (science 3.4).
+"""Takes out the energy that the server's side makes; silent until some is made (science 3.4, 3.9).
 
 A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu
-et al. 2010), for a predictive port. Between its patches the client's local spring is passive by
-itself, so energy can only come in where the surface moves under the force. The body did that
-movement against `own_force`, the force of this client that it had then; the hand meets it with the
-force of now. The difference,
+et al. 2010), for a predictive port. Whatever the loop does, in each period
 
-    (f - own_force) dx,
+    made = work on the hand + what the local spring stores more - what the body gave,
 
-with dx the movement towards the hand of the surface that the law presses on, is what the network
-made: nothing at rest, nothing without delay, and nothing for one user of the predictive law, whose
-surface only others move. What was made is taken out by damping in contact, never more than is owed,
-never more than the device renders stably: |B| < b - K T / 2 (Colgate).
+where the body gives own_force times the way of its surface: it did that movement against the force
+of this client that it had then. For a spring whose surface rests the first two cancel; what is left
+is what delay, fades, changes of gain and law and friction made or took. It is zero at rest, without
+delay, and for one user of the predictive law, whose surface only others move. What was made is
+taken out by damping in contact, never more than is owed, never more than the device renders
+stably, |B| < b - K T / 2 (Colgate), and never more than the contact's own force (as in Hunt and
+Crossley 1975), so that it comes and goes with the contact.
+
+The work is taken as the mean of the forces at both ends of a period: what the hold of a force over
+a period makes, K dx^2 / 2, is the device's, and Colgate's bound has paid for it.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from typing import NamedTuple
 FORGET = 5.0  # s; a hand that rested so long has swallowed by itself what it was given
 SLOW = 0.01  # m/s; a slower hand has little energy, and damping would only wait for it
 RAMP = 0.05  # s; from no damping to all of it
+STEP_RATE = 10.0  # N/s; by which a change of the damping may move the force
 MAX_DAMPING = 8.0  # N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
 
 
@@ -30,29 +34,48 @@ class Passivity(NamedTuple):
     Fields:
         owed: Energy that was made and not taken out yet [J].
         damping: In use [N s/m].
+        stored: In the local spring, as far as the hand has it [J].
     """
 
     owed: float = 0.0
     damping: float = 0.0
+    stored: float = 0.0
 
 
-def observe(owed: float, force: float, own_force: float, surface_moved: float, dt: float) -> float:
+def observe(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
     """Energy that is still to be taken out, after one period [J].
 
     Args:
         owed: After the last period, never negative [J].
-        force: Normal force of the law now [N].
-        own_force: Of this client in the surface that is shown [N].
-        surface_moved: By how much it came towards the hand in this period [m].
+        work: Of the device on the hand in this period [J].
+        stored: What the local spring stores more than before it [J].
+        from_body: What the body gave while its surface moved [J].
         dt: Time since the last period [s].
     """
     kept = max(0.0, 1.0 - dt / FORGET)
-    return max(0.0, kept * owed + (force - own_force) * surface_moved)
+    return max(0.0, kept * owed + work + stored - from_body)
+
+
+def given_share(stored: float, ratio: float, scale: float) -> float:
+    """What a spring stores whose force is given in part [J].
+
+    A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as
+    it is held: the area under it, f d - f^2 / (2 K).
+
+    Args:
+        stored: In the law's spring [J].
+        ratio: Force that is given over the law's.
+        scale: Share to which the safety layer has faded the law.
+    """
+    if scale <= 0.0:
+        return 0.0
+    ratio = min(ratio, scale)  # a force that still has to come down is not the spring's
+    return stored * ratio * (2.0 - ratio / scale)
 
 
 def dissipate(
     owed: float, damping: float, force: float, speed_in: float, dt: float, max_damping: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float]:
     """Damping of one period in contact; it comes and goes within `RAMP`, so the force has no steps.
 
     Args:
@@ -64,17 +87,16 @@ def dissipate(
         max_damping: Limit, of the device and of this layer [N s/m].
 
     Returns:
-        Energy that is left [J], damping [N s/m], and normal force on the hand [N].
+        Damping [N s/m], and normal force on the hand, from none to twice the law's [N].
     """
     if force <= 0.0 or max_damping <= 0.0:
-        return owed, 0.0, force
+        return 0.0, force
     speed = max(SLOW, abs(speed_in))
     wanted = min(max_damping, owed / (speed * speed * dt)) if dt > 0.0 else 0.0
-    change = max_damping * dt / RAMP
+    change = min(max_damping * dt / RAMP, STEP_RATE * dt / speed)
     damping = min(max(wanted, damping - change), damping + change)
-    # A hand that comes out is never pulled back in.
-    damped = max(0.0, force + damping * speed_in)
-    return max(0.0, owed - (damped - force) * speed_in * dt), damping, damped
+    # A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
+    return damping, force + min(force, max(-force, damping * speed_in))
 
 
 def device_damping_limit(damping: float, stiffness: float, haptic_period: float) -> float:

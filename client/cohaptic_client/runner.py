@@ -30,7 +30,7 @@ from cohaptic_client.link import Data, Link
 from cohaptic_client.loop_config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.pacing import Pacer
 from cohaptic_client.passivity import device_damping_limit
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.safety import SafetyLimits, rate_of
 from cohaptic_client.session import ClientSession
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.shared_slot import SharedMemory
@@ -127,6 +127,9 @@ class Client:
             indentation=row.indentation,
             k_o=row.k_o,
             k_h=row.k_h,
+            lag=row.lag,
+            max_stiffness=device_info(self.settings.device).max_stiffness,
+            along=row.along if self.settings.friction > 0.0 else None,
             law=self.settings.law.value,
             round_trip=self._timing.round_trip,
             jitter=self._timing.jitter,
@@ -150,7 +153,9 @@ class Client:
             return "stopped"
         if row.tick == 0:
             return "connecting"
-        if self._limits is not None and row.patch_age > self._limits.silent_after:
+        # On a link that jitters the loop waits for longer (`step._is_silent`).
+        silent = self._limits is not None and row.patch_age > self._limits.silent_after
+        if silent and row.scale < 1.0:
             return "server silent"
         if row.scale == 0.0:
             return "waiting"
@@ -216,6 +221,7 @@ class Client:
                 law=settings.law,
                 max_stiffness=device.max_stiffness,
                 max_force=self._max_force(device),
+                damping_budget=self._max_damping(device),
                 geometry=settings.geometry,
                 friction=settings.friction > 0.0,
                 fixed_gains=settings.fixed_gains,
@@ -308,8 +314,10 @@ class Client:
         device = device_info(settings.device)
         self._limits = SafetyLimits(
             max_force=self._max_force(device),
+            max_rate=rate_of(device.max_stiffness),
             stall=device.stall,
             silent_after=silent_after(welcome.simulation_period),
+            period=haptic_period(settings.loop_hz),
         )
         config = LoopConfig(
             memory=self._memory.path,
@@ -320,13 +328,7 @@ class Client:
             smoothing=settings.smoothing,
             friction=settings.friction,
             follow=settings.fixed_gains is None,
-            max_damping=(
-                device_damping_limit(
-                    device.damping, device.max_stiffness, haptic_period(settings.loop_hz)
-                )
-                if settings.passivity
-                else 0.0
-            ),
+            max_damping=self._max_damping(device),
             device=settings.device,
             center=welcome.body.center,
             radius=welcome.body.radius,
@@ -336,6 +338,13 @@ class Client:
             intention=settings.script.intention(welcome.body.center, welcome.body.radius),
         )
         self._haptics = HapticProcess(config, self._memory)
+
+    def _max_damping(self, device: DeviceInfo) -> float:
+        """What the passivity layer may damp on this device, by Colgate's bound [N s/m]."""
+        if not self.settings.passivity:
+            return 0.0
+        period = haptic_period(self.settings.loop_hz)
+        return device_damping_limit(device.damping, device.max_stiffness, period)
 
     def _max_force(self, device: DeviceInfo) -> float:
         """What the hand, or the body under a device that only senses, may get [N]."""

@@ -1,8 +1,10 @@
 """The last thing before the device: limits that hold whatever law, network or device did.
 
 One function, applied once. A force that is not finite, a stalled loop or a hand that moves too fast
-means zero at once, and force again only after the hand has been out of the object. A silent server
-fades the force; its return raises it again. What is left is clamped and limited in its rate.
+lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only after the hand
+has been out of the object. A silent server fades the force; its return raises it again. What is
+left is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as
+one that comes.
 """
 
 from __future__ import annotations
@@ -10,7 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from cohaptic.vec import ZERO, Vec3, add, dot, is_finite, norm, scale, sub
+from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
+
+RELEASE_TIME = 0.02  # s from a fault to no force; 10 N are gone no faster than the rate allows
+# N/s; what the hand's own motion does not cause moves its force no faster: 0.02 N in a millisecond,
+# below what a fingertip can tell from steady (about 0.05 N at 20 ms).
+EXTERNAL_RATE = 20.0
+FADE_RATE = 10.0  # N/s of it for fades of this layer; the rest is the surface's
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,14 +27,15 @@ class SafetyLimits:
 
     Args:
         max_force: Magnitude [N].
-        max_rate: Change per second; never limits a change towards zero [N/s].
+        max_rate: Change per second, up or down [N/s].
         max_speed: Of the hand [m/s].
         stall: A period longer than this is a fault [s].
         silent_after: Without a patch for this long the server counts as silent [s].
-        fade_time: From full force to none when it is [s].
+        fade_time: From full force to none when it is, or longer, at `FADE_RATE` [s].
         engage_time: From none to full at the start and after a fault or silence [s].
         engage_below: Force that the law may ask for when the hand is first engaged [N].
         engage_periods: For how many periods it must be below that.
+        period: T; a late period moves the force by no more than two of them would [s].
     """
 
     max_force: float = 10.0
@@ -38,6 +47,7 @@ class SafetyLimits:
     engage_time: float = 1.0
     engage_below: float = 0.2
     engage_periods: int = 4
+    period: float = 0.001
 
 
 class Mode(Enum):
@@ -58,6 +68,8 @@ class SafetyState:
         quiet: Periods in a row in which the wanted force was small.
         now: Time of the last period [s]; None before the first.
         fault: What caused the last return to WAITING; empty for none.
+        released: Force at the fault, while it is let go [N].
+        left: Share of the release that is still to come, 1 to 0.
     """
 
     mode: Mode = Mode.WAITING
@@ -66,6 +78,8 @@ class SafetyState:
     quiet: int = 0
     now: float | None = None
     fault: str = ""
+    released: Vec3 = ZERO
+    left: float = 0.0
 
 
 def guard(
@@ -88,26 +102,82 @@ def guard(
         limits: Of this hand.
     """
     dt = 0.0 if state.now is None else now - state.now
+    step = min(max(0.0, dt), 2.0 * limits.period)
     fault = _fault(wanted, velocity, dt, limits)
-    if fault:
-        return SafetyState(now=now, fault=fault)
+    if fault or state.left > 0.0:
+        return _release(state, fault, step, now)
     size = norm(wanted)
     quiet = state.quiet + 1 if size < limits.engage_below else 0
     engaged = state.mode is Mode.ENGAGED or (quiet >= limits.engage_periods and not silent)
-    if engaged and not silent:
-        share = min(1.0, state.scale + dt / limits.engage_time)
-    else:
-        share = max(0.0, state.scale - dt / limits.fade_time)
-    force = scale(wanted, share)
-    if size * share > limits.max_force:
-        force = scale(wanted, limits.max_force / size)
-    force = _limit_rate(state.force, force, limits.max_rate * dt)
+    up = engaged and not silent
+    time = limits.engage_time if up else limits.fade_time
+    share = next_share(state.scale, up, min(size, limits.max_force), time, step)
+    force = limited(state.force, wanted, share, limits.max_force, limits.max_rate * step)
     mode = Mode.ENGAGED if engaged else Mode.WAITING
     return SafetyState(mode, share, force, quiet, now, "" if engaged else state.fault)
 
 
+def rate_of(max_stiffness: float) -> float:
+    """`max_rate` for a device, so that a hand that moves at `OWN_SPEED` meets its own force [N/s].
+
+    A slower rate would hold back what the hand itself causes, and give it late.
+
+    Args:
+        max_stiffness: That the device renders stably [N/m].
+    """
+    return max(LEAST_RATE, OWN_SPEED * max_stiffness)
+
+
+LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, of a hand that taps
+
+
+def next_share(share: float, up: bool, size: float, time: float, step: float) -> float:
+    """Share of the law's force after one period of a fade, 0 to 1.
+
+    Args:
+        share: After the last period.
+        up: Whether the force is to come, or to go.
+        size: Of the whole force [N]; a fade moves it no faster than `FADE_RATE`.
+        time: Of a whole fade [s].
+        step: Time that counts of this period [s].
+    """
+    most = step / time
+    if size > 0.0:
+        most = min(most, FADE_RATE * step / size)
+    return min(1.0, share + most) if up else max(0.0, share - most)
+
+
+def limited(before: Vec3, wanted: Vec3, share: float, max_force: float, most: float) -> Vec3:
+    """The share of a force, clamped, that is given, no further from the last than allowed [N].
+
+    Clamped first: what the law asks for beyond the limit must not hold up a fade.
+
+    Args:
+        before: Given in the last period [N].
+        wanted: That the law asks for [N].
+        share: Of the clamped force, 0 to 1.
+        max_force: Magnitude [N].
+        most: Change in this period [N].
+    """
+    size = norm(wanted)
+    force = scale(wanted, share * max_force / size if size > max_force else share)
+    change = sub(force, before)
+    jump = norm(change)
+    return add(before, scale(change, most / jump)) if jump > most else force
+
+
+def _release(state: SafetyState, fault: str, step: float, now: float) -> SafetyState:
+    """Let a hand go after a fault: a smooth ramp from what it had to nothing."""
+    released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
+    left = max(0.0, left - step / RELEASE_TIME)
+    force = scale(released, left * left * (3.0 - 2.0 * left))
+    return SafetyState(
+        force=force, now=now, fault=fault or state.fault, released=released, left=left
+    )
+
+
 def _fault(wanted: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
-    """Why the force must be zero now; empty when it need not."""
+    """Why the hand must be let go; empty when it need not."""
     if not is_finite(wanted):
         return f"the law asked for {wanted} N"
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:
@@ -115,14 +185,3 @@ def _fault(wanted: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str
     if dt > limits.stall:
         return f"the loop stood still for {1e3 * dt:.0f} ms, above {1e3 * limits.stall:g} ms"
     return ""
-
-
-def _limit_rate(before: Vec3, after: Vec3, step: float) -> Vec3:
-    """Move from `before` to `after` by at most `step`, the way towards zero not counted."""
-    size2 = dot(before, before)
-    # The nearest to `after` on the way from `before` to zero: as far as that, nothing holds back.
-    share = min(1.0, max(0.0, dot(after, before) / size2)) if size2 > 0.0 else 0.0
-    start = scale(before, share)
-    change = sub(after, start)
-    size = norm(change)
-    return after if size <= step else add(start, scale(change, step / size))

@@ -8,21 +8,33 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
-from cohaptic.control.friction import Compliance3, FrictionState, friction_step, normal_shift
+from cohaptic.control.friction import (
+    NO_FRICTION,
+    Compliance3,
+    FrictionState,
+    friction_step,
+    normal_shift,
+    times,
+)
 from cohaptic.control.geometry import LocalSurface, Sight, Surface, blend, difference, shift
 from cohaptic.control.law import NO_FORCE, Gains, Law, LawSettings, LocalForce, pressed_depth
-from cohaptic.protocol.patch import Patch
-from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
+from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.law_fade import LawFade, Running, run, switch, with_gains
-from cohaptic_client.passivity import Passivity, dissipate, observe
-from cohaptic_client.safety import SafetyLimits, SafetyState, guard
+from cohaptic_client.passivity import Passivity, dissipate, given_share, observe
+from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits, SafetyState, guard
 
-# A gain moves by at most 1 % per millisecond: a new neighbour never jolts the hand.
+# A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
 GAIN_RATE = 10.0  # 1/s
-_NOTHING_OWED, _UNSTUCK = Passivity(), FrictionState()
+_NOTHING_OWED = Passivity()
 MOST_CHANGE = 2.0  # of a compliance within one patch; more is a mistake of the patch
+# Times the longest gap between patches of late: so long a silence is the link's way, not an end.
+PATIENCE = 2.0
+LONGEST_PATIENCE = 1.0  # s; no link that is worth touching over is silent for longer
+FORGET_GAPS = 30.0  # s
 
 
 def flat_surface(patch: Patch) -> LocalSurface:
@@ -75,11 +87,14 @@ class LoopState:
         fade: Law in use; None before the first patch.
         normal_force: Of the law in the last period [N].
         sight: Shown in the last period; None before the first.
+        depth: On which the law pressed in the last period, `hold_back` [m].
         probe: Of the last period [m].
+        normal: Along which the law pressed in the last period, `turn_back`.
         passivity: Memory of the passivity layer.
         friction: Memory of the sticking contact.
         compliance: That the friction uses, on its way to the newest patch's; None without one.
         safety: Memory of the safety layer.
+        patience: How long the server may be silent on this link [s].
     """
 
     patch: Patch | None = None
@@ -91,11 +106,14 @@ class LoopState:
     fade: LawFade | None = None
     normal_force: float = 0.0
     sight: Sight | None = None
+    depth: float = -math.inf
     probe: Vec3 = ZERO
+    normal: Vec3 = (0.0, 0.0, 1.0)
     passivity: Passivity = _NOTHING_OWED
-    friction: FrictionState = _UNSTUCK
+    friction: FrictionState = NO_FRICTION
     compliance: Compliance3 | None = None
     safety: SafetyState = field(default_factory=SafetyState)
+    patience: float = 0.0
 
     @property
     def k_h(self) -> float:
@@ -108,11 +126,10 @@ class LoopState:
         return self.fade.now.law if self.fade else None
 
 
-@dataclass(frozen=True, slots=True)
-class Output:
+class Output(NamedTuple):
     """What a period gives.
 
-    Args:
+    Fields:
         force: On the hand, to the device [N].
         on_body: The same without the passivity layer's damping, which is the hand's affair: what
             the body gets [N].
@@ -143,6 +160,8 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
         return state
     surface = settings.surface(patch)
     gains = Gains(patch.k_h, patch.integral_gain)
+    gap = now - state.arrived
+    patience = next_patience(state.patience, gap) if gap < math.inf else state.patience
     if state.fade is None:
         fade = LawFade(Running(patch.law, gains))
     else:
@@ -160,7 +179,19 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
         surface=surface,
         k_h_before=fade.now.gains.k_h,
         fade=fade,
+        patience=patience,
     )
+
+
+def next_patience(patience: float, gap: float) -> float:
+    """How long the server may be silent, after one more patch [s].
+
+    Args:
+        patience: Before it [s].
+        gap: Time since the patch before [s].
+    """
+    kept = patience * math.exp(-gap / FORGET_GAPS)
+    return min(LONGEST_PATIENCE, max(PATIENCE * gap, kept))
 
 
 def shown(state: LoopState, probe: Vec3, now: float, settings: LoopSettings) -> Sight | None:
@@ -192,40 +223,72 @@ def step(
         settings: Of the loop.
     """
     dt = 0.0 if state.safety.now is None else now - state.safety.now
+    # A late period moves the force by no more than two punctual ones.
+    pace = EXTERNAL_RATE * min(dt, 2.0 * settings.limits.period)
+    silent = _is_silent(state, now, settings)
     sight = shown(state, sample.position, now, settings)
-    local, wanted, on_body, damped = NO_FORCE, ZERO, ZERO, 0.0
-    fade, passivity, friction = state.fade, state.passivity, FrictionState()
+    local, wanted, on_body, damped, damping = NO_FORCE, ZERO, ZERO, 0.0, 0.0
+    fade, friction, depth, normal = state.fade, NO_FRICTION, -math.inf, state.normal
+    stored = from_body = 0.0
     C = _compliance(state, dt, settings)
     if sight is not None and state.patch is not None and fade is not None:
+        normal = sight.normal
         if state.patch.law is fade.now.law:
-            share = _progress(state, now, settings)
-            newest = gains_under(state.patch, sight, settings)
-            target = state.k_h_before + share * (newest.k_h - state.k_h_before)
-            k_h = slew_gain(fade.now.gains.k_h, target, dt)
-            fade = with_gains(fade, Gains(k_h, newest.integral_gain))
-        pressed = sight
+            was = fade.now.gains.k_h
+            fade = _with_gains_of_patch(state, fade, sight, now, dt, settings)
+            # What a change of gain or a fade of the safety layer moves is not the surface's.
+            pace -= abs(fade.now.gains.k_h - was) * max(0.0, state.depth)
+        if silent or state.safety.scale < 1.0:
+            pace -= FADE_RATE * min(dt, 2.0 * settings.limits.period)
         if C is not None:
-            aside = normal_shift(state.friction, sight.normal, C)
-            pressed = sight._replace(depth=sight.depth - aside)
+            pace *= 0.5  # the other half is the friction's
+        pace = max(0.0, pace)
+        k_h = fade.now.gains.k_h
+        moved = sub(sample.position, state.probe)
+        if state.normal_force > 0.0 and normal != state.normal:
+            force, own = min(state.normal_force, settings.limits.max_force), k_h * norm(moved)
+            normal, turn = turn_back(state.normal, normal, (pace + own) / force)
+            pace = max(0.0, pace - max(0.0, turn * force - own))
+        moved_in = -dot(normal, moved)
+        depth = sight.depth
+        if state.sight is not None and state.safety.scale > 0.0:
+            depth = hold_back(state.depth + moved_in, depth, pace / max(k_h, _SOFT))
+        aside = 0.0 if C is None else normal_shift(state.friction, normal, C)
+        pressed = sight if depth - aside == sight.depth else _pressed(sight, depth - aside)
         fade, local = run(fade, pressed, dt, settings.law)
-        passivity, damped = _keep_passive(
-            state, sample, sight, fade.now.law, local.normal_force, dt, settings
-        )
+        damped = local.normal_force
+        if state.sight is not None and settings.max_damping > 0.0:
+            damping, damped = dissipate(
+                state.passivity.owed,
+                state.passivity.damping,
+                damped,
+                -dot(normal, sample.velocity),
+                dt,
+                settings.max_damping,
+            )
+        stored = local.stored
         if C is not None:
-            moved = sub(sample.position, state.probe)
-            stiff = min(1.0, fade.now.gains.k_h * sight.c_ii)
+            share = min(1.0, k_h * sight.c_ii)
             friction = friction_step(
                 state.friction,
-                moved,
-                sight.normal,
+                sub(moved, _turned(state)),
+                sight.u_others,
+                normal,
                 local.normal_force,
                 C,
                 settings.friction,
-                stiff,
+                share,
+                settings.max_stiffness,
+                pace,
             )
-        wanted = add(scale(sight.normal, damped), friction.force)
-        on_body = add(scale(sight.normal, local.normal_force), friction.force)
-    silent = _is_silent(state, now, settings)
+            on_body = add(scale(normal, local.normal_force), friction.force)
+            stored += _stored_along(friction.force, on_body, C, share)
+            wanted = add(scale(normal, damped), friction.force)
+        else:
+            on_body = scale(normal, local.normal_force)
+            wanted = scale(normal, damped)
+        if state.sight is not None:
+            from_body = _from_body(state.sight, sight, fade, moved_in, C is not None)
     safety = guard(
         state.safety,
         wanted,
@@ -234,6 +297,15 @@ def step(
         silent=silent,
         limits=settings.limits,
     )
+    size = damped if C is None else norm(wanted)
+    ratio = norm(safety.force) / size if size > 0.0 else safety.scale
+    passivity = _NOTHING_OWED
+    if settings.max_damping > 0.0 and state.sight is not None:
+        stored = given_share(stored, ratio, safety.scale)
+        work = 0.5 * dot(add(state.safety.force, safety.force), sub(sample.position, state.probe))
+        before = state.passivity
+        owed = observe(before.owed, work, stored - before.stored, from_body, dt)
+        passivity = Passivity(owed, damping, stored)
     # Constructed anew: `replace` takes several times as long, and this runs every millisecond.
     after = LoopState(
         state.patch,
@@ -245,22 +317,121 @@ def step(
         fade,
         local.normal_force,
         sight,
+        depth,
         sample.position,
+        normal,
         passivity,
         friction,
         C,
         safety,
+        state.patience,
     )
-    size = norm(wanted)
     output = Output(
         safety.force,
-        scale(on_body, norm(safety.force) / size if size > 0.0 else safety.scale),
+        scale(on_body, ratio),
         local,
         damped - local.normal_force,
-        sight.u_others if sight else 0.0,
+        dot(sight.u_others, sight.normal) if sight else 0.0,
         silent,
     )
     return after, output
+
+
+def _turned(state: LoopState) -> Vec3:
+    """From the tip out to where the surface was over it in the last period [m].
+
+    The anchor lies so deep under the tip's way along the surface. Where the surface has turned
+    since, a part of that depth is a way along it.
+    """
+    if state.sight is None or not state.friction.touching:
+        return ZERO
+    return scale(state.sight.normal, max(0.0, state.depth))
+
+
+_SOFT = 1.0  # N/m; what is softer gives no force that could step
+
+
+def hold_back(depth: float, target: float, most: float) -> float:
+    """Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
+
+    Args:
+        depth: Of the last period, and the way that the hand itself went in since [m].
+        target: Of the probe below the surface that is shown [m].
+        most: Way of the surface in this period [m].
+    """
+    if depth <= 0.0 and target <= 0.0:
+        return target  # out of contact there is no force to move
+    start = max(0.0, depth)  # from where on there is one
+    return min(max(target, start - most), start + most)
+
+
+def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
+    """Direction of the force: what others do to the surface turns it by `most` at most.
+
+    Args:
+        normal: Of the last period.
+        target: Of the surface that is shown.
+        most: Turn in this period [rad].
+
+    Returns:
+        Unit normal to be used, and by how much it turned [rad].
+    """
+    change = sub(target, normal)
+    size = norm(change)
+    if size <= most:
+        return target, size
+    return unit(add(normal, scale(change, most / size)), target), most
+
+
+def _pressed(sight: Sight, depth: float) -> Sight:
+    """The same surface with the probe at another depth below it."""
+    return Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
+
+
+def _with_gains_of_patch(
+    state: LoopState, fade: LawFade, sight: Sight, now: float, dt: float, settings: LoopSettings
+) -> LawFade:
+    """The law in use with the gains of the newest patch, on the way from those before."""
+    assert state.patch is not None
+    newest = gains_under(state.patch, sight, settings)
+    share = _progress(state, now, settings)
+    target = state.k_h_before + share * (newest.k_h - state.k_h_before)
+    k_h = slew_gain(fade.now.gains.k_h, target, dt, state.normal_force)
+    return with_gains(fade, Gains(k_h, newest.integral_gain))
+
+
+def _stored_along(along: Vec3, force: Vec3, C: Compliance3, share: float) -> float:
+    """What the contact's 3x3 spring stores beside its normal one [J].
+
+    Args:
+        along: Friction force [N].
+        force: Friction and normal force [N].
+        C: Compliance of the contact.
+        share: Of the body's stiffness that the law uses.
+    """
+    # f C f / 2 over all of f, less the part of the normal force alone.
+    normal = sub(force, along)
+    return 0.5 * dot(along, times(C, add(force, normal))) / max(share, 1e-9)
+
+
+def _from_body(before: Sight, now: Sight, fade: LawFade, moved_in: float, sticks: bool) -> float:
+    """What the body gave in a period: its own force of this client times the surface's way [J]."""
+    # The mean of both ends, as for the work on the hand.
+    both = scale(add(before.own_force, now.own_force), 0.5)
+    own = dot(both, now.normal)
+    # The probe's own way changes the depth too; what is left is the surface's.
+    law = fade.now.law
+    towards_hand = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
+    if fade.before is not None:
+        # On the way from one law to the next each has its part of the force.
+        law = fade.before.law
+        other = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
+        towards_hand = other + fade.share * (towards_hand - other)
+    given = own * towards_hand
+    if sticks:
+        way = sub(now.u_others, before.u_others)
+        given += dot(both, way) - own * dot(now.normal, way)
+    return given
 
 
 def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
@@ -269,11 +440,22 @@ def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
     They are shares of 1 / C_ii, which changes along a body: from the balloon's equator to its pole
     by half. A mesh patch knows it under the probe; the others know their own contact's.
     """
-    ratio = 1.0
-    if settings.follow and sight.c_ii > 0.0:
-        ratio = min(MOST_CHANGE, max(1.0 / MOST_CHANGE, patch.c_ii / sight.c_ii))
+    if not settings.follow:
+        return Gains(patch.k_h, patch.integral_gain)
+    least, most = patch.c_ii / MOST_CHANGE, patch.c_ii * MOST_CHANGE
+    c_ii = max(MIN_COMPLIANCE, least, min(most, sight.c_ii))
+    if patch.law is Law.PREDICTIVE:
+        # The object's stiffness here, or the device's where the server says that it is softer.
+        limit = settings.max_stiffness
+        if patch.k_h * patch.c_ii < _AS_STIFF:
+            limit = min(limit, patch.k_h)
+        return Gains(min(1.0 / c_ii, limit), patch.integral_gain)
+    ratio = patch.c_ii / c_ii
     k_h = min(patch.k_h * ratio, max(settings.max_stiffness, patch.k_h))
     return Gains(k_h, patch.integral_gain * ratio)
+
+
+_AS_STIFF = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
 
 
 def _compliance(state: LoopState, dt: float, settings: LoopSettings) -> Compliance3 | None:
@@ -285,35 +467,26 @@ def _compliance(state: LoopState, dt: float, settings: LoopSettings) -> Complian
     return Compliance3(*(a + s * (b - a) for a, b in zip(state.compliance, newest, strict=True)))
 
 
-def _keep_passive(
-    state: LoopState,
-    sample: DeviceSample,
-    sight: Sight,
-    law: Law,
-    force: float,
-    dt: float,
-    settings: LoopSettings,
-) -> tuple[Passivity, float]:
-    """Memory of the layer, and the normal force with the passivity layer's damping [N]."""
-    if state.sight is None or settings.max_damping <= 0.0:
-        return Passivity(), force
-    # The probe's own way changes the depth too; what is left is the surface's.
-    deeper = pressed_depth(law, sight) - pressed_depth(law, state.sight)
-    moved = deeper + dot(sight.normal, sub(sample.position, state.probe))
-    owed = observe(state.passivity.owed, force, sight.own_force, moved, dt)
-    speed_in = -dot(sight.normal, sample.velocity)
-    owed, damping, damped = dissipate(
-        owed, state.passivity.damping, force, speed_in, dt, settings.max_damping
-    )
-    return Passivity(owed, damping), damped
-
-
 def _is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
-    """Whether the newest patch is so old that the server counts as silent."""
-    return now - state.arrived > settings.limits.silent_after
+    """Whether the newest patch is so old that the server counts as silent.
+
+    On a link that jitters the force would else be faded again and again, and every fade is a pulse
+    for the others. The local surface is passive by itself: there is no hurry.
+    """
+    return now - state.arrived > max(settings.limits.silent_after, state.patience)
 
 
-def slew_gain(k_h: float, target: float, dt: float) -> float:
-    """Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m]."""
-    factor = math.exp(min(1.0, GAIN_RATE * dt))
+def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
+    """Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
+
+    Args:
+        k_h: In the last period [N/m].
+        target: Where it goes [N/m].
+        dt: Time since the last period [s].
+        force: That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
+    """
+    if target == k_h:
+        return k_h
+    rate = min(GAIN_RATE, 0.5 * EXTERNAL_RATE / force) if force > 0.0 else GAIN_RATE
+    factor = math.exp(min(1.0, rate * dt))
     return min(max(target, k_h / factor), k_h * factor)

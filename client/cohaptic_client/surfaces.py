@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cohaptic.control.geometry import Surface
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
-from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import scale
 from cohaptic_client.step import flat_surface
@@ -29,5 +29,9 @@ class SurfaceMaker:
             i: scale((float(u[0]), float(u[1]), float(u[2])), near.scale)
             for i, u in zip(near.indices, near.displacements, strict=True)
         }
-        c_ii = {i: near.c_scale * c for i, c in zip(near.indices, near.compliances, strict=True)}
+        # A stiff vertex beside soft ones may be rounded to no compliance at all.
+        c_ii = {
+            i: max(MIN_COMPLIANCE, near.c_scale * c)
+            for i, c in zip(near.indices, near.compliances, strict=True)
+        }
         return MeshSurface(self._rest, base, moved, c_ii)

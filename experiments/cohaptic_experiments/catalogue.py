@@ -24,6 +24,7 @@ _MODULES = {
     "crowd": "crowd",
     "slide": "slide_figure",
     "hands": "hands",
+    "dyad": "dyad",
 }
 EXPERIMENTS = tuple(_MODULES)
 _EXTRA = ("matplotlib", "numba")

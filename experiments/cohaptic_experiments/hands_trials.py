@@ -1,15 +1,16 @@
 """The trials of the campaign `hands`: rooms of one to eight hands, drawn by seed.
 
-Ranges of science 3.4: hands of 0.05-0.5 kg, 1-10 N s/m, 100-1000 N/m; objects of 50-800 N/m;
-simulation at 20-100 Hz; one-way delays of 0-250 ms with up to 60 ms of jitter. Half of the objects
-couple like the balloon touched at random places, half like a soft slab (elastic half-space, whose
-contacts all push in the same direction).
+`draw` is the ensemble of science 3.4: hands of 0.05-0.5 kg, 1-10 N s/m, 100-1000 N/m that press and
+hold; objects of 50-800 N/m; simulation at 20-100 Hz; one-way delays of 0-250 ms with up to 60 ms of
+jitter; contacts at least 40 mm apart, or anywhere on a slab. Half of the objects couple like the
+balloon touched at random places, half like a soft slab (elastic half-space, whose contacts all push
+in the same direction). `draw_wide`, in `hands_wide.py`, is that of science 3.11.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -25,6 +26,14 @@ APART = 0.04  # m between contacts on the balloon: two diameters of a fingertip
 SLAB_RADIUS = 0.01  # m, of a contact on the slab
 SLAB_SIZE = 0.12  # m, of the square that is touched
 CLEARANCE = 0.01  # m in front of the surface before the press
+STILL = 1e9  # s; a time that does not come
+
+
+def no_motion(n: int) -> Floats:
+    """Hands that press and hold, shape (n, 9); see `Trial.motion`."""
+    motion = np.zeros((n, 9))
+    motion[:, 6:8] = STILL
+    return motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +42,7 @@ class Trial:
 
     Args:
         object: `balloon` or `slab`.
-        C: Contact compliance, shape (n, n) [m/N].
+        C: Compliance of the contacts along their normals, shape (n, n) [m/N].
         mass: Of each hand, shape (n,) [kg]; likewise damping [N s/m] and stiffness [N/m].
         depth: Of each intention below the resting surface, shape (n,) [m].
         press_at: When each hand presses, shape (n,) [s].
@@ -41,6 +50,12 @@ class Trial:
         up: One-way delay to the server, shape (n,) [s]; `down` back.
         jitter: Largest extra delay of each message, one way, shape (n,) [s].
         seed: Of the jitter.
+        max_stiffness: That each device renders, shape (n,) [N/m]; None: it is not on trial.
+        budget: What each device may damp, shape (n,) [N s/m]; None: as the campaign's row says.
+        friction: mu of each contact, shape (n,); None: none.
+        loss: Share of messages lost, shape (n,); None: none.
+        motion: What hands do besides, rows as in `hands_kernel.haptics`, shape (n, 9).
+        along: Tangential compliance of a contact as a share of its normal one.
     """
 
     object: str
@@ -55,11 +70,39 @@ class Trial:
     down: Floats
     jitter: Floats
     seed: int
+    max_stiffness: Floats | None = None
+    budget: Floats | None = None
+    friction: Floats | None = None
+    loss: Floats | None = None
+    motion: Floats = field(default_factory=lambda: np.zeros((0, 9)))
+    along: float = 0.7
+
+    @property
+    def gains(self) -> Floats:
+        """K_i of each hand: the object's stiffness or the device's, shape (n,) [N/m]."""
+        k = 1.0 / np.diag(self.C)
+        return k if self.max_stiffness is None else np.minimum(k, self.max_stiffness)
 
     @property
     def truth(self) -> Floats:
-        """Force on each hand in equilibrium, no network, no law, shape (n,) [N]."""
-        return complementarity(self.C + np.diag(1.0 / self.stiffness), self.depth)
+        """Force on each hand in equilibrium, no network, no law, shape (n,) [N].
+
+        Where a device is softer than the object, the hand presses on the device's spring.
+        """
+        C = self.C - np.diag(np.diag(self.C)) + np.diag(1.0 / self.gains)
+        return complementarity(C + np.diag(1.0 / self.stiffness), self.depth)
+
+    @property
+    def blocks(self) -> Floats:
+        """Compliance in all directions, each contact in its own frame, shape (3 n, 3 n) [m/N].
+
+        Along the surface the contacts couple as along their normals, in the share `along`.
+        """
+        n = len(self.C)
+        C = np.zeros((3 * n, 3 * n))
+        C[::3, ::3] = self.C
+        C[1::3, 1::3] = C[2::3, 2::3] = self.along * self.C
+        return C
 
     @property
     def loop_delay(self) -> Floats:
@@ -89,6 +132,7 @@ def draw(seed: int, index: int) -> Trial:
         down=rng.uniform(0.0, 0.25, n),
         jitter=rng.uniform(0.0, 0.06, n),
         seed=int(rng.integers(0, 2**31)),
+        motion=no_motion(n),
     )
 
 
@@ -97,21 +141,21 @@ def without_coupling(trial: Trial) -> Trial:
     return replace(trial, C=np.diag(np.diag(trial.C)))
 
 
-def balloon_coupling(rng: np.random.Generator, n: int) -> Floats:
+def balloon_coupling(rng: np.random.Generator, n: int, apart: float = APART) -> Floats:
     """C of n contacts at random vertices of the balloon, shape (n, n) [m/N]."""
     points, C = _balloon_contacts()
     chosen: list[int] = []
     while len(chosen) < n:
         candidate = int(rng.integers(len(points)))
         gaps = np.linalg.norm(points[chosen] - points[candidate], axis=1)
-        if (gaps > APART).all():
+        if (gaps > apart).all():
             chosen.append(candidate)
     return np.asarray(C[np.ix_(chosen, chosen)])
 
 
-def slab_coupling(rng: np.random.Generator, n: int) -> Floats:
+def slab_coupling(rng: np.random.Generator, n: int, size: float = SLAB_SIZE) -> Floats:
     """C of n contacts on a half-space, 1 / sqrt(1 + (r/a)^2): as 1/r far off, and definite."""
-    points = rng.uniform(-0.5 * SLAB_SIZE, 0.5 * SLAB_SIZE, (n, 2))
+    points = rng.uniform(-0.5 * size, 0.5 * size, (n, 2))
     r = np.linalg.norm(points[:, None] - points[None], axis=2)
     return np.asarray(1.0 / np.sqrt(1.0 + (r / SLAB_RADIUS) ** 2))
 

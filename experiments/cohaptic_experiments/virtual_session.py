@@ -16,13 +16,13 @@ from cohaptic.protocol.control import FixedGains, GeometryName, Hello, SetLaw
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.vec import norm
+from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop_config import law_settings, silent_after
 from cohaptic_client.pacing import Pacer
 from cohaptic_client.passivity import MAX_DAMPING
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.safety import SafetyLimits, rate_of
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.body import Body
@@ -49,8 +49,12 @@ class VirtualUser:
     force: list[float] = field(default_factory=list[float])
     felt: list[float] = field(default_factory=list[float])
     u_others: list[float] = field(default_factory=list[float])
+    # Change of the contact's force in each period that neither the hand's own way nor the damping
+    # explains [N].
+    unexplained: list[float] = field(default_factory=list[float])
     listening: bool = True
     talking: bool = True
+    _on_body: Vec3 = ZERO
 
     def period(self, now: float) -> None:
         """One haptic period, as the loop's process does it."""
@@ -62,15 +66,34 @@ class VirtualUser:
                 if patch.seq:
                     self.pacer = self.pacer.reported(patch.t_client, patch.sample_wait)
         sample = self.device.read(now)
+        before, was = self.state, self._on_body
         self.state, output = step(self.state, sample, now, self.settings)
         self.device.write(output.force)
         self._note(output)
+        self._on_body = output.on_body
+        self.unexplained.append(self._left_over(before, was, output.on_body))
         if self.pacer.due <= now and self.talking:
             self.pacer = self.pacer.sent(now)
             self.seq += 1
             tick = self.state.patch.tick if self.state.patch else 0
             frame = ContactSample(self.seq, tick, now, sample.position, output.on_body).encode()
             self.up.push(frame, now)
+
+    def _left_over(self, before: LoopState, was: Vec3, on_body: Vec3) -> float:
+        """How far the contact's force went beyond what the hand's own way times K explains [N]."""
+        sight = self.state.sight
+        if sight is None:
+            return 0.0
+        way = sub(self.state.probe, before.probe)
+        if self.settings.friction > 0.0:
+            most = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
+            return norm(sub(on_body, was)) - most * norm(way)
+        change = norm(on_body) - norm(was)
+        explained = max(self.state.k_h, before.k_h) * -dot(sight.normal, way)
+        return max(change - max(0.0, explained), min(0.0, explained) - change)
+
+    def _max_stiffness(self) -> float:
+        return min(self.settings.max_stiffness, 1e6)
 
     def _note(self, output: Output) -> None:
         self.force.append(norm(output.force))
@@ -105,6 +128,8 @@ class VirtualSession:
         thresholds: Thresholds = _USUAL,
         smoothing: float = 1.0,
         passivity: bool = True,
+        max_damping: float = MAX_DAMPING,
+        max_stiffness: float | None = None,
         limits: SafetyLimits | None = None,
         intention: Intention | None = None,
         geometry: GeometryName = "plane",
@@ -114,8 +139,13 @@ class VirtualSession:
         """Let a user in now.
 
         `limits` replace the hand's usual ones, `intention` the one that `script` has for round
-        bodies, and `device` the whole hand: for the rigs of experiments.
+        bodies, and `device` the whole hand: for the rigs of experiments. `max_damping` is what the
+        passivity layer may do on the device, `max_stiffness` what it renders, if not its own [SI].
         """
+        if not passivity:
+            max_damping = 0.0
+        if max_stiffness is None:
+            max_stiffness = (device or SimulatedDevice).info.max_stiffness
         hello = Hello(
             protocol=PROTOCOL_VERSION,
             name=name,
@@ -123,15 +153,17 @@ class VirtualSession:
             fixed_gains=fixed_gains,
             geometry=geometry,
             friction=friction > 0.0,
-            max_stiffness=SimulatedDevice.info.max_stiffness,
+            max_stiffness=max_stiffness,
             max_force=limits.max_force if limits else SimulatedDevice.info.max_force,
+            damping_budget=max_damping,
         )
         welcome, _, _ = self.room.join(hello, self.now)
         info = describe(self.room.body)
         period = self.room.settings.simulation_period
         # As the wire carries it: rounded to 32 bits.
         mesh = RestMesh.decode(self.room.touch_mesh()) if geometry == "mesh" else None
-        limits = replace(limits or SafetyLimits(), silent_after=silent_after(period))
+        usual = limits or SafetyLimits(max_rate=rate_of(max_stiffness))
+        limits = replace(usual, silent_after=silent_after(period))
         user = VirtualUser(
             number=welcome.user,
             device=device
@@ -143,10 +175,11 @@ class VirtualSession:
                 limits,
                 law_settings(thresholds, period, limits),
                 smoothing,
-                MAX_DAMPING if passivity else 0.0,
+                max_damping,
                 SurfaceMaker(mesh),
                 friction,
                 follow=fixed_gains is None,
+                max_stiffness=max_stiffness,
             ),
             up=DelayLine(LinkSettings(delay, jitter, 2 * seed)),
             down=DelayLine(LinkSettings(delay, jitter, 2 * seed + 1)),

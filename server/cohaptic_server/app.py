@@ -20,6 +20,7 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_l
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.control_watch import Latency, SetLatency, Watch
+from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.statistics import Tally
 from cohaptic.transport import tune
@@ -122,9 +123,8 @@ class CohapticServer:
             if isinstance(session, Watcher):
                 watching.append(connection)
                 continue
-            patch = patches.get(connection.user) if connection.user is not None else None
-            if patch is not None:
-                session.send_patch(patch)
+            if connection.user in patches:
+                self._send_patch(session, patches[connection.user], connection.user)
             session.handle_timer(now)
             connection.flush()
         done = self.clock.now()
@@ -135,6 +135,14 @@ class CohapticServer:
                 self._show(connection, done)
             self._report(self.gallery.problem)
             self.watch_cost.add(self.clock.now() - done)
+
+    def _send_patch(self, session: ServerSession, patch: Patch, user: int) -> None:
+        """Offer a patch; say once why it is left out, until one is not."""
+        had = session.problem
+        session.send_patch(patch)
+        if session.problem and not had:
+            name = self.room.members[user].hello.name
+            log.warning("%s gets no patch: %s", name, session.problem)
 
     def _show(self, connection: Connection, now: float) -> None:
         """Give one who watches the newest scene, if it is due."""

@@ -83,10 +83,7 @@ def locate(
         contact, close = _contact_at(mesh, nearest_point(mesh, probe), free, radius), _CLOSE
     else:
         # A hand at rest stays here: only the normal can have turned.
-        contact, close = (
-            replace(hint, normal=_normal(mesh, hint.corners, hint.shares, free)),
-            _STAYS,
-        )
+        contact, close = turned(mesh, hint, free), _STAYS
     last: Floats | None = None
     for _ in range(_ITERATIONS):
         off = probe - contact.moved(free)
@@ -107,6 +104,11 @@ def locate(
             slide *= max(0.0, 1.0 + height / mesh.size)
         contact = _contact_at(mesh, nearest_point(mesh, contact.foot + slide), free, radius)
     return contact
+
+
+def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
+    """The same place with the normal that it has on a surface displaced by `free`."""
+    return replace(contact, normal=_normal(mesh, contact.corners, contact.shares, free))
 
 
 def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Field, radius: float) -> Contact:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic.control.friction import Compliance3
-from cohaptic.control.gains import choose_gains, coupled_stiffness
+from cohaptic.control.gains import choose_gains
+from cohaptic.control.room import RoomLag
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic_server.bodies.body import Response
 from cohaptic_server.bodies.mesh import Floats, vec3
 from cohaptic_server.placing import REACH
 from cohaptic_server.world_state import UserState
 
-RIGID = 1e-6  # m/N; a contact on what is held has no compliance, and a stiffness has a limit
 NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
 
 
@@ -23,25 +22,31 @@ def nearness(user: UserState, point: Floats) -> float:
     return 1.0 if user.force > 0.0 else min(1.0, max(0.0, fade))
 
 
-def row_of(C: Floats, response: Response, where: list[slice], i: int) -> list[float]:
-    """Row i of C as the gains of user i see it: itself in full, the others by their nearness."""
-    row: list[float] = C[i].tolist()
-    row[i] = max(float(response.compliance[where[i].start, where[i].start]), RIGID)
-    return row
-
-
 def cut(
     user: UserState,
     x_free: Floats,
     row: list[float],
     i: int,
     compliance: Compliance3 | None,
+    room: RoomLag,
     *,
     tick: int,
     now: float,
     dt: float,
 ) -> Patch:
-    """The patch of one user."""
+    """The patch of one user.
+
+    Args:
+        user: Whose it is.
+        x_free: Its contact point on the surface free of its own force, shape (3,) [m].
+        row: Of C between the users, as its gains see it [m/N].
+        i: Its place in the row.
+        compliance: Of its contact in all directions; None without friction.
+        room: Lag of the room.
+        tick: Number of this tick.
+        now: Time of this tick on the server's clock [s].
+        dt: Simulation period N T [s].
+    """
     touch, contact = user.touch, user.contact
     c_ii = row[i]
     gains = choose_gains(
@@ -49,7 +54,7 @@ def cut(
         row,
         i,
         max_stiffness=touch.max_stiffness,
-        loop_delay=user.delay.value,
+        loop_delay=user.delay.value + room.lag,  # the lag is in the loop of the paper's laws
         simulation_period=dt,
         fixed=touch.fixed_gains,
     )
@@ -64,12 +69,11 @@ def cut(
         x_free=vec3(x_free),
         normal=vec3(contact.normal),
         curvature=0.0,
-        k_o=1.0 / c_ii,
-        k_o_coupled=coupled_stiffness(row),
         c_ii=c_ii,
         k_h=gains.k_h,
         integral_gain=gains.integral_gain,
-        own_force=user.force,
-        u_others=float(contact.normal @ (x_free - contact.point)),
+        own_force=vec3(user.carried),
+        u_others=vec3(x_free - contact.point),
+        room=room,
         compliance=compliance,
     )

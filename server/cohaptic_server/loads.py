@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.control.friction import Compliance3, tangents
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.contact import Contact
 
@@ -59,31 +60,59 @@ def spans(presses: Sequence[Press]) -> list[slice]:
     return [slice(a, b) for a, b in itertools.pairwise(ends)]
 
 
-def compliance_between(response: Response, where: Sequence[slice]) -> Floats:
+def compliance_between(compliance: Floats, where: Sequence[slice]) -> Floats:
     """C between users as gains see it, shape (users, users) [m/N].
 
     On the diagonal the normal compliance. Off it the largest sum of |C| from any direction of the
     one to all directions of the other, in the share that the direction's own compliance has: a gain
     that is safe by this row is safe for every direction of a contact.
+
+    Args:
+        compliance: Between all loads of the users, shape (loads, loads) [m/N].
+        where: Which loads are whose.
     """
     if not where:
         return np.zeros((0, 0))
-    own = np.maximum(np.diag(response.compliance), 1e-300)
+    own = np.maximum(np.diag(compliance), 1e-300)
     first = np.array([mine.start for mine in where])
     owner = np.repeat(np.arange(len(where)), [mine.stop - mine.start for mine in where])
     share = own[first[owner]] / own
-    sums = np.add.reduceat(np.abs(response.compliance), first, axis=1)  # (loads, users)
+    sums = np.add.reduceat(np.abs(compliance), first, axis=1)  # (loads, users)
     rows = np.maximum.reduceat(share[:, None] * sums, first, axis=0)
     rows[np.diag_indices(len(where))] = own[first]
     return np.asarray(rows)
 
 
-def contact_compliance(response: Response, press: Press, span: slice) -> Compliance3 | None:
-    """The 3x3 compliance of a contact in the world frame; None without friction."""
+def floored(compliance: Floats, where: Sequence[slice]) -> Floats:
+    """C of all loads of the users, with `MIN_COMPLIANCE` on the diagonal of what gives way less.
+
+    What is held or hard is then a contact like any other, definite, and as stiff as the device.
+
+    Args:
+        compliance: Between all loads, shape (loads or more, loads or more) [m/N].
+        where: Which loads are whose.
+    """
+    loads = where[-1].stop if where else 0
+    C = np.array(compliance[:loads, :loads])
+    for span in where:
+        lack = MIN_COMPLIANCE - float(np.diag(C)[span].min())
+        if lack > 0.0:
+            C[span, span] += lack * np.eye(span.stop - span.start)
+    return C
+
+
+def contact_compliance(compliance: Floats, press: Press, span: slice) -> Compliance3 | None:
+    """The 3x3 compliance of a contact in the world frame; None without friction.
+
+    Args:
+        compliance: Between all loads, floored, shape (loads, loads) [m/N].
+        press: Of the user.
+        span: Its loads.
+    """
     if press.along is None:
         return None
     axes = press.axes
-    C = axes.T @ response.compliance[span, span] @ axes
+    C = axes.T @ compliance[span, span] @ axes
     return Compliance3(*(float(C[i, j]) for i, j in _ENTRIES))
 
 

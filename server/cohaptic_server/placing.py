@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic.control.delay import LoopDelay
-from cohaptic.control.friction import tangential
+from cohaptic.control.friction import stretch_of, tangential
 from cohaptic.vec import scale
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats, vec3
@@ -25,7 +25,7 @@ FOLLOW = 0.5
 def place(
     body: Body, state: WorldState, touch: Touch, presence: float, *, now: float, dt: float
 ) -> UserState:
-    """Find the contact on the surface of the last tick, and the force that counts there.
+    """Find the contact on the surface of the last tick, and the force that is wanted there.
 
     Args:
         body: That is touched.
@@ -46,27 +46,40 @@ def place(
         followed = before.free
     contact = locate(
         body.mesh,
-        probe,
+        probe - _over_material(touch, before),
         surface,
         radius=body.contact_radius,
         hint=None if before is None else before.contact,
     )
     height = contact.normal @ (probe - contact.moved(free))
     pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
-    force = presence * pressed if height < REACH else 0.0
+    wanted = presence * pressed if height < REACH else 0.0
     along: Floats | None = None
     if touch.friction:
-        along = np.array(tangential(scale(touch.force, presence), vec3(contact.normal), force))
+        along = np.array(tangential(scale(touch.force, presence), vec3(contact.normal), wanted))
     return UserState(
         touch,
         contact,
         presence,
-        force,
+        0.0,  # until `letting_in.let_in`
+        None,
+        wanted,
         along,
         _measure(state, before, touch, now=now, dt=dt),
         _velocity(before, touch),
         followed,
     )
+
+
+def _over_material(touch: Touch, before: UserState | None) -> Floats:
+    """How far the tip is from the material that it touches, on the free surface, shape (3,) [m].
+
+    A force along the surface takes the material with it, which the free surface does not show: a
+    finger that sticks stays on its material, however far the two have gone together (science 3.10).
+    """
+    if not touch.friction or before is None or before.compliance is None:
+        return np.zeros(3)
+    return np.array(stretch_of(touch.force, vec3(before.contact.normal), before.compliance))
 
 
 def _velocity(before: UserState | None, touch: Touch) -> Floats:

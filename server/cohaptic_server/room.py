@@ -118,6 +118,7 @@ class Room:
             law=member.hello.law,
             max_stiffness=member.hello.max_stiffness,
             max_force=member.hello.max_force,
+            damping_budget=member.hello.damping_budget,
             probe=sample.probe,
             force=sample.force,
             seq=sample.seq,

@@ -63,6 +63,7 @@ class ServerSession:
     Attributes:
         state: Where the session is.
         close: Code and reason once the connection is to be closed.
+        problem: Why the newest patch was left out; empty when it was not.
     """
 
     def __init__(self, now: float) -> None:
@@ -71,6 +72,7 @@ class ServerSession:
         self._deadline = now + HELLO_TIMEOUT
         self._events: list[Event] = []
         self.outbox = Outbox()
+        self.problem = ""
         self._last_seq = 0
 
     def receive(self, data: str | bytes, now: float) -> None:
@@ -147,14 +149,17 @@ class ServerSession:
             self._end(CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
-        """Offer the newest patch to the client; one that the wire cannot carry ends the session."""
+        """Offer the newest patch to the client; one that the wire cannot carry is left out.
+
+        A body pushed out of the world by others, say: their victim stays, and its loop fades.
+        """
         if self.state is not State.JOINED:
             return
         try:
             self.outbox.put_patch(patch.encode())
+            self.problem = ""
         except LocalProtocolError as error:
-            # A body pushed out of the world, say: it must not end the others' tick.
-            self.fail(error)
+            self.problem = str(error)
 
     def next_deadline(self) -> float | None:
         """When `handle_timer` is to be called at the latest [s]."""

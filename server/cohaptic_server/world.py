@@ -1,9 +1,10 @@
 """The world advances by one simulation period: forces in, patches out. No I/O.
 
-Order within a tick: find each contact on the surface free of its own force (`placing.py`), let the
-body respond to all forces at once, look at the free surface round each contact (`field.py`), then
-cut one patch per user (`cutting.py`). A user who is gone, or whose samples stopped, lets go over
-`RELEASE_TIME`: nobody else's force jumps because a cable was pulled.
+Order within a tick: find each contact on the surface free of its own force (`placing.py`), let in
+what the body may get of everybody's force (`letting_in.py`), let the body respond to all of it at
+once, look at the free surface round each contact (`field.py`), then cut one patch per user
+(`cutting.py`). A user who is gone, or whose samples stopped, lets go over `RELEASE_TIME`: nobody
+else's force jumps because a cable was pulled.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ import numpy as np
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.body import Body, Foreseeing
 from cohaptic_server.bodies.mesh import Ints
-from cohaptic_server.cutting import cut, nearness, row_of
+from cohaptic_server.cutting import cut, nearness
 from cohaptic_server.field import FreeOf, Window
-from cohaptic_server.loads import compliance_between, contact_compliance, spans
+from cohaptic_server.letting_in import let_in, release
+from cohaptic_server.loads import compliance_between, contact_compliance, floored, spans
 from cohaptic_server.patch_shape import Sight, look, with_shape
 from cohaptic_server.placing import place
+from cohaptic_server.room_time import find_lag
 from cohaptic_server.world_state import Touch, UserState, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
@@ -30,6 +33,7 @@ AHEAD = 0.2  # s that a body is told of what will be touched before it is
 # Contact radii on the way of that time: with less a finger presses where it is, with more it is
 # gone before anybody could have used the news.
 _CREEPS, _RUNS = 0.1, 1.0
+_GONE = 1e-3  # N; a force that is less is none
 
 
 def advance(
@@ -48,11 +52,15 @@ def advance(
         The world after this tick, and a patch for each of `touches`.
     """
     here = {touch.user: touch for touch in touches}
-    present = _carry_over(state.users, here, dt)
-    placed = [place(body, state, p.touch, p.presence, now=now, dt=dt) for p in present]
+    step = dt / RELEASE_TIME
+    present = _carry_over(state, here, step)
+    found = [place(body, state, p.touch, p.presence, now=now, dt=dt) for p in present]
+    releases = release(state, found, step, jump=_jump(body, dt))
+    placed = let_in(body, state, found, {r.user for r in releases}, dt)
     presses = [user.press for user in placed]
     where = spans(presses)
     loads = [load for press in presses for load in press.loads()]
+    loads += [load for left in releases for load in left.faded().loads()]
     if isinstance(body, Foreseeing):
         body.expect(_ahead(body, placed))
     response = body.respond(loads, state.response)
@@ -76,23 +84,37 @@ def advance(
         windows.append(Window(sight.vertices, beyond.on(sight.vertices), beyond))
     free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
     near = np.array([nearness(u, point) for u, point in zip(placed, free, strict=True)])
-    C = compliance_between(response, where) * near
+    compliance = floored(response.compliance, where)
+    coupling = compliance_between(compliance, where)
+    rows = coupling * near
+    rows[np.diag_indices(len(rows))] = np.diag(coupling)  # itself in full
+    room = find_lag(placed, compliance, where, near, state.room, dt)
     tick = state.tick + 1
     patches: dict[int, Patch] = {}
+    after: dict[int, UserState] = {}
     for i, user in enumerate(placed):
-        if user.touch.user not in here:
-            continue
-        compliance = contact_compliance(response, presses[i], where[i])
-        row = row_of(C, response, where, i)
-        patch = cut(user, free[i], row, i, compliance, tick=tick, now=now, dt=dt)
-        patches[user.touch.user] = with_shape(patch, body, sights[i], windows[i])
-    after = MappingProxyType(
-        {
-            u.touch.user: replace(u, free=seen, sight=sight)
-            for u, seen, sight in zip(placed, windows, sights, strict=True)
-        }
-    )
-    return WorldState(tick, after, response), patches
+        number, row = user.touch.user, rows[i]
+        whole = contact_compliance(compliance, presses[i], where[i])
+        if number in here:
+            patch = cut(user, free[i], row.tolist(), i, whole, room, tick=tick, now=now, dt=dt)
+            patches[number] = with_shape(patch, body, sights[i], windows[i])
+        after[number] = replace(
+            user,
+            free=windows[i],
+            sight=sights[i],
+            compliance=whole,
+            k_o_coupled=1.0 / float(np.abs(row).sum()),
+        )
+    users = MappingProxyType(after)
+    return WorldState(tick, users, response, releases, room, coupling), patches
+
+
+def _jump(body: Body, dt: float) -> float:
+    """Way of a contact in one tick that no hand makes [m]: it is elsewhere, not further on."""
+    return max(_LEAP, _FASTEST * dt) + body.contact_radius
+
+
+_LEAP, _FASTEST = 0.03, 1.5  # m; m/s, the speed at which a client's safety layer lets go
 
 
 def _ahead(body: Body, users: Sequence[UserState]) -> Ints:
@@ -113,16 +135,19 @@ class _Present:
     presence: float
 
 
-def _carry_over(
-    before: Mapping[int, UserState], here: Mapping[int, Touch], dt: float
-) -> list[_Present]:
+def _carry_over(state: WorldState, here: Mapping[int, Touch], step: float) -> list[_Present]:
     """Who takes part in this tick: those heard, rising to full presence; the others, falling."""
-    step = dt / RELEASE_TIME
+    fading = {left.user for left in state.releases}
     present: list[_Present] = []
-    for number, user in before.items():
+    for number, user in state.users.items():
         touch = here.get(number, replace(user.touch, fresh=False))
-        presence = user.presence + (step if touch.fresh else -step)
-        if number in here or presence > 0.0:
+        rises = touch.fresh and not user.delay.too_long
+        presence = user.presence + (step if rises else -step)
+        if number in fading:
+            presence = 0.0  # until it is gone where it was
+        if number in here or presence > 0.0 or user.force > _GONE:
             present.append(_Present(touch, min(1.0, max(0.0, presence))))
-    present += [_Present(touch, min(1.0, step)) for n, touch in here.items() if n not in before]
+    present += [
+        _Present(touch, min(1.0, step)) for n, touch in here.items() if n not in state.users
+    ]
     return present

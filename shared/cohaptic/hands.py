@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 from cohaptic.errors import SettingError
-from cohaptic.vec import Vec3, add, norm, scale
+from cohaptic.vec import ZERO, Vec3, add, cross, norm, scale, unit
 
 # Stiffness over mass, a quarter of what `move` takes without damping in steps of 1 ms [1/s^2].
 MOST_PER_MASS = 1e6
@@ -73,8 +73,9 @@ class Rhythm:
 class Intention:
     """Where a hand wants its tip to be, over time.
 
-    The tip waits at `start`, approaches `surface` along `direction`, and then rests or presses
-    `depth` beyond it.
+    The tip waits in front of `surface`, approaches it along `direction`, and then rests or presses
+    `depth` beyond it. A hand that drags presses once, after half a period of its rhythm, and then
+    goes `drag` along the surface and back where others let go and press.
 
     Args:
         surface: Point of the resting surface in front of the hand [m].
@@ -84,6 +85,7 @@ class Intention:
         approach_at: When the approach begins [s].
         approach_time: How long it takes [s].
         rhythm: None to rest at `depth` for good.
+        drag: Way along the surface, of a hand that drags instead of letting go [m].
     """
 
     surface: Vec3
@@ -93,10 +95,21 @@ class Intention:
     approach_at: float = 0.0
     approach_time: float = 0.5
     rhythm: Rhythm | None = None
+    drag: Vec3 = ZERO
+
+    @property
+    def drags(self) -> bool:
+        """Whether the rhythm is one of dragging, out and back, and not of pressing."""
+        return self.drag != ZERO
+
+    @property
+    def _presses_at(self) -> float:
+        """When a hand that drags comes to press [s]: by then those who rest are there."""
+        return self.approach_at + (0.5 * self.rhythm.period if self.rhythm else 0.0)
 
     def level(self, t: float) -> float:
-        """How far pressed at `t` [s]: 0 in front of the surface, 1 at `depth`."""
-        since = t - self.approach_at
+        """How far pressed at `t` [s], 0 in front of the surface to 1 at `depth`; or dragged."""
+        since = t - (self._presses_at if self.drags else self.approach_at)
         if since <= 0.0:
             return 0.0
         if self.rhythm is None:
@@ -105,13 +118,20 @@ class Intention:
         return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
 
     def tip(self, level: float) -> Vec3:
-        """Intended position of the tip at a level [m]."""
+        """Intended position of the tip at a level, of a hand that drags once it has pressed [m]."""
+        if self.drags:
+            pressed = add(self.surface, scale(self.direction, self.depth))
+            return add(pressed, scale(self.drag, level))
         travel = -self.clearance + (self.clearance + self.depth) * level
         return add(self.surface, scale(self.direction, travel))
 
     def at(self, t: float) -> Vec3:
         """Intended position of the tip at `t` [m]."""
-        return self.tip(self.level(t))
+        tip = self.tip(self.level(t))
+        if not self.drags:
+            return tip
+        to_come = 1.0 - _ease((t - self._presses_at) / self.approach_time)
+        return add(tip, scale(self.direction, -(self.clearance + self.depth) * to_come))
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +164,8 @@ class HandScript:
         approach_at: When it first comes [s].
         hand: Its mechanics.
         place: On the surface; None to come from far out at `angle`.
+        drag: Way along the surface in the rhythm, instead of letting go: level, to the hand's own
+            right, which is counter-clockwise seen from above; negative to its left [m].
     """
 
     angle: float = math.pi
@@ -152,8 +174,14 @@ class HandScript:
     approach_at: float = 1.0
     hand: Hand = field(default_factory=Hand)
     place: Place | None = None
+    drag: float = 0.0
 
     def __post_init__(self) -> None:
+        if not abs(self.drag) <= 0.2:
+            limit = "from -200 to 200 mm"
+            raise SettingError("drag of a hand", f"{1e3 * self.drag:g} mm", limit)
+        if self.drag and self.rhythm is None:
+            raise SettingError("drag of a hand", f"{1e3 * self.drag:g} mm", "given with a rhythm")
         if not 0.0 <= self.depth <= 0.2:
             raise SettingError("depth of a hand", f"{1e3 * self.depth:g} mm", "from 0 to 200 mm")
         if not math.isfinite(self.angle):
@@ -169,7 +197,13 @@ class HandScript:
             depth=self.depth,
             approach_at=self.approach_at,
             rhythm=self.rhythm,
+            drag=scale(sideways(place.inward), self.drag),
         )
+
+
+def sideways(inward: Vec3) -> Vec3:
+    """Unit vector along a surface, level and to the right of who looks along `inward`."""
+    return unit(cross(inward, (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, slots=True)

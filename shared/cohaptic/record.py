@@ -24,6 +24,8 @@ class Row(NamedTuple):
         late: How late the period began [s].
         tick: Simulation tick of the patch in use.
         patch_age: Time since that patch came [s].
+        lag: Of the room: in how long the object answers what the others do [s].
+        along: Force along the surface that friction gives [N].
     """
 
     t: float
@@ -45,6 +47,8 @@ class Row(NamedTuple):
     late: float
     tick: float
     patch_age: float
+    lag: float
+    along: float = 0.0
 
 
 COLUMNS = Row._fields

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
+from cohaptic.control.law import Law
+
+AS_STIFF = 0.99  # of the object's stiffness; a device that renders so much is no softer to the hand
+
 
 class TouchStatus(BaseModel):
     """State of one client.
@@ -15,7 +19,10 @@ class TouchStatus(BaseModel):
         felt_from_others: Part of it that is there because others touch [N].
         indentation: Of the surface under the probe [m].
         k_o: Stiffness of the body at the contact [N/m].
-        k_h: Gain in use [N/m].
+        k_h: Gain in use; below `k_o` with the predictive law where the device is the softer [N/m].
+        max_stiffness: That the device renders; 0 for one that does not say [N/m].
+        along: Force along the surface; None without friction [N].
+        lag: In how long the object answers what the others do (science 3.8) [s].
         round_trip: Age of the own force in the newest patch, without its wait at the server [s].
         jitter: Mean deviation of the round trip [s].
         clock_offset: Server's wall clock less this machine's [s].
@@ -37,6 +44,9 @@ class TouchStatus(BaseModel):
     indentation: float = 0.0
     k_o: float = 0.0
     k_h: float = 0.0
+    max_stiffness: float = 0.0
+    along: float | None = None
+    lag: float = 0.0
     round_trip: float = 0.0
     jitter: float = 0.0
     clock_offset: float = 0.0
@@ -47,3 +57,9 @@ class TouchStatus(BaseModel):
     loop_missed: int = 0
     level: float = 0.0
     fault: str = ""
+
+    @property
+    def soft(self) -> bool:
+        """Whether the device cannot render the object's stiffness, and the hand feels its own."""
+        stiff = self.law == Law.PREDICTIVE.value and self.max_stiffness > 0.0
+        return stiff and self.max_stiffness < AS_STIFF * self.k_o

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from rich import box
+from rich.cells import cell_len
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
@@ -12,39 +15,133 @@ from cohaptic.report import TouchStatus
 
 _BAR = 10  # characters of a full force bar
 _FULL = 6.0  # N that fill it
-_WIDE = 130  # characters that all columns take
+_NAME = 12  # characters of a name
+LEAST_LAG = 0.005  # s; what is less is none on a screen
+
+
+class _Column(NamedTuple):
+    """A column of the table.
+
+    Fields:
+        head: What stands over it.
+        rank: The highest is left out first.
+        least: Characters that it takes at least: while numbers change, columns stay.
+        cells: One for each user.
+    """
+
+    head: str
+    rank: int
+    least: int
+    cells: list[Text]
+
+    @property
+    def wide(self) -> int:
+        """Characters that it takes."""
+        return max(self.least, cell_len(self.head), *(cell.cell_len for cell in self.cells))
+
+
+def status_view(users: Sequence[TouchStatus], *, width: int = 120) -> Group:
+    """The table of `status_table`, and below it what a hand could not know from its numbers."""
+    notes = [Text(note, style="yellow") for note in status_notes(users)]
+    return Group(status_table(users, width=width), *notes)
+
+
+def status_notes(users: Sequence[TouchStatus]) -> list[str]:
+    """Sentences on devices that are softer than the object, and on an object that takes its time.
+
+    Args:
+        users: Who touch the same object.
+    """
+    notes = [
+        f"{user.name}: device renders {soft_words(user.max_stiffness, user.k_o)}"
+        for user in users
+        if user.soft
+    ]
+    lag = max((user.lag for user in users), default=0.0)
+    return notes + ([lag_words(lag)] if lag >= LEAST_LAG else [])
+
+
+def soft_words(renders: float, k_o: float) -> str:
+    """How stiff a device is beside the object [N/m]."""
+    return f"{renders:,.0f} of {k_o:,.0f} N/m"
+
+
+def lag_words(lag: float) -> str:
+    """What the room's lag is to a hand [s]."""
+    return f"the object answers the others in {lag:.2f} s"
 
 
 def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
-    """A table of what each user feels now, with fewer columns in a narrow terminal.
+    """A table of what each user feels now, with as many columns as a terminal has room for.
 
     Args:
         users: One row each.
         width: Of the terminal [characters].
     """
-    narrow = width < _WIDE
+    columns = _columns(users)
+    while len(columns) > 1 and _wide(columns) > width:
+        columns.remove(max(columns, key=lambda column: column.rank))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    table.add_column("user", no_wrap=True, max_width=12)
-    table.add_column("", no_wrap=True)
-    names = ["force", "of others", "indentation", "K_o", "round trip", "clock", "loop", "late p99"]
-    for name in names[:2] + names[4:5] + names[6:7] if narrow else names:
-        table.add_column(name, justify="right", no_wrap=True)
-    for user in users:
-        cells: list[Text | str] = [
-            Text(f"{bar(user.force)} {user.force:5.2f} N"),
-            f"{user.felt_from_others:+5.2f} N",
-            f"{1e3 * user.indentation:.1f} mm",
-            f"{user.k_o:.0f} N/m",
-            f"{1e3 * user.round_trip:.0f} ±{1e3 * user.jitter:.0f} ms",
-            f"{1e3 * user.clock_offset:+.0f} ±{1e3 * user.clock_error:.0f} ms",
-            f"{user.loop_hz:.0f} Hz",
-            f"{1e6 * user.loop_late_p99:.0f} us",
-        ]
-        state = Text(user.state, style=_STYLE.get(user.state, ""))
-        table.add_row(
-            Text(user.name), state, *(cells[:2] + cells[4:5] + cells[6:7] if narrow else cells)
+    for column in columns:
+        left = column.head in ("user", "")
+        table.add_column(
+            column.head,
+            justify="left" if left else "right",
+            no_wrap=True,
+            min_width=column.wide,
         )
+    for row in zip(*(column.cells for column in columns), strict=True):
+        table.add_row(*row)
     return table
+
+
+def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
+    """Every column, in the order in which they stand."""
+
+    def column(head: str, rank: int, least: int, cells: Sequence[str]) -> _Column:
+        return _Column(head, rank, least, [Text(cell) for cell in cells])
+
+    states = [Text(user.state, style=_STYLE.get(user.state, "")) for user in users]
+    along = [] if all(user.along is None for user in users) else [
+        column("along", 4, 6, [_along(user.along) for user in users])
+    ]  # fmt: skip
+    trips = [_spread("", user.round_trip, user.jitter) for user in users]
+    clocks = [_spread("+", user.clock_offset, user.clock_error) for user in users]
+    return [
+        column("user", 0, 4, [_short(user.name) for user in users]),
+        _Column("", 1, 13, states),
+        column("force", 2, 18, [f"{bar(user.force)} {user.force:5.2f} N" for user in users]),
+        column("of others", 3, 9, [f"{user.felt_from_others:+5.2f} N" for user in users]),
+        *along,
+        column("indentation", 8, 11, [f"{1e3 * user.indentation:.1f} mm" for user in users]),
+        column("K_o", 7, 9, [_stiffness(user) for user in users]),
+        column("round trip", 5, 11, trips),
+        column("clock", 10, 12, clocks),
+        column("loop", 6, 7, [f"{user.loop_hz:.0f} Hz" for user in users]),
+        column("late p99", 9, 8, [f"{1e6 * user.loop_late_p99:.0f} us" for user in users]),
+    ]
+
+
+def _wide(columns: Sequence[_Column]) -> int:
+    """Characters that a table of these columns takes."""
+    # A space on either side of a cell, the box between two, and its edges.
+    return sum(column.wide for column in columns) + 3 * (len(columns) - 1) + 2
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _NAME else name[: _NAME - 1] + "…"
+
+
+def _along(force: float | None) -> str:
+    return "" if force is None else f"{force:.2f} N"
+
+
+def _stiffness(user: TouchStatus) -> str:
+    return soft_words(user.max_stiffness, user.k_o) if user.soft else f"{user.k_o:,.0f} N/m"
+
+
+def _spread(sign: str, middle: float, spread: float) -> str:
+    return f"{1e3 * middle:{sign}.0f} ±{1e3 * spread:.0f} ms"
 
 
 def bar(force: float) -> str:

@@ -17,8 +17,8 @@ from tests.browser.visitor import visitor_of
 UPGRADED = """
 import sys
 import cohaptic.protocol.version as version
-version.PROTOCOL_VERSION = 3
-version.SUBPROTOCOL = "cohaptic.v3"
+version.PROTOCOL_VERSION += 1
+version.SUBPROTOCOL = f"{version.FAMILY}{version.PROTOCOL_VERSION}"
 from cohaptic.cli import main
 sys.exit(main())
 """

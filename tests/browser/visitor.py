@@ -150,6 +150,10 @@ class Visitor:
         self.page.click(".touch-button")
         self.until(lambda: self.text(".dock-facts") == "in the air", "the hand to be engaged")
 
+    def choose_friction(self, mu: str) -> None:
+        """Another finger; the page leaves the room with the one and comes in again."""
+        self.page.locator(".dock-friction .choice-option", has_text=mu).click()
+
     def leave(self) -> None:
         """The hand out of the room."""
         self.page.click(".touch-button")
@@ -183,6 +187,17 @@ class Visitor:
     def from_others(self) -> float:
         """Part of it that comes from others, as shown [N]."""
         return _number(rf"{_NUMBER} N from others", self.text(".dock-facts"))
+
+    @property
+    def along(self) -> float:
+        """Part of it along the surface, as shown [N]; nan for a smooth finger."""
+        return _number(rf"{_NUMBER} N along", self.text(".dock-facts"))
+
+    @property
+    def lag(self) -> float:
+        """In how long the object answers the others, as shown [s]; 0 for at once."""
+        words = self.text(".room-time summary")
+        return 0.0 if words.endswith(" at once") else _number(rf"{_NUMBER} s", words)
 
     def force_of(self, name: str) -> float:
         """On somebody's hand, as that one's panel shows it [N]."""

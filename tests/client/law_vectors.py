@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cohaptic.control.friction import NO_FRICTION, Compliance3, friction_step, normal_shift
 from cohaptic.control.geometry import LocalSurface, Sight, blend, difference, shift
 from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
 from cohaptic.control.proportional_integral import Thresholds
@@ -19,9 +20,9 @@ from cohaptic.control.stability import (
     proportional_model,
 )
 from cohaptic.control.stability_area import closed_edges, lifted_edges
-from cohaptic.vec import ZERO, Vec3, add, unit
+from cohaptic.vec import ZERO, Vec3, add, scale, unit
 from cohaptic_client.pacing import Pacer
-from cohaptic_client.passivity import Passivity, dissipate, observe
+from cohaptic_client.passivity import Passivity, dissipate, given_share, observe
 from cohaptic_client.safety import Mode, SafetyLimits, SafetyState, guard
 from cohaptic_client.timing import LinkTiming
 
@@ -39,7 +40,9 @@ def point(rng: random.Random, size: float) -> Vec3:
 
 def a_sight(rng: random.Random, depth: float) -> Sight:
     normal = unit(point(rng, 1.0))
-    return Sight(depth, normal, pick(rng, 1e-3, 1e-2), pick(rng, 0.0, 3.0), pick(rng, -4e-3, 4e-3))
+    # The body has mostly been pressed; other normals and friction turn its force.
+    own_force = add(scale(normal, pick(rng, 0.0, 3.0)), point(rng, 0.5))
+    return Sight(depth, normal, pick(rng, 1e-3, 1e-2), own_force, point(rng, 4e-3))
 
 
 def surfaces() -> list[dict[str, Any]]:
@@ -47,8 +50,9 @@ def surfaces() -> list[dict[str, Any]]:
     rng, rows = random.Random(1), list[dict[str, Any]]()
     for curvature in (0.0, 12.5, -8.0, 1e-9, 40.0):
         for _ in range(4):
+            x_free, normal = point(rng, 0.1), unit(point(rng, 1.0))
             surface = LocalSurface(
-                point(rng, 0.1), unit(point(rng, 1.0)), curvature, 0.004, 1.5, pick(rng, 0, 0.01)
+                x_free, normal, curvature, 0.004, point(rng, 3.0), point(rng, 0.01)
             )
             probe = add(surface.x_free, point(rng, 0.03))
             other, s = a_sight(rng, pick(rng, -0.01, 0.02)), pick(rng, 0.0, 1.0)
@@ -100,44 +104,100 @@ def presses() -> list[dict[str, Any]]:
 
 
 def energies() -> list[dict[str, Any]]:
-    """The passivity layer: energy comes, damping takes it out."""
-    rng, rows, owed, damping = random.Random(3), list[dict[str, Any]](), 0.0, 0.0
-    for i in range(200):
-        force = max(0.0, round(3.0 * math.sin(0.05 * i), 6))
-        given = {
-            "force": force,
-            "own_force": pick(rng, 0.0, 3.0),
-            "surface_moved": pick(rng, -1e-4, 2e-4),
-            "speed_in": pick(rng, -0.2, 0.2),
-            "dt": pick(rng, 5e-4, 2e-3),
+    """The passivity layer: energy comes, damping takes it out, in contact and out of it."""
+    rng, rows, memory = random.Random(3), list[dict[str, Any]](), Passivity()
+    for i in range(300):
+        law = {
+            "stored": max(0.0, round(0.02 * math.sin(0.05 * i), 6)),
+            "ratio": pick(rng, 0.0, 1.0),
+            "scale": 0.0 if i % 50 == 49 else pick(rng, 0.2, 1.0),
         }
-        owed = observe(owed, force, given["own_force"], given["surface_moved"], given["dt"])
-        seen = owed
-        owed, damping, damped = dissipate(owed, damping, force, given["speed_in"], given["dt"], 6.0)
-        after = Passivity(owed, damping)
-        rows.append(given | {"seen": seen, "after": after._asdict(), "damped": damped})
+        given = {
+            "force": 3.0 if i % 70 < 40 else max(0.0, round(3.0 * math.sin(0.05 * i), 6)),
+            "speed_in": pick(rng, -0.2, 0.2),
+            "work": pick(rng, -6e-4, 4e-4),
+            "from_body": pick(rng, -4e-4, 3e-4),
+            "dt": 0.0 if i == 0 else pick(rng, 5e-4, 2e-3),
+        }
+        damping, damped = dissipate(
+            memory.owed, memory.damping, given["force"], given["speed_in"], given["dt"], 6.0
+        )
+        stored = given_share(**law)
+        more = stored - memory.stored
+        owed = observe(memory.owed, given["work"], more, given["from_body"], given["dt"])
+        memory = Passivity(owed, damping, stored)
+        rows.append({"spring": law} | given | {"damped": damped, "after": memory._asdict()})
     return rows
 
 
 def guards() -> list[dict[str, Any]]:
-    """The safety layer: steps of the wanted force, a silent server, a stall, a hand too fast."""
+    """The safety layer: steps of the wanted force both ways, late periods, a silent server; a
+    stall, a hand too fast, again while it is let go, and a force that is no number (null).
+    """
     rng, rows, state = random.Random(6), list[dict[str, Any]](), SafetyState()
     limits, now, wanted = SafetyLimits(max_force=6.0, engage_time=0.05), 0.0, ZERO
-    for i in range(300):
-        now = round(now + (0.05 if i == 220 else T), 6)
+    for i in range(500):
+        now = round(now + LATE.get(i, T), 6)
         if i % 20 == 10:
             wanted = ZERO if i % 60 == 50 else point(rng, 6.0)
-        velocity = (2.0, 0.0, 0.0) if i == 140 else point(rng, 0.2)
-        given = {"now": now, "wanted": wanted, "velocity": velocity, "silent": 160 <= i < 200}
-        state = guard(
-            state, wanted, now=now, velocity=velocity, silent=160 <= i < 200, limits=limits
-        )
-        engaged = state.mode is Mode.ENGAGED
-        rows.append(
-            given | {"force": state.force, "scale": state.scale, "engaged": engaged}
-            | {"fault": state.fault}
-        )  # fmt: skip
+        asked = (wanted[0], math.nan, wanted[2]) if i == 430 else wanted
+        velocity = (2.0, 0.0, 0.0) if i in (140, 152) else point(rng, 0.2)
+        silent = 200 <= i < 240 or 330 <= i < 420
+        state = guard(state, asked, now=now, velocity=velocity, silent=silent, limits=limits)
+        given = {
+            "now": now,
+            "wanted": [c if math.isfinite(c) else None for c in asked],
+            "velocity": velocity,
+            "silent": silent,
+        }
+        seen = {name: getattr(state, name) for name in ("force", "scale", "fault", "left")}
+        rows.append(given | seen | {"engaged": state.mode is Mode.ENGAGED})
     return rows
+
+
+# s; of a period that does not take T: late ones, one that takes no time, a stall.
+LATE = {95: 0.0015, 97: 0.006, 115: 0.015, 118: 0.0, 270: 0.05, 345: 0.01}
+
+
+def slides() -> list[dict[str, Any]]:
+    """Friction: a tip that sticks, slips and lets go, on material that others drag along."""
+    rng, rows, state = random.Random(7), list[dict[str, Any]](), NO_FRICTION
+    A = np.array([[0.06, 0.01, -0.02], [0.0, 0.05, 0.015], [0.005, -0.01, 0.07]])
+    mu, max_stiffness = 0.4, 300.0
+    for i in range(240):
+        normal = unit((0.2 * math.sin(0.02 * i), 0.1, 1.0))
+        M = A @ A.T * (1.0 + 0.2 * math.sin(0.05 * i))
+        C = Compliance3(*(round(float(M[i, j]), 9) for i, j in ENTRIES))
+        # At first the material moves under a hand at rest, then both move.
+        moved = ZERO if i < 80 else point(rng, 4e-4 if i % 60 < 40 else 2e-5)
+        drag = 0.004 * math.sin(0.04 * i)
+        material = (round(drag, 6), round(-0.5 * drag, 6), 0.001)
+        # In contact, light, out of it.
+        f_n = 0.0 if i % 100 > 90 else (0.02 if i % 50 > 40 else 2.0)
+        share, most = 1.0 if i < 120 else 0.7, 0.01 if i < 160 else 0.002
+        aside = normal_shift(state, normal, C)
+        state = friction_step(
+            state, moved, material, normal, f_n, C, mu, share, max_stiffness, most
+        )
+        rows.append(
+            {
+                "moved": moved,
+                "material": material,
+                "normal": normal,
+                "normal_force": f_n,
+                "C": C,
+                "mu": mu,
+                "share": share,
+                "max_stiffness": max_stiffness,
+                "most": most,
+                "aside": aside,
+                "after": state._asdict(),
+            }
+        )
+    return rows
+
+
+ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of a Compliance3
 
 
 def links() -> list[dict[str, Any]]:

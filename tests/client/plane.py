@@ -14,8 +14,8 @@ DEPTH = 0.01  # m below the plane is what the hand wants
 PLANE = Patch(
     tick=1, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
     law=Law.PREDICTIVE,
-    x_free=ZERO, normal=(0.0, 0.0, 1.0), curvature=0.0, k_o=STIFFNESS, k_o_coupled=150.0,
-    c_ii=1.0 / STIFFNESS, k_h=STIFFNESS, integral_gain=0.0, own_force=0.0, u_others=0.0,
+    x_free=ZERO, normal=(0.0, 0.0, 1.0), curvature=0.0,
+    c_ii=1.0 / STIFFNESS, k_h=STIFFNESS, integral_gain=0.0, own_force=ZERO, u_others=ZERO,
 )  # fmt: skip
 HAND = Hand()
 # Springs in a row: of the hand and of the plane [N].

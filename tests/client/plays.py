@@ -9,11 +9,12 @@ from collections import deque
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from cohaptic.control.friction import Compliance3, times
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.hands import Hand, HandState, move
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic.vec import ZERO, norm, scale, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop_config import law_settings, silent_after
 from cohaptic_client.safety import Mode, SafetyLimits
@@ -23,8 +24,11 @@ T = 0.001  # s
 TICK, DELAY = 16, 0.03  # periods between ticks; from a tick to the arrival of its patch [s]
 PERIOD = TICK * T
 NORMAL = unit((-0.9, 0.3, 0.1))
+ALONG = unit((0.3, 0.9, 0.0))  # in the surface
 # Of a patch, those that the loop reads.
-PATCH_FIELDS = ("tick", "law", "x_free", "c_ii", "k_h", "integral_gain", "own_force", "u_others")
+PATCH_FIELDS = (
+    "tick", "law", "x_free", "c_ii", "k_h", "integral_gain", "own_force", "u_others", "compliance",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +41,12 @@ class Play:
         curvature: Of the surface [1/m]; 0 for a plane.
         way: Where the hand wants to be, over time: t [s], depth [m].
         silence: No patch between these times; ticks then count from 1 again [s].
-        others: How far others push the surface in and out [m].
+        losses: No patch between any of these times; ticks go on [s].
+        others: How far others push the material in and out, and along the surface [m].
+        shove: From 0.6 s on, as far others have pushed it in at once [m].
+        max_stiffness: Of the device [N/m].
+        friction: mu; with it the hand slides to and fro.
+        left_out: Periods in which the loop was not run: a late one, and one later still.
     """
 
     name: str
@@ -45,11 +54,19 @@ class Play:
     curvature: float
     way: tuple[tuple[float, float], ...]
     silence: tuple[float, float] = (9.0, 9.0)
+    losses: tuple[tuple[float, float], ...] = ()
     others: float = 0.004
+    shove: float = 0.0
+    max_stiffness: float = 2000.0
+    friction: float = 0.0
+    left_out: tuple[int, ...] = ()
 
 
+ALONE, HELD = ((0.0, Law.PREDICTIVE),), ((0, -0.01), (0.3, 0.02), (1.5, 0.02))
 PLAYS = (
-    Play("another pushes", ((0.0, Law.PREDICTIVE),), 0.0, ((0, -0.01), (0.3, 0.02), (1.2, 0.02))),
+    Play("another pushes", ALONE, 0.0, ((0, -0.01), (0.3, 0.02), (1.2, 0.02))),
+    # Faster than a hand may be moved by others: the surface is held back, in and out.
+    Play("another jolts", ALONE, 6.0, HELD, others=0.008, shove=0.012),
     Play(
         "laws change",
         ((0.0, Law.PREDICTIVE), (0.4, Law.PI), (0.7, Law.PROPORTIONAL), (0.8, Law.PREDICTIVE)),
@@ -66,15 +83,21 @@ PLAYS = (
         others=0.0,
     ),
     Play("pi lets go", ((0.0, Law.PI),), 5.0, ((0, -0.01), (0.3, 0.02), (0.8, 0.02), (0.9, -0.02))),
+    Play("the server falls silent", ALONE, 8.0, HELD, silence=(0.5, 0.85)),
+    # The first gap fades the force; the second, nearly as long, is the link's way.
+    Play("patches are lost", ALONE, 8.0, HELD, losses=((0.4, 0.56), (0.9, 1.04))),
+    Play("a device softer than the object", ALONE, 0.0, HELD, max_stiffness=150.0),
+    # Two late periods; then a fault while the hand is pressed, and back from outside.
     Play(
-        "the server falls silent",
-        ((0.0, Law.PREDICTIVE),),
-        8.0,
-        ((0, -0.01), (0.3, 0.02), (1.5, 0.02)),
-        silence=(0.5, 0.85),
+        "the loop stands still",
+        ALONE,
+        0.0,
+        ((0, -0.01), (0.3, 0.02), (0.7, 0.02), (0.8, -0.01), (0.9, -0.01), (1.2, 0.01)),
+        left_out=(450, 500, 501, 502, 503, *range(600, 640)),
     ),
-    Play("too fast", ((0.0, Law.PREDICTIVE),), 0.0, ((0, -0.01), (0.3, 0.02), (0.5, 1.5))),
+    Play("too fast", ALONE, 0.0, ((0, -0.01), (0.3, 0.02), (0.5, 0.02), (0.6, 1.5))),
 )
+ROUGH = Play("along the surface", ALONE, 4.0, HELD, friction=0.3, losses=((0.6, 0.75),))
 
 
 def path(way: tuple[tuple[float, float], ...], t: float) -> float:
@@ -85,18 +108,31 @@ def path(way: tuple[tuple[float, float], ...], t: float) -> float:
     return way[-1][1]
 
 
-def patch_of(play: Play, t: float, tick: int, own_force: float, c_ii: float) -> Patch:
+def tip_wanted(play: Play, t: float) -> Vec3:
+    """Where the hand wants to be [m]."""
+    aside = 0.0 if play.friction == 0.0 else round(0.004 * math.sin(9.0 * t), 9)
+    return add(scale(NORMAL, 0.1 - path(play.way, t)), scale(ALONG, aside))
+
+
+def patch_of(play: Play, t: float, tick: int, own_force: Vec3, c_ii: float) -> Patch:
     """The patch of a tick at `t` [s], of a body that carries `own_force` [N] of the hand."""
     law = [law for since, law in play.laws if since <= t][-1]
-    u_others = round(play.others * math.sin(15.0 * t), 6)
+    lift = round(play.others * math.sin(15.0 * t) - (play.shove if t >= 0.6 else 0.0), 6)
+    drag = round(0.5 * play.others * math.sin(11.0 * t), 6)
+    compliance = None
+    if play.friction > 0.0:
+        # Softer along the surface, and a force along x moves the contact along y, too.
+        compliance = Compliance3(1.2 * c_ii, 1.1 * c_ii, c_ii, 0.1 * c_ii, 0.0, -0.05 * c_ii)
+        c_ii = dot(NORMAL, times(compliance, NORMAL))
+    share = {Law.PREDICTIVE: 1.0, Law.PI: 0.3, Law.PROPORTIONAL: 0.9}[law]
     return Patch(
         tick=tick, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0,
         geometry=Geometry.SPHERE if play.curvature else Geometry.PLANE, law=law,
-        x_free=scale(NORMAL, 0.1 + u_others), normal=NORMAL, curvature=play.curvature,
-        k_o=1.0 / c_ii, k_o_coupled=0.8 / c_ii, c_ii=c_ii,
-        k_h=round((0.9 if law is not Law.PI else 0.3) / c_ii, 3),
-        integral_gain=0.0 if law is Law.PROPORTIONAL else 3000.0,
-        own_force=own_force, u_others=u_others,
+        x_free=scale(NORMAL, 0.1 + lift), normal=NORMAL, curvature=play.curvature, c_ii=c_ii,
+        k_h=min(share / c_ii, play.max_stiffness),
+        integral_gain=3000.0 if law is Law.PI else 0.0,
+        own_force=own_force, u_others=add(scale(NORMAL, lift), scale(ALONG, drag)),
+        compliance=compliance,
     )  # fmt: skip
 
 
@@ -104,42 +140,53 @@ def play_out(play: Play) -> dict[str, Any]:
     """A play, period by period: what came in, and every twenty-fifth of what came out."""
     limits = replace(SafetyLimits(), silent_after=silent_after(PERIOD), engage_time=0.2)
     settings = LoopSettings(
-        PERIOD, limits, law_settings(Thresholds(), PERIOD, limits), max_damping=5.0
+        PERIOD,
+        limits,
+        law_settings(Thresholds(), PERIOD, limits),
+        max_damping=5.0,
+        friction=play.friction,
+        max_stiffness=play.max_stiffness,
     )
     hand, rng = Hand(), random.Random(5)
-    start = scale(NORMAL, 0.1 - play.way[0][1])
-    state, tip, force = LoopState(), HandState(start, ZERO), ZERO
+    state, tip, force = LoopState(), HandState(tip_wanted(play, 0.0), ZERO), ZERO
     under_way, came, rows = deque[tuple[float, Patch]](), list[dict[str, Any]](), list[Any]()
-    tick, own_force = 0, 0.0
+    tick, own_force = 0, ZERO
     for i in range(1500):
         now = round(i * T, 6)
         if i % TICK == 0:
             silent = play.silence[0] <= now < play.silence[1]
             tick = 0 if silent else tick + 1
-            if not silent:
-                patch = patch_of(play, now, tick, own_force, round(rng.uniform(0.0038, 0.0042), 6))
+            c_ii = round(rng.uniform(0.0038, 0.0042), 6)
+            patch = patch_of(play, now, max(1, tick), own_force, c_ii)
+            if not silent and not any(a <= now < b for a, b in play.losses):
                 under_way.append((round(now + DELAY, 6), patch))
+        tip = move(tip, hand, tip_wanted(play, now), force, T)
+        if i in play.left_out:
+            continue
         while under_way and under_way[0][0] <= now:
             at, patch = under_way.popleft()
             came.append({"at": at} | {f: getattr(patch, f) for f in PATCH_FIELDS})
             came[-1]["law"] = patch.law.value
             state = receive(state, patch, now, settings)
-        target = scale(NORMAL, 0.1 - path(play.way, now))
-        tip = move(tip, hand, target, force, T)
         state, out = step(state, DeviceSample(tip.position, tip.velocity), now, settings)
-        force, own_force = out.force, round(norm(out.on_body), 6)
-        if i % 25 == 24:
+        force = out.force
+        own_force = (round(out.on_body[0], 6), round(out.on_body[1], 6), round(out.on_body[2], 6))
+        if i % 25 == 24 or i - 1 in play.left_out:
             rows.append(row(i, tip, state, out))
     return {
         "name": play.name,
         "simulation_period": PERIOD,
         "limits": asdict(limits),
         "max_damping": settings.max_damping,
+        "max_stiffness": settings.max_stiffness,
+        "friction": settings.friction,
         "release_time": settings.law.release_time,
         "hand": asdict(hand),
         "normal": NORMAL,
+        "along": ALONG,
         "curvature": play.curvature,
         "way": play.way,
+        "left_out": play.left_out,
         "patches": came,
         "rows": rows,
     }
@@ -154,10 +201,16 @@ def row(i: int, tip: HandState, state: LoopState, out: Output) -> dict[str, Any]
         "on_body": out.on_body,
         "normal_force": out.local.normal_force,
         "felt_from_others": out.local.felt_from_others,
+        "u_others": out.u_others,
         "damping_force": out.damping_force,
         "silent": out.silent,
+        "patience": state.patience,
+        "depth": state.depth if math.isfinite(state.depth) else None,  # before the first patch
         "k_h": state.k_h,
         "owed": state.passivity.owed,
+        "stored": state.passivity.stored,
+        "friction": state.friction.force,
         "scale": state.safety.scale,
+        "left": state.safety.left,
         "engaged": state.safety.mode is Mode.ENGAGED,
     }

@@ -12,8 +12,16 @@ from typing import cast
 
 import pytest
 
-from tests.client.law_vectors import energies, guards, links, presses, stabilities, surfaces
-from tests.client.plays import PLAYS, play_out
+from tests.client.law_vectors import (
+    energies,
+    guards,
+    links,
+    presses,
+    slides,
+    stabilities,
+    surfaces,
+)
+from tests.client.plays import PLAYS, ROUGH, play_out
 
 FOLDER = Path(__file__).parents[1] / "vectors"
 FILES: dict[str, Callable[[], object]] = {
@@ -21,6 +29,7 @@ FILES: dict[str, Callable[[], object]] = {
     "passivity": energies,
     "safety": guards,
     "link": links,
+    "friction": lambda: {"steps": slides(), "play": play_out(ROUGH)},
     "step": lambda: [play_out(play) for play in PLAYS],
     "stability": stabilities,
 }

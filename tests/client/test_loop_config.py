@@ -27,6 +27,7 @@ intentions = st.builds(
     approach_at=numbers,
     approach_time=numbers,
     rhythm=st.none() | st.builds(Rhythm, st.floats(0.1, 3600.0)),
+    drag=vectors(0.1),
 )
 configs = st.builds(
     LoopConfig,
@@ -48,7 +49,11 @@ configs = st.builds(
     center=vectors(10.0),
     radius=positive,
     limits=st.builds(
-        SafetyLimits, max_force=positive, stall=positive, engage_periods=st.integers(0, 100)
+        SafetyLimits,
+        max_force=positive,
+        stall=positive,
+        engage_periods=st.integers(0, 100),
+        period=st.floats(1.0 / 4000, 1.0 / 500),
     ),
     hand=st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),
     intention=st.none() | intentions,

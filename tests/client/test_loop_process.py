@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import math
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -22,7 +23,7 @@ from cohaptic_client import loop_process
 from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
 from cohaptic_client.loop_config import LoopConfig
 from cohaptic_client.loop_process import COMMAND, SAMPLE, HapticLoop, status_json
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
 from cohaptic_client.shared_slot import SharedMemory, Slot
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 
@@ -40,8 +41,11 @@ class Rig:
 
     info = DeviceInfo("rig", max_force=10.0, max_stiffness=1000.0)
 
-    def __init__(self, each: Callable[[int], None] = lambda _: None) -> None:
+    def __init__(
+        self, each: Callable[[int], None] = lambda _: None, *, pressed: Vec3 = INSIDE
+    ) -> None:
         self.each = each
+        self.pressed = pressed
         self.reads = 0
         self.log = list[Vec3 | str]()
 
@@ -49,7 +53,7 @@ class Rig:
         self.reads += 1
         self.log.append("read")
         self.each(self.reads)
-        return DeviceSample(OUTSIDE if self.reads <= QUIET else INSIDE, ZERO)
+        return DeviceSample(OUTSIDE if self.reads <= QUIET else self.pressed, ZERO)
 
     def write(self, force: Vec3) -> None:
         self.log.append(force)
@@ -137,8 +141,19 @@ def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:
     assert rig.forces[-1] == ZERO
     fade = sizes[150:]  # the last that may be full, up to the next look at commands
     assert fade == sorted(fade, reverse=True)
-    # A fade, a hundredth of a second of rest, a look at commands, and the leave of a busy machine.
-    assert rows[-1].t - rows[149].t < LIMITS.fade_time + 0.01 + 0.05 + 0.2
+    # A late period counts as two.
+    steepest = FADE_RATE * 2.0 * parent.config.haptic_period
+    assert all(a - b <= steepest + 1e-9 for a, b in pairwise(fade))
+    # A fade, a look at commands, and the leave of a busy machine.
+    fade_time = max(LIMITS.fade_time, FORCE / FADE_RATE)
+    assert rows[-1].t - rows[149].t < fade_time + 0.05 + 0.2
+
+
+def test_told_to_stop_while_nothing_is_pressed_it_ends_at_once(parent: Parent) -> None:
+    """A fade as slow as a large force needs is not waited for."""
+    _, rows = parent.run(Rig(parent.stop_after(100), pressed=OUTSIDE))
+    assert rows[-1].t - rows[99].t < 0.05 + 0.2
+    assert {(row.fx, row.fy, row.fz) for row in rows} == {ZERO}
 
 
 def test_patches_that_come_after_the_word_to_stop_change_nothing(parent: Parent) -> None:
@@ -202,7 +217,13 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
 
     rig = Rig(each)
     parent.run(rig)
-    assert set(rig.forces[101:]) == {ZERO}  # the tip is inside: no force until it was out
+    # It is let go, without a jerk, in so many periods; what is over by then is rounding.
+    sizes = [norm(force) for force in rig.forces[99:]]
+    assert sizes == sorted(sizes, reverse=True)
+    steepest = 1.5 * sizes[0] / RELEASE_TIME * 2.0 * parent.config.haptic_period
+    assert all(a - b <= steepest + 1e-9 for a, b in pairwise(sizes))
+    released = math.ceil(RELEASE_TIME / parent.config.haptic_period) + 2
+    assert set(rig.forces[99 + released :]) == {ZERO}  # the tip is inside: none until it was out
     assert "the loop stood still for" in str(parent.status()["fault"])
 
 

@@ -20,6 +20,9 @@ from cohaptic.record import Row
 from cohaptic.report import TouchStatus
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import runner
+from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.loop_config import haptic_period
+from cohaptic_client.passivity import device_damping_limit
 from cohaptic_client.runner import Client, Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import PERIOD, Visit, plane_server
@@ -52,6 +55,7 @@ async def visit(
     duration: float | None,
     patience: float = 0.0,
     geometry: GeometryName = "plane",
+    passivity: bool = True,
 ) -> None:
     script = HandScript(angle=math.pi, depth=0.01, approach_at=0.1)
     settings = ClientSettings(
@@ -61,6 +65,7 @@ async def visit(
         duration=duration,
         patience=patience,
         geometry=geometry,
+        passivity=passivity,
     )
     client = Client(settings, tell=told.news.append, keep=told.rows.extend)
     told.first = client.status()
@@ -75,13 +80,21 @@ def play(
     duration: float | None = None,
     patience: float = 0.0,
     geometry: GeometryName = "plane",
+    passivity: bool = True,
 ) -> Told:
     """A client at a server that hosts these visits in turn."""
     told = Told()
 
     async def work() -> None:
         async with plane_server(*visits) as url:
-            await visit(told, url, duration=duration, patience=patience, geometry=geometry)
+            await visit(
+                told,
+                url,
+                duration=duration,
+                patience=patience,
+                geometry=geometry,
+                passivity=passivity,
+            )
 
     asyncio.run(asyncio.wait_for(work(), 30.0))
     return told
@@ -112,6 +125,19 @@ def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell
     assert abs(told.last.clock_offset) <= told.last.clock_error + 0.05
     assert told.rows[-1].fx == told.rows[-1].fy == told.rows[-1].fz == 0.0
     assert told.rows[-1].tick > 1
+
+
+@pytest.mark.parametrize("passivity", [True, False])
+def test_the_server_is_told_what_the_device_may_damp(passivity: bool) -> None:
+    """The less, the more the room's lag has to do (science 3.8)."""
+    hosted = Visit()
+    play(hosted, duration=0.3, passivity=passivity)
+    hello = hosted.heard[0]
+    assert isinstance(hello, Hello)
+    info = SimulatedDevice.info
+    limit = device_damping_limit(info.damping, info.max_stiffness, haptic_period(1000.0))
+    assert limit > 0.0
+    assert hello.damping_budget == (limit if passivity else 0.0)
 
 
 def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.MonkeyPatch) -> None:

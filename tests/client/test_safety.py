@@ -9,12 +9,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
-from cohaptic_client.safety import Mode, SafetyLimits, SafetyState, guard
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
+from cohaptic_client.safety import (
+    FADE_RATE,
+    LEAST_RATE,
+    OWN_SPEED,
+    RELEASE_TIME,
+    Mode,
+    SafetyLimits,
+    SafetyState,
+    guard,
+    limited,
+    next_share,
+    rate_of,
+)
 from tests.strategies import vectors
 
 LIMITS = SafetyLimits()
-PERIOD = 0.001  # s
+PERIOD = LIMITS.period  # s
 ROUNDING = 1e-9  # N; forces of some newtons in doubles
 PRESSED = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, 0.0)  # engaged in full, no force yet
 
@@ -49,7 +61,24 @@ pressed = st.builds(
     now=st.just(0.0),
     fault=st.just(""),
 )
-states = st.one_of(st.just(SafetyState()), pressed)
+
+
+def smooth(left: float) -> float:
+    """Share of a force that is left when so much of its release is still to come."""
+    return left * left * (3.0 - 2.0 * left)
+
+
+def in_release(released: Vec3, left: float) -> SafetyState:
+    """A hand that is being let go."""
+    force = scale(released, smooth(left))
+    return SafetyState(force=force, now=0.0, fault="a fault", released=released, left=left)
+
+
+states = st.one_of(
+    st.just(SafetyState()),
+    pressed,
+    st.builds(in_release, vectors(5.0), st.floats(0.0, 1.0, exclude_min=True)),
+)
 friendly = st.builds(
     Period,
     wanted=forces,
@@ -71,16 +100,19 @@ def play(
     return seen
 
 
+def clamped(force: Vec3) -> Vec3:
+    """As much of a force as a hand may get."""
+    return scale(force, min(1.0, LIMITS.max_force / (norm(force) or 1.0)))
+
+
 def pressing(force: Vec3) -> SafetyState:
     """A hand that has been given `force` for long, or as much of it as it may get."""
-    return replace(PRESSED, force=scale(force, min(1.0, LIMITS.max_force / (norm(force) or 1.0))))
+    return replace(PRESSED, force=clamped(force))
 
 
-def off_the_way_to_zero(after: Vec3, before: Vec3) -> float:
-    """Distance of a force from the straight way that leads from the one before it to zero [N]."""
-    size = dot(before, before)
-    share = min(1.0, max(0.0, dot(after, before) / size)) if size > 0.0 else 0.0
-    return norm(sub(after, scale(before, share)))
+def counted(period: Period) -> float:
+    """Time of a period in which a force may move [s]."""
+    return min(period.dt, 2.0 * PERIOD)
 
 
 # Bounds
@@ -96,34 +128,54 @@ def test_the_force_never_exceeds_its_limit_whatever_comes(
 
 
 @given(states, periods, st.floats(10.0, 5000.0))
-def test_the_force_never_changes_faster_than_its_rate_but_on_the_way_to_zero(
+def test_the_force_never_changes_faster_than_its_rate_up_or_down(
     state: SafetyState, periods: list[Period], max_rate: float
 ) -> None:
+    """But while a hand is let go, which takes no longer for a larger force."""
     seen = play(state, periods, replace(LIMITS, max_rate=max_rate))
     for before, after, period in zip(seen, seen[1:], periods, strict=False):
-        change = off_the_way_to_zero(after.force, before.force)
-        assert change <= max_rate * period.dt * (1.0 + 1e-6) + ROUNDING
+        steepest = max_rate
+        if after.released != ZERO:
+            steepest = STEEPEST * norm(after.released) / RELEASE_TIME
+        change = norm(sub(after.force, before.force))
+        assert change <= steepest * counted(period) * (1.0 + 1e-6) + ROUNDING
 
 
-@given(st.floats(0.1, 10.0), st.floats(0.0, math.pi), st.floats(0.0, 1.0))
-def test_a_force_that_turns_is_held_back_even_if_it_becomes_smaller(
-    size: float, angle: float, share: float
+STEEPEST = 1.5  # of a smooth ramp, in the middle, times that of a straight one
+
+
+@given(states, periods)
+def test_what_a_usual_device_gives_is_let_go_no_faster_than_the_rate_either(
+    state: SafetyState, periods: list[Period]
 ) -> None:
-    before = pressing((size, 0.0, 0.0))
-    turned = scale((math.cos(angle), math.sin(angle), 0.0), share * size)
-    after = play(before, [Period(turned)])[-1]
-    assert off_the_way_to_zero(after.force, before.force) <= LIMITS.max_rate * PERIOD + ROUNDING
-    # And no more than that.
-    if off_the_way_to_zero(turned, before.force) <= LIMITS.max_rate * PERIOD:
-        assert norm(sub(after.force, turned)) < ROUNDING
+    seen = play(state, periods)
+    for before, after, period in zip(seen, seen[1:], periods, strict=False):
+        change = norm(sub(after.force, before.force))
+        assert change <= LIMITS.max_rate * counted(period) * (1.0 + 1e-6) + ROUNDING
 
 
-@given(forces.filter(lambda f: norm(f) < LIMITS.max_force), st.floats(0.0, 1.0))
-def test_a_change_towards_zero_is_never_held_back(force: Vec3, share: float) -> None:
-    before = pressing(force)
-    assert norm(sub(before.force, force)) < ROUNDING
-    after = play(before, [Period(scale(force, share))])[-1]
-    assert norm(sub(after.force, scale(force, share))) < ROUNDING
+@given(forces, forces)
+def test_a_force_goes_straight_to_the_one_that_is_wanted_as_fast_as_it_may(
+    first: Vec3, second: Vec3
+) -> None:
+    """To a smaller one, too: a force that vanishes is as much of a jolt as one that comes."""
+    before, target = pressing(first), clamped(second)
+    way = sub(target, before.force)
+    most = LIMITS.max_rate * PERIOD
+    expected = target
+    if norm(way) > most:
+        expected = add(before.force, scale(way, most / norm(way)))
+    after = play(before, [Period(second)])[-1]
+    assert norm(sub(after.force, expected)) < ROUNDING
+
+
+@given(st.sampled_from([PRESSED, SafetyState(now=0.0, quiet=9)]) | pressed, friendly)
+def test_a_late_period_moves_the_force_no_further_than_two_punctual_ones(
+    state: SafetyState, period: Period
+) -> None:
+    late = period._replace(dt=max(period.dt, 2.0 * PERIOD))
+    after, two = (play(state, [p])[-1] for p in (late, period._replace(dt=2.0 * PERIOD)))
+    assert after == replace(two, now=after.now)
 
 
 @given(forces.filter(lambda f: norm(f) > LIMITS.max_force))
@@ -131,6 +183,17 @@ def test_a_force_that_is_too_large_keeps_its_direction(force: Vec3) -> None:
     given_force = play(PRESSED, [Period(force)] * 20)[-1].force
     assert norm(given_force) == pytest.approx(LIMITS.max_force)
     assert dot(given_force, force) == pytest.approx(norm(given_force) * norm(force))
+
+
+@given(vectors(20.0), forces, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_a_share_is_that_of_what_may_be_given(
+    before: Vec3, wanted: Vec3, share: float, most: float
+) -> None:
+    """Clamped first: a share of a force far beyond the limit is less than the limit, too."""
+    free = limited(before, wanted, share, LIMITS.max_force, math.inf)
+    assert norm(sub(free, scale(clamped(wanted), share))) < ROUNDING
+    held = limited(before, wanted, share, LIMITS.max_force, most)
+    assert norm(sub(held, before)) <= most + ROUNDING
 
 
 def test_the_first_period_gives_no_force() -> None:
@@ -161,16 +224,52 @@ FAULTS = {
 }
 
 
+# One more than the quotient, for its rounding.
+RELEASE = math.ceil(RELEASE_TIME / PERIOD) + 1
+
+
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
-@given(force=forces)
+@given(force=forces, then=forces)
 @settings(max_examples=20)
-def test_a_fault_means_zero_at_once_and_waiting(fault: Period, force: Vec3) -> None:
+def test_a_fault_lets_the_hand_go_within_the_release_time_without_a_jerk(
+    fault: Period, force: Vec3, then: Vec3
+) -> None:
+    """Along a smooth ramp, whatever the law asks for meanwhile."""
     before = pressing(force)
     wanted = force if fault.wanted == ZERO else fault.wanted
-    after = play(before, [fault._replace(wanted=wanted)])[-1]
-    assert after.force == ZERO
-    assert (after.mode, after.scale, after.quiet) == (Mode.WAITING, 0.0, 0)
-    assert after.fault
+    seen = play(before, [fault._replace(wanted=wanted)] + [Period(then)] * RELEASE)
+    # A stall is no longer than two periods, either.
+    start = counted(fault) / RELEASE_TIME
+    for k, after in enumerate(seen[1:]):
+        left = max(0.0, 1.0 - start - k * PERIOD / RELEASE_TIME)
+        assert norm(sub(after.force, scale(before.force, smooth(left)))) < ROUNDING
+        assert (after.mode, after.scale, after.quiet) == (Mode.WAITING, 0.0, 0) or left == 0.0
+        assert after.fault
+    assert seen[-1].force == ZERO
+    jerks = [norm(sub(add(a.force, c.force), scale(b.force, 2.0))) for a, b, c in triples(seen)]
+    first = 2.0 if fault.dt > PERIOD else 1.0  # periods that its first step takes
+    bend = 6.0 * norm(before.force) * (PERIOD / RELEASE_TIME) ** 2
+    assert max(jerks) <= first * first * bend + ROUNDING
+
+
+def triples(seen: list[SafetyState]) -> list[tuple[SafetyState, SafetyState, SafetyState]]:
+    return list(zip(seen, seen[1:], seen[2:], strict=False))
+
+
+@pytest.mark.parametrize("again", FAULTS.values(), ids=list(FAULTS))
+@given(st.integers(1, RELEASE - 5))
+def test_a_fault_in_the_middle_of_a_release_does_not_begin_it_anew(
+    again: Period, after: int
+) -> None:
+    first = [FAULTS["nan wanted"]] + [Period(ZERO)] * after
+    once, twice = (
+        play(pressing((6.0, 0.0, 0.0)), [*first, p])[-1]
+        for p in (Period(ZERO, dt=again.dt if again.dt == PERIOD else 2.0 * PERIOD), again)
+    )
+    assert twice.force == once.force
+    assert norm(twice.force) > 0.0
+    assert (twice.left, twice.released) == (once.left, once.released)
+    assert twice.fault != once.fault or again.wanted != ZERO  # the newest is named
 
 
 @pytest.mark.parametrize(
@@ -195,8 +294,11 @@ def test_what_is_within_the_limits_is_no_fault(speed: float, dt: float) -> None:
 def test_after_a_fault_force_comes_only_after_quiet_periods_in_a_row(
     fault: Period, quiet: list[bool]
 ) -> None:
-    state = play(pressing((2.0, 0.0, 0.0)), [fault])[-1]
     loud: Vec3 = (2.0, 0.0, 0.0)
+    # What it is let go in does not count, however quiet.
+    state = play(pressing(loud), [fault])[-1]
+    while state.left > 0.0:
+        state = play(state, [Period(ZERO)])[-1]
     row, engaged = 0, False
     for is_quiet in quiet:
         state = play(state, [Period(ZERO if is_quiet else loud)])[-1]
@@ -222,20 +324,54 @@ def test_a_silent_server_never_engages() -> None:
 # Fading and rising
 
 
+def whole(force: Vec3, time: float) -> float:
+    """How long it takes for a force to come or go as a whole [s]."""
+    return max(time, norm(clamped(force)) / FADE_RATE)
+
+
 @given(st.floats(0.05, 1.0), forces, st.floats(0.0005, 0.01))
 @settings(max_examples=50)
-def test_once_silent_the_force_is_exactly_zero_within_the_fade_time(
+def test_once_silent_the_force_is_exactly_zero_after_the_fade(
     start: float, force: Vec3, dt: float
 ) -> None:
+    """Within its time, or as fast as a force may move that the hand does not; however much of it
+    the law asks for beyond what is given.
+    """
+    step = min(dt, 2.0 * PERIOD)
     # A hundred-millionth of a period for the rounding of the sum of the periods.
-    periods = math.ceil(LIMITS.fade_time / dt + 1e-8)
-    state = replace(pressing(force), scale=start)
+    periods = math.ceil(start * whole(force, LIMITS.fade_time) / step + 1e-8)
+    state = replace(PRESSED, force=scale(clamped(force), start), scale=start)
     seen = play(state, [Period(force, silent=True, dt=dt)] * (periods + 1))
     assert seen[periods + 1].force == ZERO
-    sizes = [norm(s.force) for s in seen[1:]]
-    assert sizes == sorted(sizes, reverse=True)
-    steepest = norm(force) * dt / LIMITS.fade_time
-    assert all(a - b <= steepest + ROUNDING for a, b in pairwise(sizes))
+    sizes = [norm(s.force) for s in seen]
+    steepest = norm(clamped(force)) * step / whole(force, LIMITS.fade_time)
+    assert all(-ROUNDING <= a - b <= steepest + ROUNDING for a, b in pairwise(sizes))
+    # And no sooner.
+    assert norm(force) == 0.0 or sizes[periods - 2] > 0.0 or periods < 3
+
+
+@given(st.floats(1.0, 1e5), st.floats(0.0, OWN_SPEED))
+def test_a_hand_that_taps_meets_its_own_force(stiffness: float, speed: float) -> None:
+    """On whatever its device renders: the rate holds back nothing that the hand itself causes."""
+    limits = replace(LIMITS, max_force=1e6, max_rate=rate_of(stiffness))
+    assert limits.max_rate >= LEAST_RATE
+    force = 0.0
+    state = PRESSED
+    for _ in range(5):
+        force += stiffness * speed * PERIOD
+        state = play(state, [Period((0.0, 0.0, force))], limits)[-1]
+        assert state.force[2] == pytest.approx(force, rel=1e-9)
+
+
+@given(st.floats(0.0, 1.0), st.booleans(), st.floats(0.0, 40.0), st.floats(0.001, 1.0))
+def test_no_fade_moves_a_force_faster_than_others_may(
+    share: float, up: bool, size: float, time: float
+) -> None:
+    after = next_share(share, up, size, time, PERIOD)
+    assert 0.0 <= after <= 1.0
+    assert abs(after - share) * size <= FADE_RATE * PERIOD * (1.0 + 1e-9)
+    assert abs(after - share) <= PERIOD / time * (1.0 + 1e-9)
+    assert (after >= share) if up else (after <= share)
 
 
 @given(st.integers(1, 250), forces.filter(lambda f: norm(f) > 0.5))
@@ -243,11 +379,11 @@ def test_once_silent_the_force_is_exactly_zero_within_the_fade_time(
 def test_when_the_server_is_heard_again_the_force_rises_smoothly(silent: int, force: Vec3) -> None:
     seen = play(pressing(force), [Period(force, silent=True)] * silent)
     low = seen[-1]
-    periods = math.ceil((1.0 - low.scale) * LIMITS.engage_time / PERIOD + 1e-6)
+    periods = math.ceil((1.0 - low.scale) * whole(force, LIMITS.engage_time) / PERIOD + 1e-6)
     back = play(low, [Period(force)] * (periods + 1))
-    full = min(norm(force), LIMITS.max_force)
+    full = norm(clamped(force))
     assert norm(back[-1].force) == pytest.approx(full)
-    steepest = norm(force) * PERIOD / LIMITS.engage_time
+    steepest = full * PERIOD / whole(force, LIMITS.engage_time)
     for before, after in pairwise(back):
         assert -ROUNDING <= norm(after.force) - norm(before.force) <= steepest + ROUNDING
 

@@ -9,29 +9,39 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import Compliance3
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import NO_FORCE, Law
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import ZERO, Vec3, norm, scale, sub
+from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.safety import Mode, SafetyLimits, SafetyState
+from cohaptic_client.passivity import Passivity
+from cohaptic_client.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState
 from cohaptic_client.step import (
+    FORGET_GAPS,
     GAIN_RATE,
+    LONGEST_PATIENCE,
+    MOST_CHANGE,
+    PATIENCE,
     LoopSettings,
     LoopState,
     Output,
     flat_surface,
+    gains_under,
+    hold_back,
+    next_patience,
     receive,
     shown,
     slew_gain,
     step,
 )
-from tests.client.plane import PLANE
-from tests.strategies import counts, normals, patches, vectors
+from tests.client.plane import PLANE, STIFFNESS
+from tests.strategies import counts, normals, patches, single, vectors
 
 PERIOD = 0.001  # s
 TICK = 1.0 / 60.0  # s
 ROUNDING = 1e-9  # relative; doubles
+PACE = EXTERNAL_RATE * PERIOD  # N
 SETTINGS = LoopSettings(TICK, SafetyLimits())
 # So that what the law asks for is what is given; with the passivity layer and without.
 WIDE = [
@@ -48,10 +58,12 @@ near_patches = st.builds(
     law=st.sampled_from(Law),
     k_h=st.floats(1.0, 1000.0),
     integral_gain=st.floats(0.0, 5000.0),
-    own_force=st.floats(0.0, 10.0),
-    u_others=st.floats(-0.02, 0.02),
+    own_force=vectors(10.0),
+    u_others=vectors(0.02),
 )
 probes = vectors(0.1)
+# Softer along y than along x; pressing moves the contact along.
+ROUGH = replace(PLANE, compliance=Compliance3(0.003, 0.005, 1.0 / STIFFNESS, 1e-3, 1e-3, -1e-3))
 samples = st.builds(DeviceSample, position=probes, velocity=vectors(1.0), level=st.just(0.0))
 
 
@@ -152,8 +164,12 @@ def test_with_and_without_a_new_patch_a_period_differs_by_the_change_of_a_gain(
     state, _ = step(state, at(probe), 10.0, settings)
     now = 10.0 + PERIOD
     newer = receive(state, replace(first, tick=3), now, settings)
-    without, with_it = (norm(step(s, at(probe), now, settings)[1].force) for s in (state, newer))
-    assert abs(with_it - without) <= (math.exp(GAIN_RATE * PERIOD) - 1.0) * without + ROUNDING
+    after, with_it = (step(s, at(probe), now, settings) for s in (state, newer))
+    # Where the surface is held back, a change of gain leaves it so much less way.
+    force = norm(after[1].force)
+    known = 2.0 * (max(force, after[0].k_h * after[0].depth) + PACE)
+    change = abs(norm(with_it[1].force) - force)
+    assert change <= (math.exp(GAIN_RATE * PERIOD) - 1.0) * known + ROUNDING
 
 
 @given(near_patches, near_patches, probes, st.sampled_from(WIDE))
@@ -191,7 +207,7 @@ def test_a_patch_that_comes_early_starts_from_what_was_shown(
 def close(a: Sight, b: Sight) -> bool:
     gaps = [abs(x - y) for x, y in zip((a.depth, *a.normal), (b.depth, *b.normal), strict=True)]
     # Normals come from 32 bits: their length is one to 1e-7.
-    return max(gaps) < 1e-7 and abs(a.own_force - b.own_force) < ROUNDING
+    return max(gaps) < 1e-7 and norm(sub(a.own_force, b.own_force)) < ROUNDING
 
 
 @given(near_patches, near_patches, probes)
@@ -217,17 +233,69 @@ def test_a_server_is_silent_when_its_newest_patch_is_too_old(age: float, silent:
     assert step(state, at(ZERO), age, SETTINGS)[1].silent is silent
 
 
+# Patience
+
+gaps = st.lists(st.floats(0.001, 2.0), min_size=1, max_size=8)
+
+
+@given(gaps, st.floats(0.0, 2.0))
+def test_a_silence_as_long_as_the_link_has_had_one_of_late_is_no_end(
+    gaps: list[float], wait: float
+) -> None:
+    """One that is longer still is; on a punctual link it takes what the settings say."""
+    state, now = receive(LoopState(), PLANE, 10.0, SETTINGS), 10.0
+    for tick, gap in enumerate(gaps, start=2):
+        now += gap
+        state = receive(state, replace(PLANE, tick=tick), now, SETTINGS)
+    bearable = max(
+        min(LONGEST_PATIENCE, PATIENCE * gap) * math.exp(-sum(gaps[i + 1 :]) / FORGET_GAPS)
+        for i, gap in enumerate(gaps)
+    )
+    longest = max(SETTINGS.limits.silent_after, bearable)
+    assert state.patience == pytest.approx(bearable, rel=1e-6, abs=1e-9)
+    if abs(wait - longest) > 1e-6:
+        assert step(state, at(ZERO), now + wait, SETTINGS)[1].silent is (wait > longest)
+
+
+@given(st.floats(0.0, LONGEST_PATIENCE), st.floats(0.0, 100.0))
+def test_patience_is_bounded_and_forgets(patience: float, gap: float) -> None:
+    after = next_patience(patience, gap)
+    assert 0.0 <= after <= LONGEST_PATIENCE
+    assert after >= min(LONGEST_PATIENCE, PATIENCE * gap)
+    if after > PATIENCE * gap:
+        assert after == pytest.approx(patience * math.exp(-gap / FORGET_GAPS))
+
+
+def test_while_it_is_patient_the_force_stays_and_what_an_older_server_says_is_left_out() -> None:
+    inside = at((0.0, 0.0, -0.01))
+    state, now = engaged(PLANE), 10.0
+    forces = list[float]()
+    for k in range(800):
+        if k % 16 == 0 and not (200 <= k < 500 or 560 <= k < 780):
+            state = receive(state, replace(PLANE, tick=k + 2), now, SETTINGS)
+        state, output = step(state, inside, now, SETTINGS)
+        forces.append(output.force[2])
+        now += PERIOD
+    # The first silence fades the force, the second is shorter than the first.
+    assert min(forces[300:500]) < 0.5 * forces[200]
+    assert min(forces[700:780]) >= forces[560]
+    assert receive(state, replace(PLANE, tick=1), now, SETTINGS) is state
+
+
 # Gains
 
 gains = st.floats(0.1, 1e5)
 
 
-@given(gains, gains, st.floats(0.0, 0.01))
+@given(gains, gains, st.floats(0.0, 0.01), st.floats(0.0, 100.0))
 def test_a_gain_moves_by_one_percent_per_millisecond_at_most(
-    k_h: float, target: float, dt: float
+    k_h: float, target: float, dt: float, force: float
 ) -> None:
-    moved = slew_gain(k_h, target, dt)
-    assert abs(math.log(moved / k_h)) <= GAIN_RATE * dt + ROUNDING
+    """And the force that it makes by no more than others may move it."""
+    moved = slew_gain(k_h, target, dt, force)
+    change = abs(math.log(moved / k_h))
+    assert change <= GAIN_RATE * dt + ROUNDING
+    assert change * force <= EXTERNAL_RATE * dt + ROUNDING * force
     assert min(k_h, target) * (1 - ROUNDING) <= moved <= max(k_h, target) * (1 + ROUNDING)
 
 
@@ -250,6 +318,240 @@ def test_no_patch_moves_the_gain_faster_than_that(arrivals: list[tuple[Patch, in
             state, _ = step(state, at(ZERO), now, SETTINGS)
             assert abs(math.log(state.k_h / before)) <= GAIN_RATE * PERIOD + ROUNDING
             now += PERIOD
+
+
+sights = st.builds(
+    Sight, st.floats(-0.02, 0.02), normals, st.floats(1e-8, 1.0), vectors(5.0), vectors(0.02)
+)
+
+
+@given(near_patches, sights, st.floats(1e-4, 0.1), st.floats(10.0, 1e4))
+def test_a_hand_has_the_objects_own_stiffness_where_it_is_or_the_devices(
+    patch: Patch, sight: Sight, c_ii: float, limit: float
+) -> None:
+    """Nothing restores what a device takes, and no neighbour takes any (science 3.8)."""
+    settings = replace(SETTINGS, max_stiffness=limit)
+    predictive = replace(patch, law=Law.PREDICTIVE, c_ii=c_ii)
+    here = min(max(sight.c_ii, c_ii / MOST_CHANGE), c_ii * MOST_CHANGE)
+    # The server said the object's own, as 32 bits have it; or that the device is the softer.
+    own = replace(predictive, k_h=single(1.0 / c_ii))
+    assert gains_under(own, sight, settings).k_h == pytest.approx(min(1.0 / here, limit))
+    soft = replace(predictive, k_h=min(0.9 / c_ii, limit))
+    assert gains_under(soft, sight, settings).k_h == pytest.approx(min(1.0 / here, soft.k_h))
+
+
+@given(near_patches, sights, st.floats(10.0, 1e4))
+def test_gains_that_a_user_has_fixed_follow_nothing(
+    patch: Patch, sight: Sight, limit: float
+) -> None:
+    settings = replace(SETTINGS, follow=False, max_stiffness=limit)
+    assert gains_under(patch, sight, settings) == (patch.k_h, patch.integral_gain)
+
+
+# What others do
+
+depths = st.floats(-0.05, 0.05)
+
+
+@given(depths, depths, st.floats(0.0, 0.01))
+def test_what_others_do_moves_what_is_pressed_on_by_so_much_at_most(
+    depth: float, target: float, most: float
+) -> None:
+    """In contact; out of it there is no force to move, and the surface is where it is shown."""
+    held = hold_back(depth, target, most)
+    pressed, was = max(0.0, held), max(0.0, depth)
+    assert abs(pressed - was) <= most + 1e-15
+    # Towards what is shown, and all the way if it may.
+    assert min(was, max(0.0, target)) <= pressed <= max(was, max(0.0, target))
+    if abs(max(0.0, target) - was) <= most:
+        assert pressed == pytest.approx(max(0.0, target), abs=1e-15)
+    if max(depth, target) <= 0.0:
+        assert held == target
+
+
+@given(
+    st.lists(st.tuples(near_patches, st.integers(0, 20)), min_size=1, max_size=6),
+    st.floats(-0.01, 0.02),
+    st.sampled_from([0.0, 1.0]),
+    st.sampled_from([0.0, 8.0]),
+)
+@examples(max_examples=100, deadline=None)
+def test_a_hand_at_rest_is_moved_no_faster_than_others_may_move_it(
+    arrivals: list[tuple[Patch, int]], depth: float, smoothing: float, damping: float
+) -> None:
+    """Whatever surfaces, stiffnesses and forces of its own the server says, held or in a line."""
+    settings = replace(SETTINGS, smoothing=smoothing, max_damping=damping)
+    state, now = engaged(PLANE, settings), 10.0
+    before: Output | None = None
+    for tick, (patch, periods) in enumerate(arrivals, start=2):
+        patch = replace(patch, tick=tick, law=Law.PREDICTIVE, c_ii=1.0 / patch.k_h)
+        state = receive(state, patch, now, settings)
+        for _ in range(periods):
+            state, output = step(state, at((0.0, 0.0, -depth)), now, settings)
+            if before is not None:
+                change = abs(output.local.normal_force - before.local.normal_force)
+                assert change <= PACE * (1.0 + SECOND_ORDER)
+            before, now = output, now + PERIOD
+
+
+SECOND_ORDER = 0.01  # a change of gain times one of depth, relative
+
+
+@given(
+    st.lists(st.tuples(near_patches, st.integers(0, 20), st.booleans()), min_size=1, max_size=6),
+    st.floats(-0.01, 0.02),
+    st.floats(0.0, 1.0),
+    st.sampled_from([0.0, 0.5]),
+)
+@examples(max_examples=100, deadline=None)
+def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
+    arrivals: list[tuple[Patch, int, bool]], depth: float, share: float, friction: float
+) -> None:
+    """What the device gets, all in all, while the server falls silent and comes back.
+
+    A friction force that the normal one moves counts twice: a tenth of it all on this contact.
+    """
+    most = PACE * (1.0 + (0.1 if friction > 0.0 else SECOND_ORDER))
+    settings = replace(WIDE[0], friction=friction)
+    patch = replace(PLANE, compliance=ROUGH.compliance if friction > 0.0 else None)
+    tip, now = at((0.0, 0.0, -depth)), 10.0
+    state = engaged(patch, settings)
+    for _ in range(60):  # until friction and normal force agree
+        state, _ = step(state, tip, now, settings)
+        now += PERIOD
+    now -= PERIOD
+    force = scale(state.safety.force, share)
+    state = replace(state, safety=replace(state.safety, scale=share, force=force))
+    for tick, (other, periods, silent) in enumerate(arrivals, start=2):
+        patch = replace(
+            patch, tick=tick, x_free=(0.0, 0.0, other.x_free[2]), u_others=other.u_others
+        )
+        state = receive(state, patch, now, settings)
+        if silent:
+            state = replace(state, arrived=-math.inf)
+        for _ in range(periods):
+            before, now = state.safety.force, now + PERIOD
+            state, output = step(state, tip, now, settings)
+            assert norm(sub(output.force, before)) <= most
+
+
+@given(st.floats(0.001, 0.02), st.floats(-0.02, 0.02), st.floats(0.0, 0.019))
+def test_a_late_period_lets_others_move_a_hand_no_further_than_two_punctual_ones(
+    depth: float, lift: float, late: float
+) -> None:
+    held = replace(SETTINGS, smoothing=0.0)
+    state, _ = step(engaged(PLANE, held), at((0.0, 0.0, -depth)), 10.0, held)
+    lifted = replace(PLANE, tick=2, x_free=(0.0, 0.0, lift))
+    state = receive(state, lifted, 10.0, held)
+    _, output = step(state, at((0.0, 0.0, -depth)), 10.0 + late, held)
+    pace = EXTERNAL_RATE * min(late, 2.0 * PERIOD)
+    change = output.local.normal_force - STIFFNESS * depth
+    shown_force = STIFFNESS * max(0.0, depth + lift)
+    expected = min(max(shown_force - STIFFNESS * depth, -pace), pace)
+    assert change == pytest.approx(expected, abs=1e-9)
+
+
+@given(st.lists(st.floats(-0.0014, 0.0014), min_size=1, max_size=60))
+def test_the_hands_own_way_is_never_held_back(ways: list[float]) -> None:
+    """Up to the speed at which it is let go: f = K d at once, in and out."""
+    state, now, z = engaged(PLANE), 10.0, 0.0
+    for way in ways:
+        z += way
+        state, output = step(state, at((0.0, 0.0, z)), now, SETTINGS)
+        expected = STIFFNESS * max(0.0, -z)
+        assert output.local.normal_force == pytest.approx(expected, abs=1e-9)
+        now += PERIOD
+
+
+# Energy
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-2e-4, 2e-4)] * 3), min_size=2, max_size=40),
+    st.sampled_from([0.0, 50.0]),
+    vectors(5.0),
+)
+@examples(max_examples=60, deadline=None)
+def test_a_closed_way_over_a_resting_spring_makes_nothing(
+    ways: list[Vec3], friction: float, own_force: Vec3
+) -> None:
+    """To rounding, whatever force of the hand the body carries; along the surface, too, as long as
+    it sticks (mu of 50).
+    """
+    settings = replace(WIDE[1], friction=friction)
+    # Where pressing moves the contact along, friction and normal force find each other in steps.
+    C = Compliance3(0.003, 0.005, 1.0 / STIFFNESS, 1e-3, 0.0, 0.0)
+    patch = replace(PLANE, compliance=C if friction > 0.0 else None, own_force=own_force)
+    # Deep enough to stay in contact.
+    tip, now = (0.0, 0.0, -0.02), 10.0
+    state = engaged(patch, settings)
+    # What was there at the start was not the spring's doing.
+    for _ in range(2):
+        state, _ = step(state, at(tip), now, settings)
+        now += PERIOD
+    state = replace(state, passivity=replace_owed(state.passivity))
+    for way in ways + [scale(way, -1.0) for way in reversed(ways)]:
+        tip = add(tip, way)
+        state, output = step(state, at(tip), now, settings)
+        now += PERIOD
+        # At every point, not only at the end: what is stored can be got back.
+        assert state.passivity.owed <= ROUNDING
+        assert output.damping_force == pytest.approx(0.0, abs=1e-6)
+
+
+def replace_owed(passivity: Passivity) -> Passivity:
+    """The same spring, of which nothing is owed."""
+    return Passivity(0.0, 0.0, passivity.stored)
+
+
+@given(st.floats(0.001, 0.02), st.floats(-1e-4, 1e-4), st.floats(0.0, 5.0))
+def test_what_a_surface_makes_is_force_more_than_the_body_had_times_way(
+    depth: float, lift: float, own: float
+) -> None:
+    """(f - own_force) dx, as the hand rests and the surface comes: science 3.4."""
+    held = replace(WIDE[1], smoothing=0.0)
+    patch = replace(PLANE, own_force=(0.0, 0.0, own))
+    state, tip, now = engaged(patch, held), at((0.0, 0.0, -depth)), 10.0
+    for _ in range(2):
+        state, _ = step(state, tip, now, held)
+        now += PERIOD
+    state = replace(state, passivity=replace_owed(state.passivity))
+    # No faster than others may move a hand.
+    most = 0.99 * PACE / STIFFNESS
+    lift = min(max(lift, -most), most)
+    state = receive(state, replace(patch, tick=2, x_free=(0.0, 0.0, lift)), now, held)
+    state, output = step(state, tip, now, held)
+    mean = output.local.normal_force - 0.5 * STIFFNESS * lift
+    assert state.passivity.owed == pytest.approx(max(0.0, (mean - own) * lift), abs=1e-12)
+
+
+# Along the surface
+
+
+@given(st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.floats(0.0, 1.0))
+@examples(max_examples=40, deadline=None)
+def test_material_that_others_drag_takes_a_sticking_hand_along(
+    x: float, y: float, lift: float
+) -> None:
+    """Science 3.10: P C P f_t = the way of the material, as it was under the hand at first."""
+    settings = replace(WIDE[0], friction=2.0)
+    C = Compliance3(0.004, 0.004, 1.0 / STIFFNESS, 0.0, 0.0, 0.0)
+    patch = replace(PLANE, compliance=C, u_others=(0.001, 0.0, 0.0))
+    state, now = engaged(patch, settings), 10.0
+    force = ZERO
+    for k in range(400):
+        if k == 20:
+            patch = replace(patch, u_others=(0.001 + x, y, 1e-3 * lift))
+        if k % 16 == 4:
+            state = receive(state, replace(patch, tick=k), now, settings)
+        before = force
+        state, output = step(state, at((0.0, 0.0, -0.015)), now, settings)
+        force, now = output.on_body, now + PERIOD
+        if k == 19:
+            assert force == pytest.approx((0.0, 0.0, 0.015 * STIFFNESS), abs=1e-9)
+        elif k > 19:
+            assert norm(sub(force, before)) <= PACE
+    assert force == pytest.approx((STIFFNESS * x, STIFFNESS * y, 0.015 * STIFFNESS), abs=1e-6)
 
 
 # Force

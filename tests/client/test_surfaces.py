@@ -8,7 +8,7 @@ from hypothesis import given
 from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.protocol.neighbourhood import Neighbourhood
-from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.patch import MIN_COMPLIANCE, Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic_client.surfaces import SurfaceMaker
 from tests.client.plane import PLANE
@@ -45,3 +45,12 @@ def test_a_mesh_patch_is_a_surface_of_the_vertices_that_it_names() -> None:
     # Vertices towards +y are softer.
     assert surface.look((0.0, 0.01, 0.0)).c_ii > surface.look((0.0, -0.01, 0.0)).c_ii
     assert (sight.own_force, sight.u_others) == (patch.own_force, patch.u_others)
+
+
+def test_a_stiff_vertex_beside_soft_ones_is_no_division_by_zero() -> None:
+    """Sixteen bits round its compliance to none; a loop takes 1 / C_ii of what it is shown."""
+    near = Neighbourhood.of(range(9), [(0.0, 0.0, 0.0)] * 9, [0.0] * 4 + [1e-9] + [1.0] * 4)
+    assert min(near.compliances) == near.compliances[4] == 0
+    patch = replace(PLANE, geometry=Geometry.MESH, neighbourhood=near, c_ii=MIN_COMPLIANCE)
+    surface = SurfaceMaker(SQUARE)(patch)
+    assert surface.look((0.0, 0.0, -0.001)).c_ii >= MIN_COMPLIANCE

@@ -9,20 +9,41 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import Compliance3, FrictionState, friction_step
 from cohaptic.control.law import Law
-from cohaptic.control.predictive import predictive_step
+from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
 from cohaptic.hands import Hand, HandScript, Intention
 from cohaptic_client.passivity import dissipate
+from cohaptic_experiments import hands_campaign
 from cohaptic_experiments.compiled import compiled
-from cohaptic_experiments.hands import FAR_OFF, RULES, run
+from cohaptic_experiments.hands import FAR_OFF, RULES, STEP, run
 from cohaptic_experiments.hands_campaign import Variant, judge, play, trace
-from cohaptic_experiments.hands_kernel import CLEARANCE, EVERY, PRESS_TIME, T
-from cohaptic_experiments.hands_trials import MAX_USERS, Trial, draw, without_coupling
+from cohaptic_experiments.hands_kernel import (
+    CLEARANCE,
+    EVERY,
+    FIGURES,
+    PRESS_TIME,
+    THRESHOLDS,
+    T,
+)
+from cohaptic_experiments.hands_rows import ROWS, WEAK_OFF, Row
+from cohaptic_experiments.hands_trials import (
+    MAX_USERS,
+    Trial,
+    draw,
+    no_motion,
+    without_coupling,
+)
+from cohaptic_experiments.hands_wide import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.admission import bounded, shares_of_change
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 
 OURS = RULES[-1]
+FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)
+FAST_FRICTION = compiled(friction_step)
+FAST_SHARES, FAST_BOUNDED = compiled(shares_of_change), compiled(bounded)
 
 
 def two_on_a_plate(law: Law, delay: float) -> Trial:
@@ -42,6 +63,7 @@ def two_on_a_plate(law: Law, delay: float) -> Trial:
         down=delay * each,
         jitter=0.0 * each,
         seed=1,
+        motion=no_motion(2),
     )
 
 
@@ -82,14 +104,33 @@ def test_the_campaign_does_what_the_real_room_and_client_do(law: Law, delay: flo
 @given(st.floats(0, 1), st.floats(-0.01, 0.03), st.floats(1, 800), st.floats(0, 1e4))
 @settings(max_examples=30, deadline=None)
 def test_compiled_functions_are_the_functions(
-    integral: float, depth: float, k_h: float, gain: float
+    share: float, depth: float, k_h: float, gain: float
 ) -> None:
-    fast = compiled(predictive_step)
-    assert fast(integral, depth, k_h, gain, 0.004, T) == pytest.approx(
-        predictive_step(integral, depth, k_h, gain, 0.004, T), rel=1e-12
-    )
-    taken = (0.01 * integral, 4.0, k_h * 0.01, depth, T, 8.0)
-    assert compiled(dissipate)(*taken) == pytest.approx(dissipate(*taken), rel=1e-12)
+    """Numba compiles the same source; here both run, on the functions with most branches."""
+    pi = (IntegralState(share, 0.0, depth), depth, k_h, gain, THRESHOLDS, 0.1, 10.0, T)
+    for ours, theirs in zip(FAST_PI(*pi), proportional_integral_step(*pi), strict=True):
+        assert np.array(ours) == pytest.approx(np.array(theirs), rel=1e-12)
+    taken = (0.01 * share, 4.0, k_h * 0.01, depth, T, 8.0)
+    assert FAST_DISSIPATE(*taken) == pytest.approx(dissipate(*taken), rel=1e-12)
+    C = Compliance3(0.004, 0.003, 0.002, 0.0005, 0.0, 0.0001)
+    stuck = FrictionState((0.0, 1e-3 * share, 0.0), (0.0, share, 0.0), (0.0, 0.0, depth), True)
+    rubbed = (
+        stuck, (0.0, depth, 0.0), (0.0, 0.0, 0.01), (1.0, 0.0, 0.0), share, C, 0.4, 1.0, k_h, 0.01
+    )  # fmt: skip
+    fast, slow = FAST_FRICTION(*rubbed), friction_step(*rubbed)
+    for ours, theirs in zip(fast, slow, strict=True):
+        assert np.array(ours) == pytest.approx(np.array(theirs), rel=1e-9, abs=1e-15)
+
+
+@given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=8), st.floats(1.0, 5000.0))
+@settings(max_examples=30, deadline=None)
+def test_compiled_limits_are_the_servers(demands: list[float], k: float) -> None:
+    change, n = np.array(demands), len(demands)
+    C = np.full((n, n), 0.5 / k) + 0.5 / k * np.eye(n)
+    taken = (change, np.full(n, k), C, 1.0)
+    assert FAST_SHARES(*taken) == pytest.approx(shares_of_change(*taken), rel=1e-12)
+    whole = (change, np.full(n, np.inf))
+    assert FAST_BOUNDED(*whole) == pytest.approx(bounded(*whole), rel=1e-12)
 
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))
@@ -128,8 +169,9 @@ def test_a_swing_is_unstable_and_a_creep_is_not() -> None:
     tails[0] += top * (1.0 + 0.2 * np.sin(9.0 * t))  # goes on
     tails[1] += top * (1.0 + 0.5 * np.exp(-1.0 * t) * np.sin(9.0 * t))  # dies out
     tails[2] += top * (1.0 - 0.5 * np.exp(-0.3 * t))  # creeps
-    verdicts = judge(trials, tails, np.ones((3, 2)))
+    verdicts = judge(trials, tails, np.ones((3, FIGURES)))
     assert verdicts.unstable.tolist() == [True, False, False]
+    assert verdicts.slow[2]
 
 
 def test_trials_are_the_same_however_many_run_beside_them() -> None:
@@ -144,11 +186,36 @@ def test_hands_that_share_nothing_feel_exactly_their_own_object() -> None:
     assert play(trials, OURS, seconds=8.0).errors.max() < 1e-3
 
 
-def test_without_the_layer_some_rooms_swing() -> None:
-    """The check of the campaign can fail: without the passivity layer it does."""
+def test_without_its_lag_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check of the campaign can fail: without the lag it does, with the layer and without."""
     trials = [draw(0, i) for i in range(300)]
-    assert play(trials, OURS.without_passivity, seconds=8.0).unstable.sum() > 0
     assert play(trials, OURS, seconds=8.0).unstable.sum() == 0
+    assert play(trials, OURS.without_passivity, seconds=8.0).unstable.sum() == 0
+    monkeypatch.setattr(hands_campaign, "lag_of", lambda _trial, _variant: 0.0)
+    assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
+
+
+@pytest.mark.parametrize("row", [*ROWS, WEAK_OFF], ids=lambda row: row.name)
+def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None:
+    verdicts = play([row.draw(0, i) for i in range(24)], row.variant, seconds=row.seconds)
+    assert verdicts.unstable.sum() == 0
+    assert verdicts.step.max() <= STEP + 1e-9
+
+
+@given(st.integers(0, 2**31), st.integers(0, 10_000))
+@settings(max_examples=50, deadline=None)
+def test_the_wide_ensemble_is_what_it_says(seed: int, index: int) -> None:
+    trial = draw_wide(seed, index, 40.0)
+    assert np.linalg.eigvalsh(trial.C).min() > 0.0
+    assert 50.0 * 0.99 <= 1.0 / np.diag(trial.C).mean() <= 10_000.0 * 1.01
+    assert trial.max_stiffness is not None
+    assert trial.budget is not None
+    assert ((trial.max_stiffness >= 500.0) & (trial.max_stiffness <= 5000.0)).all()
+    assert set(trial.budget.tolist()) <= set(BUDGETS)
+    # Colgate: the device renders what it renders because it damps K T / 2 by itself.
+    assert (trial.damping >= 0.3 + 0.5 * trial.max_stiffness * T).all()
+    assert (trial.jitter <= 0.4).all()
+    assert (draw_wide(seed, index, 40.0).motion == trial.motion).all()
 
 
 def test_one_trial_is_drawn_alone() -> None:

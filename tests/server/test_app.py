@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import logging
 import socket
 import struct
 from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator, Sequence
@@ -35,8 +36,8 @@ from cohaptic.protocol.control import (
 )
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.vec import Vec3
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.vec import Vec3, norm
 from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
@@ -177,7 +178,7 @@ class Stage:
             async with asyncio.TaskGroup() as both:
                 result = both.create_task(happening)
                 felt = both.create_task(self.steady.play(patches))
-        assert last.own_force > 1.0
+        assert norm(last.own_force) > 1.0
         for number, patch in enumerate(felt.result(), start=last.tick + 1):
             assert surface(patch) == surface(last)
             assert patch.tick == number
@@ -259,12 +260,15 @@ BAD, VERSION = CloseCode.BAD_MESSAGE.value, CloseCode.WRONG_VERSION.value
             id="long frame",
         ),
         pytest.param(
-            b"\x02\x02" + sample().encode()[2:], BAD, "frame kind is 2; expected 1", id="wrong kind"
+            bytes([PROTOCOL_VERSION, 2]) + sample().encode()[2:],
+            BAD,
+            "frame kind is 2; expected 1",
+            id="wrong kind",
         ),
         pytest.param(
             b"\x09" + sample().encode()[1:],
             VERSION,
-            "protocol version is 9; expected 2",
+            f"protocol version is 9; expected {PROTOCOL_VERSION}",
             id="other version",
         ),
         pytest.param(
@@ -352,7 +356,7 @@ def test_another_version_is_accepted_to_be_told(stage: Stage) -> None:
             None,
             ["chat"],
             VERSION,
-            "protocol version is 'chat'; expected 2: install the same",
+            f"protocol version is 'chat'; expected {PROTOCOL_VERSION}: install the same",
             id="wrong subprotocol",
         ),
         pytest.param(
@@ -366,7 +370,7 @@ def test_another_version_is_accepted_to_be_told(stage: Stage) -> None:
             text("hello", protocol=99, name="x"),
             None,
             VERSION,
-            "protocol version is 99; expected 2",
+            f"protocol version is 99; expected {PROTOCOL_VERSION}",
             id="wrong version",
         ),
         pytest.param(
@@ -624,25 +628,34 @@ def test_a_server_that_stops_does_not_wait_for_who_does_not_answer(small_balloon
     assert CLOSE_TIMEOUT <= asyncio.run(play()) < CLOSE_TIMEOUT + 0.5
 
 
-def test_a_user_whom_no_patch_can_reach_ends_alone(small_balloon: Balloon) -> None:
+def test_a_user_whom_no_patch_can_reach_stays_and_is_reported_once(
+    small_balloon: Balloon, caplog: pytest.LogCaptureFixture
+) -> None:
     """Connected and silent for twelve days: its wait is no number that a patch may carry."""
 
-    async def play() -> tuple[int, str, int]:
-        async with serving(small_balloon) as served:
-            async with visit(served.url) as silent:
-                await silent.join("silent")
-                await silent.touch()
-                await silent.hear()  # a patch: its sample is there
-                served.server.clock.origin += 1.1e6
-                code, reason, _ = await silent.end()
+    async def play() -> tuple[int, int, Patch]:
+        async with serving(small_balloon) as served, visit(served.url) as silent:
+            await silent.join("silent")
+            await silent.touch()
+            await silent.hear()  # a patch: its sample is there
+            served.server.clock.origin += 1.1e6
             async with visit(served.url) as other:
                 await other.join("other")
-                return code, reason, len(await other.play(3))
+                others = len(await other.play(20))
+            left_out = served.server.room.world.tick
+            # Its next sample ends it: patches come as before.
+            await silent.touch()
+            while True:
+                message = await silent.hear()
+                if isinstance(message, Patch) and message.seq == silent.seq:
+                    return others, left_out, message
 
-    code, reason, patches = asyncio.run(play())
-    assert code == CloseCode.BAD_MESSAGE.value
-    assert reason.startswith("sample_wait is 11000")
-    assert patches == 3
+    with caplog.at_level(logging.WARNING, "cohaptic.server"):
+        others, left_out, back = asyncio.run(play())
+    assert others == 20
+    assert back.tick >= left_out > 20
+    (once,) = [record.getMessage() for record in caplog.records]
+    assert once.startswith("silent gets no patch: sample_wait is 1100000.")
 
 
 def test_an_address_that_cannot_be_had_is_refused_with_a_way_out(small_balloon: Balloon) -> None:

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.contact import Contact, locate, nearest_on_triangles, pressure
+from cohaptic_server.contact import Contact, locate, nearest_on_triangles, pressure, turned
+from cohaptic_server.field import Still
 
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
@@ -87,3 +88,21 @@ def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
     there = locate(balloon.mesh, probe + shift, free, radius=0.02)
     assert there.point == pytest.approx(here.point, abs=3e-5)
     assert there.moved(free) == pytest.approx(here.point + shift, abs=3e-5)
+
+
+def test_a_contact_may_be_seen_on_another_surface(small_balloon: Balloon) -> None:
+    """Its place stays, and its normal is that of the displaced surface: a rigid turn turns it."""
+    mesh = small_balloon.mesh
+    contact = locate(mesh, np.array([0.1, 0.0, 0.02]), Still(), radius=0.03)
+    angle = 0.3
+    turn = np.array(
+        [
+            [np.cos(angle), -np.sin(angle), 0.0],
+            [np.sin(angle), np.cos(angle), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    seen = turned(mesh, contact, mesh.vertices @ turn.T - mesh.vertices)
+    assert seen.normal == pytest.approx(turn @ contact.normal)
+    assert seen.foot is contact.foot
+    assert seen.weights is contact.weights

@@ -18,6 +18,9 @@ from tests.system.spectral import random_compliance
 
 RADIUS = 0.1  # m, of the balloons
 HAND = 400.0  # N/m
+# m; a contact stays where it is while its tip is within 0.06 mm along the surface, which tilts by
+# up to a third here under what the others do.
+CLOSE = 2e-5
 seeds = st.integers(0, 2**32 - 1)
 # Far enough apart that contacts of 3 cm do not lie on each other.
 corners = st.lists(
@@ -94,10 +97,9 @@ def test_tips_lie_on_the_surface_they_press_and_over_the_one_they_do_not(
     assert (found.force >= 0.0).all()
     for i, (force, tip) in enumerate(zip(found.force, found.tip, strict=True)):
         height = height_over(small_balloon, found, i)
-        # A hundredth of a millimetre, as contacts are found to that.
-        assert height > -1e-5
+        assert height > -CLOSE
         if force > 0.0:
-            assert height < 1e-5
+            assert height < CLOSE
         # And each hand is a spring between its intention and its tip.
         stretch = norm(sub((tip[0], tip[1], tip[2]), hands[i].intention))
         assert force == pytest.approx(HAND * stretch, abs=1e-4)

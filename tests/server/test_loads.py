@@ -1,17 +1,23 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import times
+from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import vec3
 from cohaptic_server.contact import locate
 from cohaptic_server.field import FreeOf
 from cohaptic_server.loads import (
     Press,
     compliance_between,
     contact_compliance,
+    floored,
     spans,
 )
 
@@ -52,12 +58,12 @@ def test_the_3x3_compliance_moves_the_contact_as_the_body_does(
     """The contact point moves by -C f for a force f on the hand."""
     mine = press(small_balloon, where[0], force, along)
     response = small_balloon.respond(mine.loads())
-    C = contact_compliance(response, mine, spans([mine])[0])
+    C = contact_compliance(response.compliance, mine, spans([mine])[0])
     assert C is not None
     assert mine.along is not None
     f = mine.force * mine.contact.normal + mine.along
     moved = mine.contact.weights @ response.displacement[mine.contact.vertices]
-    assert moved == pytest.approx(-np.array(C.times(tuple(f.tolist()))), abs=1e-12)
+    assert moved == pytest.approx(-np.array(times(C, vec3(f))), abs=1e-12)
 
 
 @given(angles)
@@ -67,7 +73,7 @@ def test_without_friction_c_between_users_is_the_bodys(
 ) -> None:
     presses = [press(small_balloon, a, 1.0, None) for a in where]
     response = small_balloon.respond([load for p in presses for load in p.loads()])
-    C = compliance_between(response, spans(presses))
+    C = compliance_between(response.compliance, spans(presses))
     assert C == pytest.approx(np.abs(response.compliance))
 
 
@@ -80,9 +86,48 @@ def test_with_friction_a_row_bounds_every_direction(
     presses = [press(small_balloon, a, 1.0, 0.2) for a in where]
     response = small_balloon.respond([load for p in presses for load in p.loads()])
     parts = spans(presses)
-    C, full = compliance_between(response, parts), np.abs(response.compliance)
+    C, full = compliance_between(response.compliance, parts), np.abs(response.compliance)
     for i, mine in enumerate(parts):
         others = C[i].sum() - C[i, i]
         for d in range(mine.start, mine.stop):
             away = full[d].sum() - full[d, mine].sum()
             assert away / full[d, d] <= others / C[i, i] + 1e-9
+
+
+@given(
+    st.lists(st.sampled_from([1, 3]), min_size=1, max_size=4),
+    st.integers(0, 2**32 - 1),
+    st.lists(st.booleans(), min_size=4, max_size=4),
+    st.integers(0, 3),
+)
+def test_what_is_held_gets_the_least_compliance_and_nothing_else_changes(
+    axes: list[int], seed: int, held: list[bool], more: int
+) -> None:
+    """A contact like any other then: definite, symmetric, and as stiff as the device."""
+    ends = np.cumsum([0, *axes]).tolist()
+    where = [slice(a, b) for a, b in itertools.pairwise(ends)]
+    n = ends[-1] + more  # what fades beside the users is none of them
+    A = np.random.default_rng(seed).normal(size=(n, n + 2))
+    C = 5e-4 * (A @ A.T + (A @ A.T).T)
+    for span, is_held in zip(where, held, strict=False):
+        if is_held:
+            C[span] = C[:, span] = 0.0
+    kept = C.copy()
+    found = floored(C, where)
+    assert (kept == C).all()
+    assert found.shape == (ends[-1],) * 2
+    assert (found == found.T).all()
+    assert np.linalg.eigvalsh(found).min() > 0.0
+    for span, is_held in zip(where, held, strict=False):
+        own = found[span, span]
+        if is_held:
+            assert own == pytest.approx(MIN_COMPLIANCE * np.eye(len(own)))
+        else:
+            assert (own == C[span, span]).all()
+    for i, mine in enumerate(where):
+        for other in where[i + 1 :]:
+            assert (found[mine, other] == C[mine, other]).all()
+
+
+def test_nobody_has_no_compliance() -> None:
+    assert floored(np.zeros((2, 2)), []).shape == (0, 0)

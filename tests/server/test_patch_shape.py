@@ -20,7 +20,8 @@ from cohaptic_server.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world_state import Touch
 from tests.server.fields import free_of
-from tests.server.test_world import RADIUS, play, side, touch
+from tests.server.test_world import play
+from tests.server.touches import RADIUS, side, touch
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -57,7 +58,7 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
     surface = SurfaceMaker(mesh)(patches(balloon, hand, other)[Geometry.MESH])
     state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
     assert state.response is not None
-    free = free_of(state.response, 0, 2.0)
+    free = free_of(state.response, 0, state.users[1].force)
     probe = scale(side(slid), RADIUS - depth)
     contact = locate(balloon.mesh, np.array(probe), free, radius=balloon.contact_radius)
     truth = float(contact.normal @ (contact.moved(free) - np.array(probe)))

@@ -6,10 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
+from cohaptic.control.room_lag import FULL_BUDGET
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.control import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
 from cohaptic_server.settings import ServerSettings
@@ -155,8 +157,25 @@ def test_a_hello_speaks_for_the_samples_that_follow(small_balloon: Balloon) -> N
     for i in range(30):
         here.tick(i / 60.0)
     patch = here.tick(0.5)[soft]
-    assert patch.own_force == 1.0
+    assert norm(patch.own_force) == pytest.approx(1.0)
     assert patch.k_h < patch.k_o  # eq. (8)
+
+
+def test_a_hello_says_what_the_device_may_damp_and_the_room_takes_its_time(
+    small_balloon: Balloon,
+) -> None:
+    """The less it is, the slower the room of two hands that press."""
+    lags = list[float]()
+    for budget in (FULL_BUDGET, 2.0, 0.0):
+        here = room(small_balloon)
+        for name, at in (("one", 0.09), ("two", -0.09)):
+            asked = hello(name).model_copy(update={"damping_budget": budget})
+            user = here.join(asked, 0.0)[0].user
+            here.sample(user, sample(probe=(at, 0.0, 0.0), force=(20.0 * at, 0.0, 0.0)), 0.0)
+        here.tick(0.01)
+        lags.append(here.world.room.lag)
+    assert lags == sorted(lags)
+    assert lags[0] < 0.5 * lags[1] < lags[1] < lags[2]
 
 
 def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon) -> None:
@@ -169,7 +188,7 @@ def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon)
         for _ in range(round(seconds / dt)):
             if talking:
                 here.sample(user, sample(), now)
-            carried = here.tick(now)[user].own_force
+            carried = norm(here.tick(now)[user].own_force)
             now += dt
         return carried
 

@@ -243,14 +243,19 @@ def test_a_joined_client_gets_the_newest_patch_and_nobody_else_gets_any(made: li
 
 
 @given(patches, st.sampled_from([1e7, -1.0, float("nan")]))
-def test_a_patch_that_the_wire_cannot_carry_ends_this_session_and_not_the_tick(
+def test_a_patch_that_the_wire_cannot_carry_is_left_out_and_ends_neither_session_nor_tick(
     patch: Patch, wait: float
 ) -> None:
-    """As for a client that was connected and silent for twelve days."""
+    """A body that others push out of the world: their victim stays, and its loop fades."""
     session = session_in(State.JOINED)
+    session.outbox.take(clear=True)
     session.send_patch(replace(patch, sample_wait=wait))
-    assert session.state is State.CLOSED
-    assert f"sample_wait is {wait}" in last_words(session).message
+    assert session.state is State.JOINED
+    assert session.outbox.take(clear=True) == []
+    assert f"sample_wait is {wait}" in session.problem
+    session.send_patch(patch)
+    assert session.outbox.take(clear=True) == [patch.encode()]
+    assert session.problem == ""
 
 
 def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
@@ -265,6 +270,9 @@ def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
     assert failed.close == first
 
 
+OTHER_VERSION = f"version is 9; expected {PROTOCOL_VERSION}"
+
+
 @pytest.mark.parametrize(
     ("said", "code", "words"),
     [
@@ -276,7 +284,7 @@ def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
         ("x" * 5000, CloseCode.BAD_MESSAGE, "5000; expected <= 4096"),
         (b"", CloseCode.BAD_MESSAGE, "frame length is 0; expected at least 4"),
         (sample().encode()[:-1], CloseCode.BAD_MESSAGE, "length is 43; expected 44 bytes"),
-        (b"\x09" + sample().encode()[1:], CloseCode.WRONG_VERSION, "version is 9; expected 2"),
+        (b"\x09" + sample().encode()[1:], CloseCode.WRONG_VERSION, OTHER_VERSION),
     ],
 )
 def test_the_last_words_name_what_came_and_what_was_expected(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
-from cohaptic.vec import Vec3, dot, scale, unit
+from cohaptic.vec import ZERO, Vec3, dot, scale, unit
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, face_area_vectors
 from cohaptic_server.bodies.shapes import icosphere
@@ -73,15 +73,14 @@ def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     out = rng.normal(size=3)
     out /= np.linalg.norm(out)
     near = np.flatnonzero(mesh.places @ out > 0.06)
-    zero: Vec3 = (0.0, 0.0, 0.0)
     rest = RestSurface(
         [(x, y, z) for x, y, z in mesh.places.tolist()],
         [(a, b, c) for a, b, c in mesh.faces.tolist()],
     )
     normal: Vec3 = (float(out[0]), float(out[1]), float(out[2]))
-    base = LocalSurface(scale(normal, RADIUS), normal, 0.0, 0.004, 0.0, 0.0)
+    base = LocalSurface(scale(normal, RADIUS), normal, 0.0, 0.004, ZERO, ZERO)
     keys = near.tolist()
-    surface = MeshSurface(rest, base, dict.fromkeys(keys, zero), dict.fromkeys(keys, 0.004))
+    surface = MeshSurface(rest, base, dict.fromkeys(keys, ZERO), dict.fromkeys(keys, 0.004))
     x, y, z = (out + 0.3 * rng.uniform(-1.0, 1.0, 3)).tolist()
     there = unit((x, y, z))
     sight = surface.look(scale(there, RADIUS - 0.005))

@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic.hands import Hand, HandScript, HandState, Place, Rhythm, move
-from cohaptic.vec import norm, sub
+from cohaptic.hands import Hand, HandScript, HandState, Place, Rhythm, move, sideways
+from cohaptic.vec import Vec3, dot, norm, sub, unit
+from tests.strategies import vectors
 
 hands = st.builds(
     Hand,
@@ -107,3 +110,59 @@ def test_a_place_says_where_a_hand_comes_from_and_goes() -> None:
 def test_a_way_in_that_is_no_direction_is_refused(inward: tuple[float, float, float]) -> None:
     with pytest.raises(SettingError, match=r"length of the way in is .* must be 1|finite numbers"):
         Place((0.0, 0.0, 0.0), inward)
+
+
+# Hands that drag
+
+DRAG = HandScript(angle=0.0, depth=0.02, rhythm=Rhythm(4.0), approach_at=1.0, drag=0.006)
+DRAGGING = DRAG.intention((0.0, 0.0, 0.0), 0.1)
+PRESSED_AT = DRAG.approach_at + 2.0  # half a period after the others have come
+
+
+def test_a_hand_that_drags_presses_once_and_then_goes_out_and_back() -> None:
+    pressed, out = (0.08, 0.0, 0.0), (0.08, 0.006, 0.0)
+    times = {
+        PRESSED_AT - 0.1: (0.11, 0.0, 0.0),
+        PRESSED_AT + 1.0: pressed,
+        PRESSED_AT + 1.9: pressed,
+        PRESSED_AT + 3.0: out,
+        PRESSED_AT + 3.9: out,
+        PRESSED_AT + 5.0: pressed,
+        PRESSED_AT + 7.0: out,
+    }
+    for t, tip in times.items():
+        assert DRAGGING.at(t) == pytest.approx(tip, abs=1e-12)
+        assert DRAGGING.level(t) == (1.0 if tip is out else 0.0)
+    assert DRAGGING.tip(0.0) == pytest.approx(pressed)
+    assert DRAGGING.tip(0.5) == pytest.approx((0.08, 0.003, 0.0))
+
+
+@given(st.floats(0.0, 30.0))
+def test_a_hand_that_drags_never_jumps(t: float) -> None:
+    way = norm(sub(DRAGGING.at(t + 1e-4), DRAGGING.at(t)))
+    # 30 mm of approach in half a second, with a peak of 1.5 times the mean.
+    assert way < 1e-4 * 1.6 * 0.03 / 0.5
+
+
+@given(st.floats(-7.0, 7.0), st.floats(-0.02, 0.02))
+def test_a_drag_goes_level_along_the_surface_to_the_hands_right(angle: float, drag: float) -> None:
+    script = HandScript(angle=angle, rhythm=Rhythm(4.0), drag=drag)
+    way = script.intention((0.0, 0.0, 0.0), 0.1).drag
+    assert norm(way) == pytest.approx(abs(drag))
+    assert dot(way, (math.cos(angle), math.sin(angle), 0.0)) == pytest.approx(0.0, abs=1e-12)
+    # Counter-clockwise seen from above.
+    assert dot(way, (-math.sin(angle), math.cos(angle), 0.0)) == pytest.approx(drag, abs=1e-12)
+
+
+@given(vectors(1.0).map(unit))
+def test_there_is_a_way_along_every_surface(inward: Vec3) -> None:
+    way = sideways(inward)
+    assert norm(way) == pytest.approx(1.0)
+    assert abs(dot(way, inward)) < 1e-6 or abs(inward[2]) > 0.999999
+
+
+def test_a_drag_without_a_rhythm_is_refused() -> None:
+    with pytest.raises(SettingError, match="drag of a hand is 6 mm; it must be given with a rhyth"):
+        HandScript(drag=0.006)
+    with pytest.raises(SettingError, match="drag of a hand is 300 mm; it must be from -200 to 200"):
+        HandScript(drag=0.3, rhythm=Rhythm(4.0))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from typing import Any
@@ -57,7 +58,7 @@ def test_the_area_is_a_polygon_round_the_stable_gains(delay: float) -> None:
         assert 0.0 < top < 3.0 * 300 / 0.05
 
 
-def test_predictive_is_stable_at_any_delay() -> None:
+def test_predictive_is_stable_alone_at_any_delay() -> None:
     answer = ask("--law", "predictive", "--k-o", 250, "--k-h", 250, "--delay", 0.5)
     assert (answer["stable"], answer["spectral_radius"]) == (True, 0.0)
 
@@ -83,9 +84,32 @@ def test_several_contacts_with_an_integral_have_no_bound_for_any_delay() -> None
     assert 0.0 < far[0] < near[0]
 
 
+CLOSE = "[[0.004, 0.0032, 0.0032], [0.0032, 0.004, 0.0032], [0.0032, 0.0032, 0.004]]"
+
+
+def test_several_contacts_of_the_predictive_law_are_told_the_lag_that_makes_them_stable() -> None:
+    """Full stiffness for all, m = 1.6; the row rule would have left 0.9 / 1.6 of it."""
+    answer = ask("--compliance", CLOSE, "--k-h", 250, "--delay", 0.1, "--sim-period", 0.02)
+    assert answer["safe_k_h"] == pytest.approx([250.0] * 3)
+    assert answer["safe_integral_gain"] == [0.0] * 3
+    assert answer["coupling"] == pytest.approx(1.6)
+    edge = math.sqrt(1.6**2 - 1.0) / math.acos(-1.0 / 1.6)
+    assert answer["lag_needed"] == pytest.approx(0.14 * edge)
+    assert answer["stable_any_delay"] is False  # without a lag
+    other = ask("--compliance", CLOSE, "--law", "proportional", "--k-h", 50)
+    assert "lag_needed" not in other
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--delays", "[0.1]"], "delays is [0.1]; it must be left out without --compliance"),
+        (["--lag", "0.1"], "lag is 0.1; it must be left out without --compliance"),
+        (["--compliance", "[[1]]", "--lag", "0.1"], "lag is 0.1; it must be left out without"),
+        (["--compliance", "5"], "of shape ()"),
+        (["--compliance", "[[1" + "0" * 400 + "]]"], "compliance is"),
+        (["--compliance", "[" * 100_000], "compliance is"),
+        (["--compliance", "[[1]]", "--integral-gain", "5"], "has no integral"),
         (["--k-o", "0"], "k_o is 0"),
         (["--k-h", "nan"], "k_h is 'nan'"),
         (["--k-h", "[1, 2]"], "one number"),

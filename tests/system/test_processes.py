@@ -76,9 +76,32 @@ def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
         assert user["stable"] is True
         assert user["force_error"] <= 0.05
         assert user["truth_from_others_n"] > 1.0
-        assert user["felt_delay_ms"] >= 60.0  # nothing is felt before it can have arrived
+        assert user["rest"] == "rests"
         assert user["loop_hz"] > 0.0
         assert user["loop_late_p99_us"] > 0.0
+    left, right = demo["users"]
+    # Who presses has nothing to wait for, and nothing is felt before it can have arrived.
+    assert left["felt_delay_ms"] is None
+    assert right["felt_delay_ms"] >= 60.0
+
+
+def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> None:
+    result = tmp_path / "out.json"
+    options = ["--friction", "0.8", "--duration", "10", "--delay-ms", "20", "--json", str(result)]
+    done = subprocess.run(
+        [sys.executable, "-m", "cohaptic", "demo", *options],
+        capture_output=True,
+        text=True,
+        timeout=90,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "drag felt" in done.stdout
+    demo = json.loads(result.read_text())
+    for user in demo["users"]:
+        assert user["rest"] == "rests"
+        assert user["force_error"] <= 0.05
+        assert user["truth_from_others_n"] > 0.5
+    assert demo["users"][1]["felt_delay_ms"] >= 40.0
 
 
 def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> None:

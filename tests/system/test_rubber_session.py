@@ -9,7 +9,7 @@ import pytest
 
 from cohaptic.control.law import Law
 from cohaptic.hands import HandScript
-from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon import BalloonSettings
 from cohaptic_server.bodies.enclosed_volume import volume
@@ -18,6 +18,7 @@ from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.room import describe
+from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState
 
@@ -74,7 +75,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         state, patches = advance(rubber, state, [touch], now=tick * DT, dt=DT)
         patch = patches[1]
         force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
-        hardest = max(hardest, patch.own_force)
+        hardest = max(hardest, norm(patch.own_force))
         assert state.response is not None
         moved = state.response.displacement
         x = rubber.mesh.vertices + moved
@@ -123,21 +124,35 @@ def test_three_deep_hands_settle_at_the_truth(damping: float, sway: float) -> No
         assert np.ptp(user.force[-500:]) < sway
 
 
-@pytest.mark.parametrize(("friction", "held"), [(0.0, 0.01), (0.6, 0.15)])
+@pytest.mark.parametrize(("friction", "off"), [(0.0, 0.01), (0.6, 0.15)])
 def test_meshes_and_friction_work_on_it_too(
-    rubber: RubberBalloon, friction: float, held: float
+    rubber: RubberBalloon, friction: float, off: float
 ) -> None:
     """Patches cut from the bent surface; and three loads of a contact, one normal, two along it.
 
-    With friction tips are held where they came down, which on either balloon makes the force larger
-    than the frictionless truth: by 9 % on the linear one, by 12 % here.
+    With friction the truth is that of hands that stick. At 20 mm, where the surface tilts under the
+    fingers by 12 degrees, the client's friction is 14 % below it: it forgets what of the way in is
+    along the surface once that has turned.
     """
     hands = [HandScript(math.pi + math.pi * i, depth=0.02) for i in range(2)]
     session = VirtualSession(rubber)
     for i, script in enumerate(hands):
         session.join(f"u{i}", script, delay=0.04, seed=i, geometry="mesh", friction=friction)
     session.run(4.0)
-    expected = solve(rubber, resting(rubber, hands))
+    if friction:
+        info, none = describe(rubber), Stuck(np.zeros((0, 3)), np.zeros((0, 3)), None)
+        ways = [script.intention(info.center, info.radius) for script in hands]
+        stuck = [
+            StickingHand(
+                way.tip(1.0),
+                script.hand.stiffness,
+                touch_down(rubber, np.array(way.tip(0.0)), np.array(way.direction), none),
+            )
+            for way, script in zip(ways, hands, strict=True)
+        ]
+        expected = np.linalg.norm(solve_sticking(rubber, stuck).force, axis=1)
+    else:
+        expected = solve(rubber, resting(rubber, hands)).force
     for i, user in enumerate(session.users.values()):
-        assert 0.0 <= user.force[-1] / expected.force[i] - 1.0 < held
+        assert user.force[-1] == pytest.approx(expected[i], rel=off)
         assert np.ptp(user.force[-300:]) < 0.01

@@ -10,7 +10,8 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.hands import Hand, HandScript, Rhythm
 from cohaptic.protocol.control import FixedGains
-from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE
+from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
 from cohaptic_server.room import describe
@@ -117,14 +118,15 @@ def test_a_silent_server_fades_the_force_within_the_stated_time(body: Balloon) -
     assert pressed > 1.0
     user.listening = False
     limits = user.settings.limits
-    session.run(limits.silent_after + limits.fade_time + 0.005)
+    # The hand goes in as the force gives way, which makes the law ask for more: some longer.
+    fade = 2.0 * max(limits.fade_time, pressed / FADE_RATE)
+    session.run(limits.silent_after + fade)
     assert user.force[-1] == 0.0
-    # Never faster than a fade of the whole force, and no step at its ends.
-    assert largest_step(user.force[-300:]) < 2.5 * pressed / limits.fade_time * 0.001
+    assert largest_step(user.force[-1000:]) < EXTERNAL_RATE * PERIOD
     user.listening = True
-    session.run(2.0)
+    session.run(3.0)
     assert user.force[-1] == pytest.approx(pressed, rel=0.01)
-    assert largest_step(user.force[-2000:]) < 0.01
+    assert largest_step(user.force[-3000:]) < EXTERNAL_RATE * PERIOD
 
 
 def test_a_stalled_uplink_lets_the_others_go_and_brings_them_back(body: Balloon) -> None:
@@ -142,21 +144,33 @@ def test_a_stalled_uplink_lets_the_others_go_and_brings_them_back(body: Balloon)
     assert largest_step(right.force[3000:]) < 0.02
 
 
-def test_a_neighbour_who_comes_and_goes_never_jolts(body: Balloon) -> None:
-    """With eight users the cap bites, and every arrival lowers the gains of the others."""
+def test_a_neighbour_who_comes_never_jolts_and_makes_nobody_softer(body: Balloon) -> None:
+    """With eight users the room gets a lag; with every arrival it grows."""
     session = VirtualSession(body)
     hands = scripts(8, depth=0.008)
     first = session.join("user0", hands[0], delay=0.02)
     session.run(2.5)
-    before = first.state.k_h
+    lags = [session.room.world.room.lag]
     for i in range(1, 8):
         session.join(f"user{i}", hands[i], delay=0.02, seed=i)
         session.run(0.4)
+        lags.append(session.room.world.room.lag)
     session.run(2.0)
-    assert first.state.k_h < 0.95 * before
-    # 2 % of the force, and 5 mN for the moments in which it is small.
-    force = np.array(first.force[2500:])
-    assert (np.abs(np.diff(force)) <= 0.02 * force[:-1] + 0.005).all()
+    assert lags[0] == 0.0
+    assert lags[-1] > 0.1
+    assert session.room.world.room.margin > 1.0
+    patch = first.state.patch
+    assert patch is not None
+    assert first.state.k_h == pytest.approx(patch.k_o, rel=1e-3)
+    assert patch.room.lag == pytest.approx(session.room.world.room.lag, rel=0.01)
+    assert max(first.unexplained) <= EXTERNAL_RATE * PERIOD + 1e-6
+    # And who leaves takes the lag away, as little of a jolt.
+    for i in range(1, 8):
+        session.drop(f"user{i}")
+        session.run(0.3)
+    session.run(3.0)
+    assert session.room.world.room.lag == 0.0
+    assert max(first.unexplained) <= EXTERNAL_RATE * PERIOD + 1e-6
 
 
 def test_wild_hands_do_not_make_a_stable_pair_swing(body: Balloon) -> None:

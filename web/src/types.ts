@@ -8,6 +8,9 @@
 
 export type Vec3 = readonly [number, number, number];
 
+/** Symmetric, of a contact in all directions, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
+export type Compliance3 = readonly [number, number, number, number, number, number];
+
 export type LawName = "proportional" | "pi" | "predictive";
 export type GeometryName = "plane" | "sphere" | "mesh";
 export type Encoding = "frames" | "forces";
@@ -24,6 +27,16 @@ export interface BodyInfo {
   readonly radius: number;
   /** Of the pressure under a contact [m]. */
   readonly contact_radius: number;
+}
+
+/** How soon the object answers what the others do (science 3.8). */
+export interface RoomLag {
+  /** tau in use, 0 for none [s]. */
+  readonly lag: number;
+  /** m, the spectral radius of the coupling; below 1 no delay can make hands at rest swing. */
+  readonly coupling: number;
+  /** How far the room is from the edge of stability: above 1 it is stable. */
+  readonly margin: number;
 }
 
 /** The resting surface: n vertices, m faces. */
@@ -51,7 +64,7 @@ export interface UserState {
   readonly force: Vec3;
   /** Compliance of the contact [m/N]; 0 for one who has left, as the next four. */
   readonly c_ii: number;
-  /** Coupling-aware stiffness [N/m]. */
+  /** Coupling-aware stiffness, which the gains of the paper's laws respect [N/m]. */
   readonly k_o_coupled: number;
   /** Gains that the server chose [N/m], [N/(m s)]. */
   readonly k_h: number;
@@ -88,6 +101,7 @@ export interface SceneView {
   readonly moved: boolean;
   /** Rising by number. */
   readonly users: readonly UserState[];
+  readonly room: RoomLag;
 }
 
 /** What the server said of the room in `watching`. */
@@ -210,6 +224,8 @@ export interface TouchSettings {
   readonly geometry: "plane" | "sphere";
   /** Never more on the hand [N]. */
   readonly max_force: number;
+  /** mu between finger and surface; 0 for none. */
+  readonly friction: number;
   readonly passivity: boolean;
   readonly hand: HandSettings;
   /** Where the cursor is at first: outside the body [m]. */
@@ -241,18 +257,20 @@ export interface TouchState {
   readonly normal: Vec3;
   /** On the hand [N]. */
   readonly force: Vec3;
+  /** Its part along the surface, of friction [N]. */
+  readonly along: number;
   /** Share that is there because others touch too, along the normal [N]. */
   readonly felt_from_others: number;
   /** Of the tip below the surface free of its own force; negative outside [m]. */
   readonly depth: number;
   /** Of the surface under the tip by the own force [m]. */
   readonly indentation: number;
+  /** Displacement of the contact by the others, along the normal [m]. */
   readonly u_others: number;
   /** The law in use, and the one asked for: they differ during a change. */
   readonly law: LawName | null;
   readonly law_wanted: LawName;
   readonly k_o: number;
-  readonly k_o_coupled: number;
   readonly k_h: number;
   readonly integral_gain: number;
   /** Passivity layer [N s/m], [J]. */
@@ -286,6 +304,8 @@ export interface TouchHandle {
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
   setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;
+  /** mu from now on; from none to some and back the hand leaves the room for a moment, since the hello tells of it. */
+  setFriction(mu: number): void;
   /** A report came. */
   readonly subscribe: Subscribe;
   /** Fade the force, say goodbye; done when the Worker has ended. */

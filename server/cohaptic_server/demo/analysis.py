@@ -1,7 +1,8 @@
-"""Recordings of a scene against its truth: forces, delays, stability. Pure functions of arrays."""
+"""Recordings side by side, and the parts of them that are measured. Pure functions of arrays."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,9 +15,8 @@ from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.scene import MEASURE
 
 STEP = 0.001  # s; grid on which recordings are laid side by side
-_ALLOWED_RIPPLE = 0.1  # N peak to peak in a force that should be at rest, or
-_ALLOWED_SHARE = 0.1  # this share of it, whichever is more
-_AROUND = 0.5  # s before a press or release, at rest
+AROUND = 0.5  # s before a press, at rest
+_ENOUGH = 1.0  # s after it, on top of the injected delay, for a change to be seen whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +76,24 @@ class Timeline:
         return cls(t, columns)
 
     @property
+    def forces(self) -> Floats:
+        """Force on each hand, shape (users, 3, n) [N]."""
+        return np.stack([self.columns[c] for c in ("fx", "fy", "fz")], axis=1)
+
+    @property
+    def tips(self) -> Floats:
+        """Tip of each hand, shape (users, 3, n) [m]."""
+        return np.stack([self.columns[c] for c in ("x", "y", "z")], axis=1)
+
+    @property
     def force(self) -> Floats:
         """Magnitude of the force on each hand, shape (users, n) [N]."""
-        c = self.columns
-        return np.asarray(np.sqrt(c["fx"] ** 2 + c["fy"] ** 2 + c["fz"] ** 2))
+        return np.asarray(np.linalg.norm(self.forces, axis=1))
+
+    @property
+    def felt(self) -> Floats:
+        """Part of each force that is there because others touch, shape (users, n) [N]."""
+        return np.asarray(self.columns["scale"] * self.columns["felt_from_others"])
 
     @property
     def ready(self) -> npt.NDArray[np.bool_]:
@@ -88,8 +102,8 @@ class Timeline:
         return np.asarray((scale >= 1.0).all(axis=0) & (level[1:] >= 1.0).all(axis=0))
 
 
-def plateaus(timeline: Timeline, *, pressed: bool, expected: float) -> list[slice]:
-    """The last part of each stretch in which the first hand intends to stay pressed, or off.
+def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[slice]:
+    """Each stretch in which the first hand intends to stay pressed, or off.
 
     Args:
         timeline: Of the scene.
@@ -99,12 +113,17 @@ def plateaus(timeline: Timeline, *, pressed: bool, expected: float) -> list[slic
     level = timeline.columns["level"][0]
     held = (level >= 1.0 if pressed else level <= 0.0) & timeline.ready
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(np.int8), [0]])))
-    found: list[slice] = []
-    for start, end in edges.reshape(-1, 2).tolist():
-        if (end - start) * STEP >= 0.8 * expected:
-            length = min(MEASURE, 0.4 * expected)
-            found.append(slice(end - round(length / STEP), end))
-    return found
+    return [
+        slice(start, end)
+        for start, end in edges.reshape(-1, 2).tolist()
+        if (end - start) * STEP >= 0.8 * expected
+    ]
+
+
+def measured(stretch: slice) -> slice:
+    """The last part of a stretch, in which forces are compared."""
+    length = round(MEASURE / STEP)
+    return slice(stretch.stop - min(length, (stretch.stop - stretch.start) // 2), stretch.stop)
 
 
 def patch_rate(timeline: Timeline, user: int) -> float:
@@ -117,62 +136,24 @@ def patch_rate(timeline: Timeline, user: int) -> float:
 
 
 def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:
-    """Mean of each row over all windows; NaN without any."""
+    """Mean over all windows of values whose last axis is time; NaN without any."""
     if not windows:
-        return np.full(len(values), np.nan)
-    return np.asarray(np.concatenate([values[:, w] for w in windows], axis=1).mean(axis=1))
-
-
-def ripple(values: Floats, windows: Sequence[slice]) -> Floats:
-    """Largest peak to peak of each row within a window, about its straight line, else NaN."""
-    worst = np.full(len(values), np.nan)
-    for window in windows:
-        part = values[:, window]
-        x = np.linspace(-1.0, 1.0, part.shape[1])
-        line = part.mean(axis=1)[:, None] + ((part @ x) / (x @ x))[:, None] * x
-        worst = np.fmax(worst, np.ptp(part - line, axis=1))
-    return worst
-
-
-def is_still(force: Floats, windows: Sequence[slice], limit: float) -> list[bool | None]:
-    """Whether each hand's force is at rest in all windows and never reached the limit.
-
-    None where there is no window to judge from.
-    """
-    size, swing = mean_over(force, windows), ripple(force, windows)
-    verdict: list[bool | None] = []
-    for i in range(len(force)):
-        if not windows:
-            verdict.append(None)
-        else:
-            quiet = swing[i] <= max(_ALLOWED_RIPPLE, _ALLOWED_SHARE * size[i])
-            verdict.append(bool(quiet and force[i].max() < 0.999 * limit))
-    return verdict
+        return np.full(values.shape[:-1], np.nan)
+    return np.asarray(np.concatenate([values[..., w] for w in windows], axis=-1).mean(axis=-1))
 
 
 def press_windows(timeline: Timeline, *, injected: float) -> list[slice]:
-    """Around each press and each release: from before it until its news has come back."""
+    """Around each press of the first hand: from `AROUND` before it until it begins to let go.
+
+    Letting go is no measure of a law: an integral drops a force much faster than it builds one.
+    """
     level = timeline.columns["level"][0]
     moving = (level > 0.0) & (level < 1.0)
-    starts = np.flatnonzero(np.diff(moving.astype(np.int8)) == 1)
-    before, after = round(_AROUND / STEP), round((1.0 + injected) / STEP)
-    windows = [slice(start - before, start + after) for start in starts.tolist()]
-    return [
-        w for w in windows if w.start >= 0 and w.stop <= len(timeline.t) and timeline.ready[w].all()
+    starts = (np.flatnonzero(np.diff(moving.astype(np.int8)) == 1) + 1).tolist()
+    before, least = round(AROUND / STEP), round((_ENOUGH + injected) / STEP)
+    windows = [
+        slice(start - before, end)
+        for start, end in itertools.pairwise([*starts, len(level)])
+        if start >= before and end - start >= least and level[start - 1] <= 0.0
     ]
-
-
-def felt_delay(felt: Floats, at_once: Floats, *, longest: float) -> float:
-    """How late `felt` follows `at_once` [s].
-
-    Args:
-        felt: What a hand's loop had of the others, on the grid of `STEP`, shape (n,).
-        at_once: What it would have had without a network, shape (n,).
-        longest: Up to which the delay is looked for [s].
-    """
-    most = min(round(longest / STEP), len(felt) // 2)
-    misfit = [
-        float(np.square(felt[most:] - at_once[most - lag : len(felt) - lag]).mean())
-        for lag in range(most)
-    ]
-    return float(np.argmin(misfit)) * STEP
+    return [w for w in windows if timeline.ready[w].all()]

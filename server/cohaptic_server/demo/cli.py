@@ -13,22 +13,21 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console, Group
+from rich.console import Console
 from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
-from cohaptic.view import status_table
 from cohaptic_server.bodies.catalogue import BODIES
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.demo.browser import open_page
+from cohaptic_server.demo.live_view import TRACE, picture, traced
 from cohaptic_server.demo.processes import DemoFailed, Stage
+from cohaptic_server.demo.result import evaluate
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
-from cohaptic_server.demo.summary import evaluate, show
+from cohaptic_server.demo.summary import show
 from cohaptic_server.listener import page_address
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.solid_options import (
@@ -48,9 +47,6 @@ from cohaptic_server.solid_options import (
 _REFRESH = 0.1  # s
 _GATHER = 45.0  # s for every client to be there and engaged
 _WITHOUT_TERMINAL = 15.0  # s
-_TRACE = 60  # readings of a force in the picture of the last seconds
-_BLOCKS = "▁▂▃▄▅▆▇█"
-_TOP = 6.0  # N at the top of the picture
 
 
 def demo(
@@ -62,6 +58,12 @@ def demo(
     delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 80.0,
     jitter_ms: Annotated[float, typer.Option(help="Largest extra delay, one way.")] = 0.0,
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
+    friction: Annotated[
+        float,
+        typer.Option(
+            help="Coefficient mu of two fingers that stick: one drags the other. 0: none."
+        ),
+    ] = 0.0,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
     seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
     body: Annotated[str, typer.Option(help="What is touched: balloon, or a mesh file.")] = BALLOON,
@@ -90,13 +92,25 @@ def demo(
     and releases; the others rest on the body and feel it. At the end the forces are compared
     with the truth: body and hands in equilibrium, without any network.
 
+    With --friction, 0.8 for a dry fingertip, two stand side by side and stick: the first drags the
+    skin of the balloon along and back, and the second feels the force along the surface.
+
     On an object from a file (--body; held by --fix, "z < 15%" if not given) hands stand where they
     feel each other.
     """
     console = Console()
     if duration is None and not console.is_terminal:
         duration = _WITHOUT_TERMINAL
-    scene = Scene(users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, simulation_hz, seed, duration)
+    scene = Scene(
+        users,
+        1e-3 * delay_ms,
+        1e-3 * jitter_ms,
+        law,
+        simulation_hz,
+        seed,
+        duration,
+        friction=friction,
+    )
     if json is not None and not json.resolve().parent.is_dir():
         raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
     material = SolidSettings(young, poisson, contact_radius, order)
@@ -161,14 +175,14 @@ def _watch(
     opened = clock.now()
     begun: float | None = None
     faults: dict[str, set[str]] = {}
-    traces: dict[str, deque[float]] = {name: deque(maxlen=_TRACE) for name in scene.names}
+    traces: dict[str, deque[float]] = {name: deque(maxlen=TRACE) for name in scene.names}
     statuses = stage.statuses()
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while not stop.wait(_REFRESH):
             now = clock.now()
             statuses = stage.statuses()
             for status in statuses:
-                traces[status.name].append(status.force)
+                traces[status.name].append(traced(scene, status))
                 if status.fault and begun is not None:
                     faults.setdefault(status.name, set()).add(status.fault)
                 if status.state.startswith("gone"):
@@ -179,40 +193,7 @@ def _watch(
                 states = ", ".join(f"{s.name} is {s.state}" for s in statuses)
                 raise DemoFailed(f"not everybody came within {_GATHER:g} s: {states}")
             since = None if begun is None else now - begun
-            live.update(_picture(scene, statuses, traces, since, console.width))
+            live.update(picture(scene, statuses, traces, since, console.width, every=_REFRESH))
             if begun is not None and scene.duration is not None and now - begun >= scene.duration:
                 break
     return statuses, faults
-
-
-def _picture(
-    scene: Scene,
-    statuses: list[TouchStatus],
-    traces: dict[str, deque[float]],
-    since: float | None,
-    width: int,
-) -> Group:
-    """The live view."""
-    if since is None:
-        progress = "everybody comes ..."
-    elif scene.duration is None:
-        progress = f"{since:.0f} s; Ctrl-C for the result"
-    else:
-        progress = f"{since:.0f} of {scene.duration:g} s"
-    head = Text.assemble(
-        ("left", "bold"),
-        f" presses and lets go every {scene.rhythm.period:.1f} s, the others rest. ",
-        (f"{scene.law.value} law, {1e3 * scene.delay:g} ms each way", "bold"),
-        f", {scene.simulation_hz:g} Hz. {progress}",
-    )
-    lines = Table(box=None, pad_edge=False, show_header=False)
-    for name, forces in traces.items():
-        lines.add_row(name, Text(sparkline(forces), style="cyan"))
-    what = Text(f"force over the last {_TRACE * _REFRESH:.0f} s, up to {_TOP:g} N", style="dim")
-    return Group(head, "", status_table(statuses, width=width), what, lines)
-
-
-def sparkline(values: deque[float]) -> str:
-    """Forces as blocks of growing height."""
-    top = len(_BLOCKS) - 1
-    return "".join(_BLOCKS[min(top, max(0, round(top * v / _TOP)))] for v in values)

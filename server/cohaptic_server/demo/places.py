@@ -16,11 +16,11 @@ from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
 from cohaptic.hands import Place
+from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.coarse_twin import spread_over
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
 from cohaptic_server.contact import pressure
-from cohaptic_server.cutting import RIGID
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.objects.quality import depth_under, is_smooth
@@ -72,7 +72,7 @@ def stand(body: Body, held: npt.NDArray[np.bool_], users: int) -> Standing:
     fit &= under > 0.5 * np.median(under)
     fit &= supported(mesh, looked, held, 2.0 * body.contact_radius)
     soft = vertex_compliance(body)[looked]
-    fit &= (soft > RIGID) & (soft <= _SOFT * np.median(soft[soft > RIGID]))
+    fit &= (soft > MIN_COMPLIANCE) & (soft <= _SOFT * np.median(soft[soft > MIN_COMPLIANCE]))
     free = looked[fit]
     if len(free) < users:
         raise BodyError(

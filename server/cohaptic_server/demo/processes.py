@@ -162,6 +162,8 @@ class Stage:
             *_where(script),
             "--depth-mm", repr(1e3 * script.depth),
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
+            "--drag-mm", repr(1e3 * script.drag),
+            "--friction", repr(scene.friction),
             "--record", str(self.recording(name)),
             "--json-lines",
             log=self._folder / f"{name}.log",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript, Place, Rhythm
@@ -13,6 +14,8 @@ from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
 from cohaptic_server.room import describe
 
 PRESS_DEPTH = 0.02  # m that the first user wants to press into the body; the others half of it
+DRAG = 0.006  # m that a hand with friction drags: felt beside it, and no finger slips at mu = 0.6
+BESIDE = math.radians(30.0)  # of the balloon, between two hands of which one drags
 _SETTLE = 1.5  # s for a press, and for the hands to come to rest once nothing is late
 _ROUND_TRIPS = 5.0  # that news needs to die out between two hands
 MEASURE = 0.6  # s at the end of each press and release in which forces are compared
@@ -33,6 +36,8 @@ class Scene:
         duration: Of the demonstration [s]; None for no end.
         places: Of the hands on the surface; without any they stand evenly round the body.
         depth: That the first wants to press into the body, the others half of it [m].
+        friction: mu of every finger. With it two hands stand side by side and press alike; the
+            first drags along the surface, in its rhythm, and the second sticks to it. 0 for none.
     """
 
     users: int = 2
@@ -44,12 +49,22 @@ class Scene:
     duration: float | None = None
     places: tuple[Place, ...] = ()
     depth: float = PRESS_DEPTH
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         if not 2 <= self.users <= 16:
             raise SettingError("number of users", self.users, "from 2 to 16")
         if self.duration is not None and not 2.0 <= self.duration <= 86400.0:
             raise SettingError("duration", f"{self.duration:g} s", "from 2 s to a day")
+        if not 0.0 <= self.friction <= MAX_FRICTION:
+            raise SettingError("friction", self.friction, f"from 0 to {MAX_FRICTION:g}")
+        if self.drags and self.users != 2:
+            raise SettingError("number of users with friction", self.users, "2: one is dragged")
+
+    @property
+    def drags(self) -> bool:
+        """Whether the first hand drags in its rhythm, and does not press."""
+        return self.friction > 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -58,7 +73,12 @@ class Scene:
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Where each user stands [rad]; `right` is opposite `left`, the rest fill the circle."""
+        """Where each user stands [rad]; `right` is opposite `left`, the rest fill the circle.
+
+        Where the one drags it has `right` beside it, on its own right.
+        """
+        if self.drags:
+            return (math.pi, math.pi + BESIDE)
         opposite = self.users // 2
         order = [0, opposite, *(i for i in range(1, self.users) if i != opposite)]
         return tuple(math.pi + 2.0 * math.pi * i / self.users for i in order)
@@ -68,16 +88,20 @@ class Scene:
         """Of the pressing hand: long enough for forces to settle, short enough for the duration."""
         half = _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
         if self.duration is not None:
-            half = min(half, 0.5 * max(1.0, self.duration - _JOIN))
+            # Off and pressed; or off, pressed and dragged.
+            parts = 3.0 if self.drags else 2.0
+            half = min(half, max(1.0, self.duration - _JOIN) / parts)
         return Rhythm(2.0 * half)
 
     def script(self, user: int) -> HandScript:
         """What user number `user` (from 0) does."""
+        first = user == 0
         return HandScript(
             angle=self.angles[user],
-            depth=self.depth if user == 0 else 0.5 * self.depth,
-            rhythm=self.rhythm if user == 0 else None,
+            depth=self.depth if first or self.drags else 0.5 * self.depth,
+            rhythm=self.rhythm if first else None,
             place=self.places[user] if self.places else None,
+            drag=DRAG if first and self.drags else 0.0,
         )
 
 

@@ -41,6 +41,9 @@ def set_up(
     if name in BODIES and name != BALLOON:
         why = f"{BALLOON} or a file: hands feel nothing of each other on this one"
         raise SettingError("body of the demonstration", repr(name), why)
+    if scene.drags and name != BALLOON:
+        why = f"{BALLOON}: on no other is it known where one finger drags another"
+        raise SettingError("body of the demonstration with friction", repr(name), why)
     with progress_bar(f"preparing {name}") as progress:
         body = build_body(name, solid, nonlinear=nonlinear, progress=progress)
         if name == BALLOON:

@@ -84,6 +84,7 @@ class Gallery:
                 now,
                 records(world, patches),
                 lambda: displacement(world, self._vertices),
+                world.room,
             )
 
     def show(self, watcher: Watcher, now: float, *, clear: bool) -> None:

@@ -33,9 +33,7 @@ def displacement(world: WorldState, vertices: int) -> Floats:
 
 def _record(user: UserState, patch: Patch | None) -> UserRecord:
     touch, contact = user.touch, user.contact
-    force = contact.normal * user.force
-    if user.along is not None:
-        force = force + user.along
+    force = user.carried
     limit = MAX_CURVATURE
     return UserRecord(
         user=touch.user,
@@ -43,7 +41,7 @@ def _record(user: UserState, patch: Patch | None) -> UserRecord:
         foot=_vec(contact.foot),
         force=_vec(force),
         c_ii=0.0 if patch is None else patch.c_ii,
-        k_o_coupled=0.0 if patch is None else patch.k_o_coupled,
+        k_o_coupled=0.0 if patch is None else user.k_o_coupled,
         k_h=0.0 if patch is None else patch.k_h,
         integral_gain=0.0 if patch is None else patch.integral_gain,
         loop_delay=min(user.delay.value, MAX_LOOP_DELAY),

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.protocol.scene import UserRecord, encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
@@ -44,6 +45,7 @@ class SceneEncoder:
         self._traversal = traversal
         self._follows_records = follows_records
         self._now = 0.0
+        self._room = NO_LAG
         self._records: Sequence[UserRecord] = ()
         self._surface: Callable[[], Floats] = _nothing
         self._key: tuple[object, ...] = ()
@@ -57,6 +59,7 @@ class SceneEncoder:
         now: float,
         records: Sequence[UserRecord],
         surface: Callable[[], Floats],
+        room: RoomLag = NO_LAG,
     ) -> None:
         """Take the scene after a tick.
 
@@ -65,10 +68,12 @@ class SceneEncoder:
             now: Its time [s].
             records: Of the users.
             surface: Gives the displacement of all vertices, shape (n, 3) [m]; called if needed.
+            room: Its lag.
         """
         self.tick, self._now, self._records, self._surface = tick, now, records, surface
+        self._room = room
         self._frames.clear()
-        key = _key(records)
+        key = (*_key(records), round(1e3 * room.lag), round(1e3 * room.coupling))
         changed = self.version == 0 or key != self._key
         if not self._follows_records:
             shape = surface()
@@ -89,7 +94,7 @@ class SceneEncoder:
         if surface not in self._frames:
             records = b"".join(record.encode() for record in self._records)
             tail = self._tail() if surface else b""
-            self._frames[surface] = encode_scene(self.tick, self._now, records, tail)
+            self._frames[surface] = encode_scene(self.tick, self._now, self._room, records, tail)
         return self._frames[surface]
 
     def _tail(self) -> bytes:

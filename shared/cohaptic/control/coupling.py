@@ -1,26 +1,27 @@
 """When several users on one object are stable: what their contacts share is C.
 
 Each law is a fixed-point iteration of the forces on each other through the body, f <- K (x_h - M f)
-with M = C for the proportional law and M = C off its diagonal for the predictive one (science 3.2,
+with M = C for the paper's laws and M = C off its diagonal for the predictive one (science 3.2,
 3.3). Without delay it converges iff rho(K M) < 1; under any bounded delays, different for each user
 and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969). An integral makes the loop
-depend on its delays: `room_radius` takes them one by one.
+depend on its delays: `sampled_room.py` takes them one by one.
+
+The paper's laws get gains below that. The predictive law keeps K_i = 1 / C_ii whatever the others
+do, and where that is too much for the delays the room's lag makes it stable (science 3.8).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
+from cohaptic.control.room_lag import coupling_matrix, coupling_radius, lag_needed
+from cohaptic.control.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability import Floats, spectral_radius
 from cohaptic.errors import SettingError
-
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +33,15 @@ class Coupling:
             < 1.
         rho_any_delay: Of the absolute values; stable under any bounded delays iff < 1. None with an
             integral: no such bound holds for one.
-        safe_k_h: Gains that `gains.choose_gains` takes, from the row rule [N/m].
+        safe_k_h: Gains that `gains.choose_gains` takes: from the row rule; with the predictive law
+            1 / C_ii, with the room's lag [N/m].
         safe_integral_gain: Same, for the integral [N/(m s)].
         felt_stiffness: What each hand feels alone, at once, with its safe gain; with the pi law
             once its integral has settled [N/m].
         stiffness_loss: Its loss against K_o,i = 1 / C_ii, 0 to 1.
+        coupling: m of science 3.8 with the safe gains; below 1 they need no lag at any constant
+            delays. None for the paper's laws, which have no lag.
+        lag_needed: Above this lag the room with the safe gains is stable [s]; None likewise.
     """
 
     rho_no_delay: float
@@ -45,6 +50,8 @@ class Coupling:
     safe_integral_gain: tuple[float, ...]
     felt_stiffness: tuple[float, ...]
     stiffness_loss: tuple[float, ...]
+    coupling: float | None
+    lag_needed: float | None
 
 
 def check_compliance(C: Floats) -> None:
@@ -59,11 +66,6 @@ def check_compliance(C: Floats) -> None:
     if least <= 0.0:
         limit = "positive definite: an elastic body stores energy"
         raise SettingError("least eigenvalue of the compliance", f"{least:.3g} m/N", limit)
-
-
-def loop_matrix(C: Floats, law: Law) -> Floats:
-    """M of the iteration f <- K (x_h - M f), shape (n, n) [m/N]."""
-    return C - np.diag(np.diag(C)) if law is Law.PREDICTIVE else C
 
 
 def couple(
@@ -82,15 +84,18 @@ def couple(
         C: Contact compliance, shape (n, n) [m/N].
         k_h: Gains to be judged, shape (n,) [N/m].
         law: Local model of everybody.
-        integral_gain: I of everybody, to be judged with k_h [N/(m s)].
+        integral_gain: I of everybody, to be judged with k_h [N/(m s)]; 0 for the predictive law.
         simulation_period: N T [s].
-        delay: Network round trip, for the safe gains [s].
+        delay: Network round trip, for the safe gains and the lag [s].
         max_stiffness: Of the devices [N/m].
 
     Raises:
-        SettingError: C or k_h is not what it must be.
+        SettingError: C, k_h or the integral gain is not what it must be.
     """
     check_compliance(C)
+    if law is Law.PREDICTIVE and integral_gain > 0.0:
+        limit = "0 with the predictive law, which has no integral"
+        raise SettingError("integral_gain", integral_gain, limit)
     n = len(C)
     if k_h.shape != (n,) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
         raise SettingError("k_h", k_h.tolist(), f"{n} gains of at least 0 N/m")
@@ -107,6 +112,11 @@ def couple(
     ]
     no_delay = np.ones(n, dtype=np.int64)
     gains = [Gains(k, integral_gain) for k in k_h.tolist()]
+    m = None
+    if law is Law.PREDICTIVE:
+        m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
+    # From a force to the surface that answers it, and the client's way there: a period each.
+    longest_delay = delay + 2.0 * simulation_period
     return Coupling(
         rho_no_delay=room_radius(C, gains, law, no_delay, simulation_period),
         rho_any_delay=(
@@ -118,6 +128,8 @@ def couple(
         safe_integral_gain=tuple(g.integral_gain for g in safe),
         felt_stiffness=(felt := tuple(_felt(g, C[i, i], law) for i, g in enumerate(safe))),
         stiffness_loss=tuple(float(1.0 - f * C[i, i]) for i, f in enumerate(felt)),
+        coupling=m,
+        lag_needed=None if m is None else lag_needed(m, longest_delay),
     )
 
 
@@ -130,54 +142,11 @@ def _felt(gains: Gains, c_ii: float, law: Law) -> float:
     return float(gains.k_h / (1.0 + gains.k_h * c_ii))  # eq. (11)
 
 
-def room_radius(
-    C: Floats, gains: Sequence[Gains], law: Law, delays: Ints, simulation_period: float
-) -> float:
-    """Spectral radius of a whole room over one simulation period; stable iff < 1.
-
-    What user i sees at tick k is what the body made of everybody's forces of tick k - delays[i].
-    Only its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's
-    side is a change of variables.
-
-    Args:
-        C: Contact compliance, shape (n, n) [m/N].
-        gains: Of each user.
-        law: Of everybody.
-        delays: Simulation periods round each user's loop, at least 1, shape (n,).
-        simulation_period: N T [s].
-    """
-    n, longest = len(C), int(delays.max())
-    M = loop_matrix(C, law)
-    k_h = np.array([g.k_h for g in gains])
-    rate = np.array([g.integral_gain for g in gains]) * simulation_period
-    # State: the integrals, then everybody's forces of the last `longest` ticks, the newest first.
-    A = np.zeros((n * (longest + 1),) * 2)
-    seen = np.zeros((n, len(A)))  # depth of each probe, held still, below what it presses on
-    for i in range(n):
-        seen[i, n * delays[i] : n * (delays[i] + 1)] = -M[i]
-    own = np.zeros((n, len(A)))
-    own[:, :n] = np.eye(n)
-    if law is Law.PREDICTIVE:
-        # ds/dt = I (d - C_ii (K d + s)), exactly over a period in which d is held.
-        c = np.diag(C)
-        kept = np.exp(-rate * c)
-        A[:n] = kept[:, None] * own + ((1.0 - kept) * (1.0 / c - k_h))[:, None] * seen
-    else:
-        A[:n] = own + rate[:, None] * seen
-    A[np.flatnonzero(rate == 0.0)] = 0.0  # no integral: it stays at zero
-    A[n : 2 * n] = k_h[:, None] * seen + own
-    for age in range(2, longest + 1):
-        A[n * age : n * (age + 1), n * (age - 1) : n * age] = np.eye(n)
-    if not rate.any():
-        return spectral_radius(A[n:, n:])
-    return spectral_radius(A)
-
-
 def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Floats:
     """Largest safe gains that keep the users' shares equal: K_i = s / C_ii with one s.
 
-    Never smaller for all than the row rule, since rho is at most the largest row sum; the row rule
-    needs only a client's own row.
+    Safe without a lag, at any bounded delays. Never smaller for all than the row rule, since rho is
+    at most the largest row sum; the row rule needs only a client's own row.
 
     Args:
         C: Shape (n, n) [m/N].

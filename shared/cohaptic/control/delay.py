@@ -11,6 +11,9 @@ from dataclasses import dataclass
 WINDOW = 4.0  # s; a delay counts for at least this long and at most twice that
 UNKNOWN = 1.0  # s; before the first measurement
 LONGEST = 10.0  # s; a client that says more is wrong about its patches
+# Of a loop that may take part: 400 ms of jitter on top of 250 ms each way, and as much again. The
+# room waits for its slowest hand, so a slower one may only watch.
+TOO_LONG = 2.0  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,16 @@ class LoopDelay:
         """Delay that gains are chosen for [s]."""
         largest = max(self.recent, self.before)
         return largest if largest >= 0.0 else UNKNOWN
+
+    @property
+    def counted(self) -> float:
+        """What the room's lag counts: nothing before the first measurement [s]."""
+        return min(TOO_LONG, max(0.0, self.recent, self.before))
+
+    @property
+    def too_long(self) -> bool:
+        """Whether this loop is too slow to take part."""
+        return max(self.recent, self.before) > TOO_LONG
 
     def measured(self, delay: float, now: float) -> LoopDelay:
         """A sample took `delay` [s] round the loop."""

@@ -8,7 +8,8 @@ the surface is the contact point's,
     s = -P C (n f_n + f_t),    P = I - n n',    hence    f_t = -(P C P)^-1 (s + P C n f_n),
 
 and the tangential force changes the depth at which the normal one is balanced, by n . C f_t.
-Everything is local: nothing of the own force comes back late (science 3.3).
+Everything is local: nothing of the own force comes back late (science 3.3). The anchor of a
+sticking contact is material: it goes where others drag it, and the hand feels that (3.10).
 """
 
 from __future__ import annotations
@@ -31,25 +32,34 @@ class Compliance3(NamedTuple):
     xz: float
     yz: float
 
-    def times(self, f: Vec3) -> Vec3:
-        """C f [m]."""
-        return (
-            self.xx * f[0] + self.xy * f[1] + self.xz * f[2],
-            self.xy * f[0] + self.yy * f[1] + self.yz * f[2],
-            self.xz * f[0] + self.yz * f[1] + self.zz * f[2],
-        )
-
 
 class FrictionState(NamedTuple):
     """Memory of the sticking contact.
 
     Fields:
-        stretch: s, the way of the tip along the surface since it stuck [m].
+        stretch: s, the way of the tip over the material since it stuck [m].
         force: f_t on the hand [N].
+        material: Displacement by the others of the material that the contact sticks to, as far as
+            the force has followed it [m].
+        touching: Whether there was contact in the last period.
     """
 
     stretch: Vec3 = ZERO
     force: Vec3 = ZERO
+    material: Vec3 = ZERO
+    touching: bool = False
+
+
+NO_FRICTION = FrictionState()
+
+
+def times(C: Compliance3, f: Vec3) -> Vec3:
+    """C f [m]."""
+    return (
+        C[0] * f[0] + C[3] * f[1] + C[4] * f[2],
+        C[3] * f[0] + C[1] * f[1] + C[5] * f[2],
+        C[4] * f[0] + C[5] * f[1] + C[2] * f[2],
+    )
 
 
 def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
@@ -61,42 +71,88 @@ def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
 
 def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
     """By how much the tangential force takes the contact point away from the tip, n . C f_t [m]."""
-    return dot(normal, C.times(state.force))
+    return dot(normal, times(C, state.force))
+
+
+def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
+    """How far the anchor goes with the material in this period (science 3.10).
+
+    Args:
+        state: After the last period.
+        material: Displacement by the others of the material under the contact now [m].
+        most: Way in this period, so that the force of a contact at rest has no step [m].
+
+    Returns:
+        The way of the anchor in this period, and the displacement that it has followed [m].
+    """
+    if not state.touching:
+        return ZERO, material
+    gap = sub(material, state.material)
+    size = norm(gap)
+    if size > most:
+        gap = scale(gap, most / size)
+    return gap, add(state.material, gap)
+
+
+def stretch_of(force: Vec3, normal: Vec3, C: Compliance3) -> Vec3:
+    """Way of the tip over the material that a force tells of: s = -P C f, stick or slip [m].
+
+    It is that of a law with the object's own stiffness. A softer one has its own spring in a row,
+    which is left out: to tell that from the rest the server would have to split the force by the
+    client's normal, and by its own it would take a part of the normal force for friction.
+
+    Args:
+        force: On the hand [N].
+        normal: Outward unit normal at the contact.
+        C: Contact compliance.
+    """
+    moved = times(C, force)
+    return sub(scale(normal, dot(moved, normal)), moved)
 
 
 def friction_step(
     state: FrictionState,
     moved: Vec3,
+    material: Vec3,
     normal: Vec3,
     normal_force: float,
     C: Compliance3,
     mu: float,
-    share: float = 1.0,
+    share: float,
+    max_stiffness: float,
+    most: float,
 ) -> FrictionState:
     """One period of stick and slip.
 
     Args:
         state: After the last period.
         moved: Way of the tip in this period [m].
+        material: Displacement by the others of the material under the contact [m].
         normal: Outward unit normal at the contact.
         normal_force: f_n on the hand [N]; 0 lets go.
         C: Contact compliance.
         mu: Coefficient of friction.
         share: Of the body's stiffness that the law may use, K_h C_ii (science 3.3).
+        max_stiffness: That the device renders stably, in any direction [N/m].
+        most: By how much what the others do may change the force in this period [N].
     """
-    if normal_force <= 0.0 or mu <= 0.0:
-        return FrictionState()
-    way = add(state.stretch, moved)
+    if normal_force <= 0.0 or mu <= 0.0 or share <= 0.0:
+        return NO_FRICTION
     one, two = tangents(normal)
+    along_n = times(C, scale(normal, normal_force))
+    b1, b2 = dot(along_n, one), dot(along_n, two)
+    c1 = times(C, one)
+    c11, c12, c22 = dot(c1, one), dot(c1, two), dot(times(C, two), two)
+    det = c11 * c22 - c12 * c12
+    if c11 <= 0.0 or det <= 0.0:  # no body's
+        return NO_FRICTION
+    # The compliance of the stiffest direction is at least this.
+    stiffest = det / (c11 + c22)
+    share = min(share, max_stiffness * stiffest)
+    carried, followed = follow_material(state, material, most * stiffest / share)
+    way = sub(add(state.stretch, moved), carried)
     # As coordinates in the tangent plane: the surface turns under the tip.
     s1, s2 = dot(way, one), dot(way, two)
-    along_n = C.times(scale(normal, normal_force))
-    b1, b2 = dot(along_n, one), dot(along_n, two)
-    c1 = C.times(one)
-    c11, c12, c22 = dot(c1, one), dot(c1, two), dot(C.times(two), two)
-    det = c11 * c22 - c12 * c12
-    if det <= 0.0:
-        return FrictionState()
     r1, r2 = s1 + b1, s2 + b2
     f1 = -share * (c22 * r1 - c12 * r2) / det
     f2 = -share * (c11 * r2 - c12 * r1) / det
@@ -106,7 +162,8 @@ def friction_step(
         f1, f2 = f1 * limit / size, f2 * limit / size
         s1 = -(c11 * f1 + c12 * f2) / share - b1
         s2 = -(c12 * f1 + c22 * f2) / share - b2
-    return FrictionState(add(scale(one, s1), scale(two, s2)), add(scale(one, f1), scale(two, f2)))
+    stretch = add(scale(one, s1), scale(two, s2))
+    return FrictionState(stretch, add(scale(one, f1), scale(two, f2)), followed, True)
 
 
 def tangential(force: Vec3, normal: Vec3, normal_force: float) -> Vec3:

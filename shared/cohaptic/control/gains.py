@@ -1,15 +1,14 @@
-"""The one place that decides a gain.
-
-Every rule is a row bound: a client's gains need nothing but its own row of |C| and its own delay:
+"""The one place that decides a gain; `room_lag.py` decides the room's time.
 
     proportional   K_h,i < 1 / sum_j |C_ij|                  any bounded delay (3.2; Chazan and
                                                              Miranker 1969), and (8) when alone
     pi             K_h,i a share of the same, I from the edge of the stability area at the measured
                    delay (3.1)
-    predictive     K_i <= min(1 / C_ii, alpha / sum_{j!=i} |C_ij|) at any delay (3.3); where that is
-                   less than 1 / C_ii, I restores the rest as fast as the measured delay allows
+    predictive     K_i = 1 / C_ii at any delay, whoever else is there (3.8): the room's lag keeps
+                   several hands stable, and no gain is lowered for a neighbour
 
-and below what the device renders stably (Colgate's limit, as the device states it).
+and below what the device renders stably (Colgate's limit, as the device states it). Where that is
+less than the object's stiffness the hand feels the device's, and nothing restores the rest.
 """
 
 from __future__ import annotations
@@ -27,9 +26,6 @@ ALPHA = 0.9
 # carries the force in the end; a larger K_h buys little and swings more.
 PI_SHARE_K = 0.3
 PI_SHARE_I = 0.3
-# Of `predictive`: share of the integral's largest rate for equal delays. The rest is for unequal
-# ones and for hands; tested on thousands of rooms (`cohaptic experiment hands`).
-RESTORING_SHARE = 0.5
 LONGEST_DELAY = 64  # simulation periods that the search for I looks at
 
 
@@ -72,47 +68,14 @@ def choose_gains(
     if law is Law.PROPORTIONAL:
         return Gains(min(alpha * coupled, max_stiffness))
     if law is Law.PI:
-        k_h = min(PI_SHARE_K * coupled, max_stiffness)
+        # Its integral, too, is one of the stiffness that the device renders.
+        coupled = min(coupled, max_stiffness)
+        k_h = PI_SHARE_K * coupled
         # The client moves to a new patch over one period, which counts as one more.
         periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
         edge = largest_integral(k_h / coupled, periods)
         return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
-    others = sum(abs(c) for j, c in enumerate(row) if j != i)
-    k_h = 1.0 / row[i]
-    if others > 0.0:
-        k_h = min(k_h, alpha / others)
-    k_h = min(k_h, max_stiffness)
-    kappa = k_h * row[i]
-    if kappa > 1.0 - 1e-9:
-        return Gains(k_h)
-    rate = restoring_rate(kappa, others / row[i], loop_delay + simulation_period)
-    return Gains(k_h, rate / row[i])
-
-
-def restoring_rate(kappa: float, coupling: float, round_trip: float) -> float:
-    """How fast the predictive law's integral may bring K to 1 / C_ii [1/s].
-
-    The force follows d / C_ii through h(s) = (kappa s + a) / (s + a). For a room of equal clients
-    the loop is 1 + lambda h(s) e^(-s R), lambda the eigenvalues of the scaled W: above -1, since C
-    is positive definite, and at most `coupling`. For lambda < 0 it is stable for every a. For
-    lambda = coupling > 1 its gain falls to 1 at
-
-        nu_b a,   nu_b^2 = (coupling^2 - 1) / (1 - (kappa coupling)^2),
-
-    where the phase left is pi - atan(nu_b) + atan(kappa nu_b): it is used up at
-    a R = that / nu_b. Half of it is taken.
-
-    Args:
-        kappa: K_i C_ii, the share of 1 / C_ii that the fast gain has.
-        coupling: sum_{j!=i} |C_ij| / C_ii.
-        round_trip: R, of this client [s].
-    """
-    fast = kappa * coupling
-    if coupling <= 1.0:
-        return 1.0 / round_trip
-    nu_b = math.sqrt((coupling * coupling - 1.0) / max(1e-9, 1.0 - fast * fast))
-    phase = math.pi - math.atan(nu_b) + math.atan(kappa * nu_b)
-    return min(1.0, RESTORING_SHARE * phase / nu_b) / round_trip
+    return Gains(min(1.0 / row[i], max_stiffness))
 
 
 @lru_cache(maxsize=4096)

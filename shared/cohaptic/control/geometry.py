@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from cohaptic.vec import Vec3, dot, lerp, sub, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, lerp, sub, unit
 
 
 class Sight(NamedTuple):
@@ -21,15 +21,15 @@ class Sight(NamedTuple):
         depth: Of the probe below the surface, negative outside [m].
         normal: Outward unit normal at the foot of the probe.
         c_ii: Compliance of the contact there [m/N].
-        own_force: Own normal force that the body carries at the patch's tick [N].
-        u_others: Displacement of the contact by the others, along the normal [m].
+        own_force: On this hand that the body carries at the patch's tick, its opposite [N].
+        u_others: Displacement of the material under the contact by the others [m].
     """
 
     depth: float
     normal: Vec3
     c_ii: float
-    own_force: float
-    u_others: float
+    own_force: Vec3
+    u_others: Vec3
 
 
 class Surface(Protocol):
@@ -49,16 +49,16 @@ class LocalSurface:
         normal: Outward unit normal.
         curvature: 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m].
         c_ii: Compliance of the contact [m/N].
-        own_force: Own normal force that the body carries at the patch's tick [N].
-        u_others: Displacement of the point by the others, along the normal [m].
+        own_force: On this hand that the body carries at the patch's tick, its opposite [N].
+        u_others: Displacement of the material under the contact by the others [m].
     """
 
     x_free: Vec3
     normal: Vec3
     curvature: float
     c_ii: float
-    own_force: float
-    u_others: float
+    own_force: Vec3
+    u_others: Vec3
 
     def look(self, probe: Vec3) -> Sight:
         """What a probe at `probe` [m] sees."""
@@ -105,12 +105,14 @@ def blend(a: Sight, b: Sight, s: float) -> Sight:
         return b
     if s <= 0.0:
         return a
+    # On a plane that only moves the normal is the same: what is not turned need not be made unit.
+    same = a.normal == b.normal
     return Sight(
         a.depth + s * (b.depth - a.depth),
-        unit(lerp(a.normal, b.normal, s), b.normal),
+        b.normal if same else unit(lerp(a.normal, b.normal, s), b.normal),
         a.c_ii + s * (b.c_ii - a.c_ii),
-        a.own_force + s * (b.own_force - a.own_force),
-        a.u_others + s * (b.u_others - a.u_others),
+        lerp(a.own_force, b.own_force, s),
+        lerp(a.u_others, b.u_others, s),
     )
 
 
@@ -121,10 +123,10 @@ def shift(sight: Sight, by: Sight | None) -> Sight:
     n, d = sight.normal, by.normal
     return Sight(
         sight.depth + by.depth,
-        unit((n[0] + d[0], n[1] + d[1], n[2] + d[2]), n),
+        n if d == ZERO else unit((n[0] + d[0], n[1] + d[1], n[2] + d[2]), n),
         sight.c_ii + by.c_ii,
-        sight.own_force + by.own_force,
-        sight.u_others + by.u_others,
+        add(sight.own_force, by.own_force),
+        add(sight.u_others, by.u_others),
     )
 
 
@@ -134,6 +136,6 @@ def difference(a: Sight, b: Sight) -> Sight:
         a.depth - b.depth,
         sub(a.normal, b.normal),
         a.c_ii - b.c_ii,
-        a.own_force - b.own_force,
-        a.u_others - b.u_others,
+        sub(a.own_force, b.own_force),
+        sub(a.u_others, b.u_others),
     )

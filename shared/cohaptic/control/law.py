@@ -11,13 +11,14 @@ from enum import Enum
 from typing import NamedTuple
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.predictive import predictive_step
+from cohaptic.control.predictive import predictive_force
 from cohaptic.control.proportional import proportional_force, proportional_stiffness
 from cohaptic.control.proportional_integral import (
     IntegralState,
     Thresholds,
     proportional_integral_step,
 )
+from cohaptic.vec import dot
 
 
 class Law(Enum):
@@ -61,14 +62,16 @@ class LocalForce(NamedTuple):
         normal_force: On the hand along the surface's normal, never negative [N].
         felt_from_others: Its part that is there because others touch too [N].
         indentation: Of the surface under the probe, own force included [m].
+        stored: In the law's spring; what is more in its force is no spring's [J].
     """
 
     normal_force: float
     felt_from_others: float
     indentation: float
+    stored: float
 
 
-NO_FORCE = LocalForce(0.0, 0.0, 0.0)
+NO_FORCE = LocalForce(0.0, 0.0, 0.0, 0.0)
 AT_REST = IntegralState()
 _DEFAULT = LawSettings()
 
@@ -80,7 +83,7 @@ def pressed_depth(law: Law, sight: Sight) -> float:
     """
     if law is Law.PREDICTIVE:
         return sight.depth
-    return sight.depth - sight.c_ii * sight.own_force
+    return sight.depth - sight.c_ii * dot(sight.own_force, sight.normal)
 
 
 def local_force(
@@ -103,34 +106,27 @@ def local_force(
     """
     d_free = sight.depth
     # Where the probe would stand to the body if nobody else touched it.
-    d_alone = max(0.0, d_free - sight.u_others)
+    d_alone = max(0.0, d_free - dot(sight.u_others, sight.normal))
     if law is Law.PREDICTIVE:
-        integral, f = predictive_step(
-            memory.force,
-            d_free,
+        f = predictive_force(d_free, gains.k_h)
+        stored = 0.5 * f * d_free
+        return memory, LocalForce(f, f - gains.k_h * d_alone, sight.c_ii * f, stored)
+    d = pressed_depth(law, sight)
+    stored = 0.5 * gains.k_h * d * d if d > 0.0 else 0.0
+    stiffness = proportional_stiffness(k_h=gains.k_h, c_ii=sight.c_ii)
+    if law is Law.PROPORTIONAL:
+        f = proportional_force(d, k_h=gains.k_h)
+    else:
+        memory, f = proportional_integral_step(
+            memory,
+            d,
             k_h=gains.k_h,
             integral_gain=gains.integral_gain,
-            c_ii=sight.c_ii,
+            thresholds=settings.thresholds,
+            release_time=settings.release_time,
+            max_force=settings.max_force,
             dt=dt,
         )
-        memory = IntegralState(integral, 0.0, d_free)
-        stiffness = f / d_free if d_free > 0.0 else gains.k_h
-    else:
-        d = pressed_depth(law, sight)
-        stiffness = proportional_stiffness(k_h=gains.k_h, c_ii=sight.c_ii)
-        if law is Law.PROPORTIONAL:
-            f = proportional_force(d, k_h=gains.k_h)
-        else:
-            memory, f = proportional_integral_step(
-                memory,
-                d,
-                k_h=gains.k_h,
-                integral_gain=gains.integral_gain,
-                thresholds=settings.thresholds,
-                release_time=settings.release_time,
-                max_force=settings.max_force,
-                dt=dt,
-            )
-            # Once the integral has settled the surface follows the probe: K_o is felt.
-            stiffness = f / d_free if d_free > 0.0 else stiffness
-    return memory, LocalForce(f, f - stiffness * d_alone, sight.c_ii * f)
+        # Once the integral has settled the surface follows the probe: K_o is felt.
+        stiffness = f / d_free if d_free > 0.0 else stiffness
+    return memory, LocalForce(f, f - stiffness * d_alone, sight.c_ii * f, stored)

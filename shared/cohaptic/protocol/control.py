@@ -14,10 +14,12 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
+from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.vec import Vec3
 
 MAX_TEXT = 4096  # characters of one control message
+MAX_BODY_NAME = 1024  # characters; a file's name, with room for its folders
+MIN_PERIOD, MAX_PERIOD = 0.005, 0.1  # s
 M = TypeVar("M")
 GeometryName = Literal["plane", "sphere", "mesh"]
 
@@ -25,6 +27,12 @@ GeometryName = Literal["plane", "sphere", "mesh"]
 Name = Annotated[
     str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
 ]
+
+
+Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
+# The rates that a server may be told, 10 to 200 Hz; a loop that believed another would ramp its
+# surface in no time, or for ever.
+Period = Annotated[float, Field(ge=MIN_PERIOD, le=MAX_PERIOD)]  # [s]
 
 
 class ControlMessage(BaseModel):
@@ -54,6 +62,8 @@ class Hello(ControlMessage):
         law: Local model that the client runs.
         max_stiffness: Largest gain that the device renders stably [N/m].
         max_force: Largest force that the client lets the device give; the body takes no more [N].
+        damping_budget: What the client's passivity layer may damp on this device (Colgate); the
+            less, the more the room's lag has to do (science 3.8) [N s/m].
         geometry: Local surface that the client wants; `mesh` gets the resting mesh first.
         friction: Whether the force may have a part along the surface; patches then carry the
             compliance of the contact in all directions.
@@ -66,6 +76,7 @@ class Hello(ControlMessage):
     law: Law = Law.PREDICTIVE
     max_stiffness: float = Field(default=1000.0, gt=0.0, le=1e6)
     max_force: float = Field(default=10.0, gt=0.0, le=100.0)
+    damping_budget: float = Field(default=0.0, ge=0.0, le=1000.0)
     geometry: GeometryName = "plane"
     friction: bool = False
     fixed_gains: FixedGains | None = None
@@ -100,10 +111,10 @@ class BodyInfo(ControlMessage):
         contact_radius: Of the pressure under a contact (science 3.5) [m].
     """
 
-    name: str
-    center: Vec3
-    radius: float
-    contact_radius: float
+    name: Annotated[str, Field(max_length=MAX_BODY_NAME)]
+    center: tuple[Coordinate, Coordinate, Coordinate]
+    radius: float = Field(gt=0.0, le=MAX_POSITION)
+    contact_radius: float = Field(gt=0.0, le=MAX_POSITION)
 
 
 class Welcome(ControlMessage):
@@ -123,7 +134,7 @@ class Welcome(ControlMessage):
     protocol: int = PROTOCOL_VERSION
     user: int
     name: Name
-    simulation_period: float = Field(gt=0.0)
+    simulation_period: Period
     to_wall: float = 0.0
     body: BodyInfo
     users: tuple[str, ...]

@@ -20,6 +20,7 @@ from cohaptic.protocol.control import (
     Error,
     Hello,
     Name,
+    Period,
     SetLaw,
     UserJoined,
     UserLeft,
@@ -111,7 +112,7 @@ class Watching(ControlMessage):
 
     type: Literal["watching"] = "watching"
     protocol: int = PROTOCOL_VERSION
-    simulation_period: float = Field(gt=0.0)
+    simulation_period: Period
     to_wall: float = 0.0
     body: BodyInfo
     model: Model | None

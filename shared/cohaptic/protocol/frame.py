@@ -19,7 +19,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
 MAX_FRAME_BYTES = 128
-MAX_MESH_FRAME_BYTES = 1100  # of a mesh patch: with its headers below the 1,280 of every path
+MAX_MESH_FRAME_BYTES = 1120  # of a mesh patch: with its headers below the 1,280 of every path
 MAX_POSITION = 10.0  # m; nobody's workspace reaches further from the body
 MAX_FORCE = 100.0  # N; several times what any haptic device gives
 HEADER = struct.Struct("<BBH")

@@ -18,7 +18,7 @@ from cohaptic.vec import Vec3
 
 _HEAD = struct.Struct("<Hff")
 _ITEM = struct.Struct("<H3hH")
-MAX_VERTICES = 97  # 1,092 bytes with a patch that has its compliance too
+MAX_VERTICES = 97  # 1,108 bytes with a patch that has its compliance too
 _SMALLEST = 2.0**-126
 _I16 = 2**15 - 1
 _U16 = 2**16 - 1

@@ -2,18 +2,21 @@
 
 State, not an event: the newest replaces every older one. The patch is the surface *free of this
 client's own force* (science 3.3); with `c_ii` and `own_force` the surface as it stands follows,
-x_o = x_free - c_ii own_force normal, so that one message serves every law. A mesh patch has a tail,
-the neighbourhood (`neighbourhood.py`); its curvature serves where that one ends.
+x_o = x_free - c_ii own_force, so that one message serves every law. A mesh patch has a tail, the
+neighbourhood (`neighbourhood.py`); its curvature serves where that one ends. A client believes no
+number that would make its loop dangerous: each has bounds, on either side of the wire.
 """
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -30,10 +33,18 @@ from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY = struct.Struct("<IIddf3f3f8f")
+_BODY = struct.Struct("<IIddf3f3f4f3f3ffee")
 SIZE = HEADER.size + _BODY.size
 _U32 = 2**32 - 1
 MAX_STIFFNESS = 1e6  # N/m
+# What is held or hard has this compliance: a contact like any other, with the device's stiffness.
+MIN_COMPLIANCE = 1.0 / MAX_STIFFNESS  # m/N
+MAX_CURVATURE = 1e4  # 1/m; a tenth of a millimetre round
+MAX_LAG = 60.0  # s; a room of sixteen hands at one place, a second away, needs less
+MAX_COUPLING = 1e3  # of 64 hands at one place it is 63
+MAX_MARGIN = 6e4  # what 16 bits hold; a room without coupling is as far from the edge as can be
+# c_ii is seen again along the normal of `compliance`, rounded to 32 bits.
+_ROUNDING = 1e-6
 _GEOMETRY_MASK = 0x000F
 _LAW_SHIFT = 4
 _LAW_MASK = 0x000F
@@ -65,13 +76,12 @@ class Patch:
         x_free: Contact point of the surface without this client's own force [m].
         normal: Outward unit normal there.
         curvature: Of a sphere or mesh patch, positive for a body bulging towards the hand [1/m].
-        k_o: Stiffness of the body at the contact, alone: 1 / c_ii [N/m].
-        k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| (3.2) [N/m].
         c_ii: Compliance of the contact [m/N].
         k_h: Gain that the server chose for the client's law [N/m].
         integral_gain: I of the law's integral; 0 when unused [N/(m s)].
-        own_force: Normal force of this client that the body carries at this tick [N].
-        u_others: Displacement of the contact point by the others, along the normal [m].
+        own_force: Force on this hand that the body carries at this tick, its opposite [N].
+        u_others: Displacement of the material under the contact by the others [m].
+        room: How soon the object answers the others (science 3.8).
         neighbourhood: Of a mesh patch: the surface around the contact; None for the others.
         compliance: Of the contact in all directions, for a client with friction; None without.
     """
@@ -86,15 +96,19 @@ class Patch:
     x_free: Vec3
     normal: Vec3
     curvature: float
-    k_o: float
-    k_o_coupled: float
     c_ii: float
     k_h: float
     integral_gain: float
-    own_force: float
-    u_others: float
+    own_force: Vec3
+    u_others: Vec3
+    room: RoomLag = NO_LAG
     neighbourhood: Neighbourhood | None = None
     compliance: Compliance3 | None = None
+
+    @property
+    def k_o(self) -> float:
+        """Stiffness of the body at the contact, alone: 1 / c_ii [N/m]."""
+        return 1.0 / self.c_ii
 
     def encode(self) -> bytes:
         """The frame of this patch; raises LocalProtocolError when a value is out of its limits."""
@@ -115,13 +129,14 @@ class Patch:
             *self.x_free,
             *self.normal,
             self.curvature,
-            self.k_o,
-            self.k_o_coupled,
             self.c_ii,
             self.k_h,
             self.integral_gain,
-            self.own_force,
-            self.u_others,
+            *self.own_force,
+            *self.u_others,
+            self.room.lag,
+            self.room.coupling,
+            min(self.room.margin, MAX_MARGIN),
         )
         return HEADER.pack(PROTOCOL_VERSION, FrameKind.PATCH, flags) + body + tail
 
@@ -147,8 +162,9 @@ class Patch:
         tick, seq, t_server, t_client, wait, *v = _BODY.unpack_from(data, HEADER.size)
         patch = cls(
             tick, seq, t_server, t_client, wait, Geometry(kind), LAWS[law - 1],
-            (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9], v[10], v[11],
-            v[12], v[13], neighbourhood, compliance,
+            (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9],
+            (v[10], v[11], v[12]), (v[13], v[14], v[15]), RoomLag(v[16], v[17], v[18]),
+            neighbourhood, compliance,
         )  # fmt: skip
         patch._check(remote=True)
         return patch
@@ -159,16 +175,25 @@ class Patch:
             raise wrong(what, self.neighbourhood, limit, remote=remote)
         check_range("tick of a patch", self.tick, 1, _U32, remote=remote)
         check_range("seq of a patch", self.seq, 0, _U32, remote=remote)
-        check_finite("time stamp", self.t_server, self.t_client, self.curvature, remote=remote)
+        check_finite("time stamp", self.t_server, self.t_client, remote=remote)
         check_range("sample_wait", self.sample_wait, 0.0, 1e6, remote=remote)
         check_vector("x_free", self.x_free, MAX_POSITION, "m", remote=remote)
         check_finite("normal", *self.normal, remote=remote)
         check_range("length of normal", norm(self.normal), 0.999, 1.001, remote=remote)
-        for name in ("k_o", "k_o_coupled", "k_h"):
-            check_range(name, getattr(self, name), 0.0, MAX_STIFFNESS, remote=remote)
-        check_range("c_ii", self.c_ii, 0.0, MAX_POSITION, remote=remote)
+        check_range("curvature", self.curvature, -MAX_CURVATURE, MAX_CURVATURE, remote=remote)
+        least = MIN_COMPLIANCE * (1.0 - _ROUNDING)
+        check_range("c_ii", self.c_ii, least, MAX_POSITION, remote=remote)
+        check_range("k_h", self.k_h, 0.0, MAX_STIFFNESS, remote=remote)
         check_range("integral_gain", self.integral_gain, 0.0, 1e9, remote=remote)
-        check_range("own_force", self.own_force, 0.0, MAX_FORCE, remote=remote)
+        check_vector("own_force", self.own_force, MAX_FORCE, "N", remote=remote)
+        check_vector("u_others", self.u_others, MAX_POSITION, "m", remote=remote)
+        check_room(self.room, remote=remote)
         for value in self.compliance or ():
             check_range("compliance", value, -MAX_POSITION, MAX_POSITION, remote=remote)
-        check_range("u_others", self.u_others, -MAX_POSITION, MAX_POSITION, remote=remote)
+
+
+def check_room(room: RoomLag, *, remote: bool) -> None:
+    """Raise unless what is said of a room can be true; NaN raises too."""
+    check_range("lag of the room", room.lag, 0.0, MAX_LAG, remote=remote)
+    check_range("coupling of the room", room.coupling, 0.0, MAX_COUPLING, remote=remote)
+    check_range("margin of the room", room.margin, 0.0, math.inf, remote=remote)

@@ -10,6 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
+from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -21,13 +22,13 @@ from cohaptic.protocol.frame import (
     check_vector,
     open_header,
 )
-from cohaptic.protocol.patch import LAWS, MAX_STIFFNESS, Geometry
+from cohaptic.protocol.patch import LAWS, MAX_MARGIN, MAX_STIFFNESS, Geometry, check_room
 from cohaptic.protocol.scene_surface import Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY = struct.Struct("<IdHH")
+_BODY = struct.Struct("<IdHHfee")
 _USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
 HEAD_SIZE = HEADER.size + _BODY.size
 USER_SIZE = _USER.size
@@ -139,12 +140,14 @@ class Scene:
         t_server: Time of the tick on the server's clock [s].
         users: Who is there, those too whose force still fades.
         surface: Displacement of the vertices of the rest mesh; None in a frame of forces only.
+        room: How soon the object answers the others (science 3.8).
     """
 
     tick: int
     t_server: float
     users: tuple[UserRecord, ...]
     surface: Surface | None = None
+    room: RoomLag = NO_LAG
 
     def encode(self, traversal: Traversal) -> bytes:
         """The frame; raises LocalProtocolError when a value is out of its limits.
@@ -154,7 +157,7 @@ class Scene:
         """
         records = b"".join(user.encode() for user in self.users)
         surface = b"" if self.surface is None else self.surface.encode(traversal)
-        return encode_scene(self.tick, self.t_server, records, surface)
+        return encode_scene(self.tick, self.t_server, self.room, records, surface)
 
     @classmethod
     def decode(cls, data: bytes, traversal: Traversal) -> Scene:
@@ -168,23 +171,27 @@ class Scene:
         check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
         if len(data) < HEAD_SIZE:
             raise RemoteProtocolError("scene length", len(data), f"at least {HEAD_SIZE} bytes")
-        tick, t_server, users, _ = _BODY.unpack_from(data, HEADER.size)
-        _check(tick, t_server, users, remote=True)
+        tick, t_server, users, _, *times = _BODY.unpack_from(data, HEADER.size)
+        room = RoomLag(*times)
+        _check(tick, t_server, users, room, remote=True)
         end = HEAD_SIZE + users * USER_SIZE
         if len(data) < end or (len(data) > end and not flags & _SURFACE_FLAG):
             limit = f"{end} bytes" + (" and a surface" if flags & _SURFACE_FLAG else "")
             raise RemoteProtocolError("scene length", len(data), limit)
         records = tuple(UserRecord.decode(data, at) for at in range(HEAD_SIZE, end, USER_SIZE))
         surface = Surface.decode(data[end:], traversal) if flags & _SURFACE_FLAG else None
-        return cls(tick, t_server, records, surface)
+        return cls(tick, t_server, records, surface, room)
 
 
-def encode_scene(tick: int, t_server: float, records: bytes, surface: bytes) -> bytes:
+def encode_scene(
+    tick: int, t_server: float, room: RoomLag, records: bytes, surface: bytes
+) -> bytes:
     """A frame from its parts, encoded before: one surface serves many frames.
 
     Args:
         tick: Simulation tick.
         t_server: Its time [s].
+        room: Lag of the room.
         records: Of the users, one behind the other.
         surface: Empty for a frame of forces only.
 
@@ -192,13 +199,15 @@ def encode_scene(tick: int, t_server: float, records: bytes, surface: bytes) -> 
         LocalProtocolError: A value is out of its limits.
     """
     users = len(records) // USER_SIZE
-    _check(tick, t_server, users, remote=False)
+    _check(tick, t_server, users, room, remote=False)
     flags = _SURFACE_FLAG if surface else 0
     head = HEADER.pack(PROTOCOL_VERSION, FrameKind.SCENE, flags)
-    return head + _BODY.pack(tick, t_server, users, 0) + records + surface
+    times = (room.lag, room.coupling, min(room.margin, MAX_MARGIN))
+    return head + _BODY.pack(tick, t_server, users, 0, *times) + records + surface
 
 
-def _check(tick: int, t_server: float, users: int, *, remote: bool) -> None:
+def _check(tick: int, t_server: float, users: int, room: RoomLag, *, remote: bool) -> None:
     check_range("tick of a scene", tick, 1, _U32, remote=remote)
     check_finite("time stamp", t_server, remote=remote)
     check_range("users of a scene", users, 0, MAX_USERS, remote=remote)
+    check_room(room, remote=remote)

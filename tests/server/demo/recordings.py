@@ -11,6 +11,7 @@ from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Recording
+from cohaptic_server.demo.drag import RIGHT, true_drag
 from cohaptic_server.demo.scene import Scene, truth
 from cohaptic_server.room import describe
 
@@ -23,29 +24,27 @@ def blank(name: str, t: Floats) -> Recording:
     return Recording(name, columns)
 
 
+def levels(scene: Scene, body: Body, t: Floats) -> Floats:
+    """What everybody intends, shape (users, n)."""
+    info = describe(body)
+    intentions = [scene.script(u).intention(info.center, info.radius) for u in range(scene.users)]
+    return np.array([[i.level(at) for at in t] for i in intentions])
+
+
 def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
     """A scene of which everybody feels the truth, the others' part of it `delay` later [s]."""
     t = np.arange(0.0, seconds, STEP)
-    info = describe(body)
     pressed, released = truth(scene, body, pressed=True), truth(scene, body, pressed=False)
-    intentions = [scene.script(u).intention(info.center, info.radius) for u in range(scene.users)]
-    levels = np.array([[i.level(at) for at in t] for i in intentions])
+    level = levels(scene, body, t)
 
     def between(off: Floats, on: Floats, late: float = 0.0) -> Floats:
         """From the one to the other as the first hand presses, shape (users, ..., n)."""
-        share = np.asarray(np.interp(t - late, t, levels[0]), dtype=np.float64)
+        share = np.asarray(np.interp(t - late, t, level[0]), dtype=np.float64)
         return np.asarray(off[..., None] + (on - off)[..., None] * share)
-
-    def lift(at_rest: Floats, compliance: Floats) -> Floats:
-        """Displacement of each contact by the others, along its outward normal [m]."""
-        return np.asarray(np.diag(compliance) * at_rest - compliance @ at_rest)
 
     tip = between(released.tip, pressed.tip)
     force = between(released.force, pressed.force)
-    felt = between(released.felt_from_others, pressed.felt_from_others)
-    lifted = between(
-        lift(released.force, released.compliance), lift(pressed.force, pressed.compliance), delay
-    )
+    felt = between(released.felt_from_others, pressed.felt_from_others, delay)
     found: list[Recording] = []
     for user, name in enumerate(scene.names):
         recording = blank(name, t)
@@ -53,10 +52,29 @@ def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Re
         recording.columns.update(
             zip(("x", "y", "z", "fx", "fy", "fz"), [*tip[user], *(force[user] * out)], strict=True)
         )
-        recording.columns.update(
-            felt_from_others=felt[user], u_others=lifted[user], level=levels[user]
-        )
+        recording.columns.update(felt_from_others=felt[user], level=level[user])
         recording.columns["k_h"] += 200.0
+        found.append(recording)
+    return found
+
+
+def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
+    """A scene in which the first hand drags, and the second is dragged `delay` later [s]."""
+    t = np.arange(0.0, seconds, STEP)
+    level, true, info = levels(scene, body, t), true_drag(scene, body), describe(body)
+    late = np.asarray(np.interp(t - delay, t, level[0]), dtype=np.float64)
+    found: list[Recording] = []
+    for user, name in enumerate(scene.names):
+        script, recording = scene.script(user), blank(name, t)
+        intention = script.intention(info.center, info.radius)
+        share: Floats = late if user == RIGHT else level[0]
+        off, on = true.rest.force[user], true.dragged.force[user]
+        force: Floats = off[:, None] + (on - off)[:, None] * share
+        wanted = np.array([intention.tip(at) for at in level[user]]).T
+        recording.columns.update(zip(("fx", "fy", "fz"), force, strict=True))
+        tip = wanted + force / script.hand.stiffness
+        recording.columns.update(zip(("x", "y", "z"), tip, strict=True))
+        recording.columns["level"] = level[user]
         found.append(recording)
     return found
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cohaptic.cli import main
-from cohaptic_server.demo.cli import sparkline
 
 
 @pytest.mark.parametrize(
@@ -25,6 +21,15 @@ from cohaptic_server.demo.cli import sparkline
             "body of the demonstration is 'spring'; it must be balloon or a file",
         ),
         (["--young", "1000"], "body is 'balloon'; it must be a file, for options that describe"),
+        (["--friction", "2.5"], "friction is 2.5; it must be from 0 to 2"),
+        (
+            ["--friction", "0.8", "--users", "3"],
+            "number of users with friction is 3; it must be 2: one is dragged",
+        ),
+        (
+            ["--friction", "0.8", "--body", "a.stl"],
+            "body of the demonstration with friction is 'a.stl'; it must be balloon",
+        ),
         (["--json", "no/such/folder/out.json"], "there is no folder"),
     ],
 )
@@ -44,13 +49,3 @@ def test_what_cannot_be_shown_is_one_sentence_and_starts_nothing(
     assert words in err
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
-
-
-@given(st.lists(st.floats(-100.0, 100.0), max_size=60))
-def test_a_sparkline_has_a_block_for_each_force_and_never_falls_with_it(
-    forces: list[float],
-) -> None:
-    blocks = sparkline(deque(forces))
-    assert len(blocks) == len(forces)
-    heights = [sparkline(deque([force])) for force in sorted(forces)]
-    assert heights == sorted(heights)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic.hands import Place
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.demo.scene import MEASURE, PRESS_DEPTH, Scene, truth
+from cohaptic_server.demo.scene import BESIDE, DRAG, MEASURE, PRESS_DEPTH, Scene, truth
 
 users = st.integers(2, 16)
 
@@ -89,3 +89,32 @@ def test_hands_with_places_stand_there(balloon: Balloon) -> None:
     assert [s.depth for s in scripts] == [0.016, 0.008]
     pressed = truth(scene, balloon, pressed=True)
     assert pressed.tip[0, 1] > 0.05 > -0.05 > pressed.tip[1, 1]
+
+
+def test_with_friction_two_stand_side_by_side_and_the_first_drags() -> None:
+    scene = Scene(friction=0.8)
+    left, right = (scene.script(user) for user in range(2))
+    assert (left.drag, right.drag) == (DRAG, 0.0)
+    assert (left.rhythm, right.rhythm) == (scene.rhythm, None)
+    assert left.depth == right.depth == PRESS_DEPTH
+    # On the side to which it drags.
+    assert right.angle - left.angle == pytest.approx(BESIDE)
+    assert not Scene().drags
+    assert Scene().script(0).drag == 0.0
+
+
+@given(st.floats(6.0, 60.0), st.floats(0.0, 1.0))
+def test_a_press_and_a_drag_fit_into_the_duration(duration: float, delay: float) -> None:
+    scene = Scene(delay=delay, duration=duration, friction=0.8)
+    assert 1.5 * scene.rhythm.period <= duration - 3.0 + 1e-9
+
+
+@pytest.mark.parametrize("mu", [-0.1, 2.1, math.nan])
+def test_an_absurd_friction_is_refused_with_the_limits(mu: float) -> None:
+    with pytest.raises(SettingError, match=r"friction is .*; it must be from 0 to 2"):
+        Scene(friction=mu)
+
+
+def test_nobody_is_dragged_by_a_crowd() -> None:
+    with pytest.raises(SettingError, match="number of users with friction is 3; it must be 2"):
+        Scene(3, friction=0.5)

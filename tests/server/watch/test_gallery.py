@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cohaptic.control.room import RoomLag
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.control_watch import EncodingName, Watch, Watching, decode_watch_control
-from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.patch import MAX_MARGIN, Patch
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import FINEST
 from cohaptic.protocol.traversal import Traversal
@@ -59,7 +60,8 @@ def test_a_record_is_what_the_patch_and_the_body_say(small_balloon: Balloon) -> 
             assert record.k_h == patch.k_h
             assert record.c_ii == patch.c_ii
             assert np.allclose(record.normal, patch.normal, atol=1e-6)
-            assert np.dot(record.force, record.normal) == pytest.approx(patch.own_force)
+            assert record.force == pytest.approx(patch.own_force)
+            assert record.k_o_coupled == user.k_o_coupled <= patch.k_o * (1.0 + 1e-12)
             # The force is what the loads are, with the other sign.
             whole = sum((load.force * load.direction for load in user.press.loads()), np.zeros(3))
             assert np.allclose(record.force, -whole)
@@ -203,6 +205,35 @@ def test_a_scene_that_the_wire_cannot_carry_is_not_shown_and_says_why(
     shown.show(watcher, 0.5, clear=True)
     assert len(watcher.take(clear=True)) == 1
     assert shown.problem is None
+
+
+def test_the_rooms_time_is_shown_and_a_change_of_it_is_news() -> None:
+    """Forces that are on their way do not show yet, but how long they take does."""
+    x, faces = icosphere(1, 0.1)
+    there = Traversal.of(len(x), faces)
+    encoder = SceneEncoder(there, follows_records=True)
+    rooms = [RoomLag(), RoomLag(0.125, 1.5, 2.0), RoomLag(0.125, 1.5, 2.0), RoomLag(0.0, 1.5, 2.0)]
+    versions = list[int]()
+    for tick, room in enumerate(rooms, start=1):
+        encoder.see(tick, 0.0, (), lambda: np.zeros_like(x), room)
+        shown = Scene.decode(encoder.frame(surface=False), there).room
+        assert shown == room._replace(margin=min(room.margin, MAX_MARGIN))
+        versions.append(encoder.version)
+    assert versions == [1, 2, 2, 3]
+
+
+def test_a_scene_shows_the_room_of_its_tick(small_balloon: Balloon) -> None:
+    shown = gallery(small_balloon)
+    watcher = come(shown)
+    lags = list[float]()
+    for world, patches in motion(small_balloon, 3):
+        shown.see(world, patches, world.tick * PERIOD)
+        shown.show(watcher, world.tick * PERIOD, clear=True)
+        (scene,) = scenes(watcher, small_balloon)
+        assert scene.room == pytest.approx(world.room, rel=1e-3)
+        watcher.receive(Ack(world.tick).encode(), world.tick * PERIOD)
+        lags.append(scene.room.lag)
+    assert min(lags) > 0.0
 
 
 def test_a_slow_watcher_is_counted_once(small_balloon: Balloon) -> None:

@@ -199,7 +199,7 @@ def test_who_watches_hears_of_comings_and_goings_and_sees_the_force_fade(
     ("said", "words"),
     [
         (Ack(4_000_000_000).encode(), "tick of an ack is 4000000000"),
-        (b"\2\1\0\0", "frame kind is 1; expected 5"),
+        (bytes([PROTOCOL_VERSION, 1, 0, 0]), "frame kind is 1; expected 5"),
         (encode_control(SetLatency(user=1, delay=0.1)), "--allow-latency"),
     ],
 )

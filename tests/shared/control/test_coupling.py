@@ -5,9 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.coupling import couple, largest_uniform_gains, loop_matrix
+from cohaptic.control.coupling import couple, largest_uniform_gains
 from cohaptic.control.gains import ALPHA
-from cohaptic.control.law import Law
+from cohaptic.control.law import Gains, Law
+from cohaptic.control.room_lag import coupling_matrix, lag_needed
+from cohaptic.control.room_roots import growth
+from cohaptic.control.sampled_room import loop_matrix, room_radius
 from cohaptic.errors import SettingError
 from tests.system.spectral import random_compliance
 
@@ -34,11 +37,63 @@ def test_gains_that_are_safe_at_any_delay_are_safe_without(
 
 @given(sizes, seeds, laws)
 @settings(deadline=None)
-def test_safe_gains_are_safe(n: int, seed: int, law: Law) -> None:
+def test_safe_gains_of_the_papers_laws_are_safe_at_any_delay(n: int, seed: int, law: Law) -> None:
     C = random_compliance(n, seed)
-    safe = np.array(couple(C, np.zeros(n), law).safe_k_h)
-    assert any_delay(C, safe, law) < 1.0
     assert any_delay(C, largest_uniform_gains(C, law), law) < 1.0
+    if law is not Law.PREDICTIVE:
+        judged = couple(C, np.zeros(n), law)
+        assert any_delay(C, np.array(judged.safe_k_h), law) < 1.0
+        assert judged.coupling is None
+        assert judged.lag_needed is None
+
+
+@given(sizes, seeds, st.floats(0.0, 1.0))
+@settings(deadline=None)
+def test_the_predictive_law_keeps_the_objects_stiffness_and_is_safe_with_its_lag(
+    n: int, seed: int, delay: float
+) -> None:
+    """Science 3.8: no gain is lowered for a neighbour; what is needed instead is said."""
+    C, period = random_compliance(n, seed), 0.02
+    judged = couple(C, np.zeros(n), Law.PREDICTIVE, delay=delay, simulation_period=period)
+    assert judged.safe_k_h == pytest.approx(1.0 / np.diag(C))
+    assert judged.safe_integral_gain == (0.0,) * n
+    assert judged.felt_stiffness == judged.safe_k_h
+    assert judged.stiffness_loss == pytest.approx((0.0,) * n, abs=1e-12)
+    assert judged.coupling is not None
+    assert judged.lag_needed is not None
+    # One period until the surface answers, and one for the client's way there.
+    longest = delay + 2.0 * period
+    assert judged.lag_needed == pytest.approx(lag_needed(judged.coupling, longest))
+    assert (judged.lag_needed > 0.0) is (judged.coupling > 1.0)
+    S = coupling_matrix(C, [np.array([[k]]) for k in judged.safe_k_h])
+    delays = longest * np.random.default_rng(seed).uniform(0.2, 1.0, n)
+    assert growth(S, delays, 1.001 * judged.lag_needed) < 0.0
+
+
+def test_three_close_users_need_a_lag_and_two_do_not() -> None:
+    two, three = np.full((2, 2), 0.8) + 0.2 * np.eye(2), np.full((3, 3), 0.8) + 0.2 * np.eye(3)
+    few, more = (couple(C, np.zeros(len(C)), Law.PREDICTIVE, delay=0.1) for C in (two, three))
+    assert few.coupling == pytest.approx(0.8)
+    assert few.lag_needed == 0.0
+    assert more.coupling == pytest.approx(1.6)
+    assert more.lag_needed == pytest.approx((0.1 + 2.0 / 60.0) * np.sqrt(1.56) / np.arccos(-0.625))
+
+
+def test_a_device_softer_than_the_object_couples_less_and_is_felt() -> None:
+    C = 0.001 * (np.full((3, 3), 0.8) + 0.2 * np.eye(3))
+    soft = couple(C, np.zeros(3), Law.PREDICTIVE, max_stiffness=500.0)
+    assert soft.safe_k_h == pytest.approx((500.0,) * 3)
+    assert soft.stiffness_loss == pytest.approx((0.5,) * 3)
+    assert soft.coupling == pytest.approx(0.8)
+
+
+def test_a_sampled_room_swings_without_its_lag_and_rests_with_it() -> None:
+    """Three close users, four periods round the loop; the lag by the theorem and a thousandth."""
+    C, delays = np.full((3, 3), 0.8) + 0.2 * np.eye(3), np.array([4, 4, 2])
+    gains = [Gains(1.0)] * 3
+    assert room_radius(C, gains, Law.PREDICTIVE, delays, 0.02) > 1.05
+    lag = 1.001 * lag_needed(1.6, 4 * 0.02)
+    assert room_radius(C, gains, Law.PREDICTIVE, delays, 0.02, lag) < 0.99
 
 
 @given(sizes, seeds, laws, st.floats(0.3, 1.7), st.integers(0, 1000))
@@ -66,7 +121,7 @@ def test_without_delay_the_radius_tells_whether_forces_settle(
 def test_below_one_forces_settle_whatever_the_delays(n: int, seed: int, law: Law) -> None:
     """Each user sees the others' forces of random earlier times, changing from tick to tick."""
     C = random_compliance(n, seed)
-    k_h = np.array(couple(C, np.zeros(n), law).safe_k_h)
+    k_h = largest_uniform_gains(C, law)
     radius = any_delay(C, k_h, law)
     M, rng = loop_matrix(C, law), np.random.default_rng(seed)
     oldest = 6
@@ -110,6 +165,11 @@ def test_a_lone_user_loses_nothing_with_predictive_and_half_with_proportional() 
 def test_what_no_elastic_body_has_is_refused(C: np.ndarray, words: str) -> None:
     with pytest.raises(SettingError, match=words):
         couple(C, np.ones(len(C)), Law.PREDICTIVE)
+
+
+def test_an_integral_of_the_predictive_law_is_refused() -> None:
+    with pytest.raises(SettingError, match="no integral"):
+        couple(np.eye(2), np.ones(2), Law.PREDICTIVE, integral_gain=5.0)
 
 
 def test_gains_that_do_not_fit_are_refused() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.delay import LONGEST, UNKNOWN, WINDOW, LoopDelay
+from cohaptic.control.delay import LONGEST, TOO_LONG, UNKNOWN, WINDOW, LoopDelay
 
 delays = st.floats(0.0, 2.0)
 
@@ -38,6 +38,19 @@ def test_it_falls_when_a_slow_path_is_gone() -> None:
     for k in range(100):
         state = state.measured(0.05, 0.1 * k)
     assert state.value == 0.05
+
+
+@given(st.lists(st.floats(0.0, 20.0), max_size=10), st.floats(0.01, 10.0))
+def test_a_room_counts_what_was_measured_and_waits_for_nobody_beyond_a_limit(
+    seen: list[float], wait: float
+) -> None:
+    """A newcomer slows nobody down before anything is known; one who is too slow only watches."""
+    state = LoopDelay()
+    assert (state.counted, state.too_long) == (0.0, False)
+    for k, delay in enumerate(seen):
+        state = state.measured(delay, k * wait)
+        assert state.counted == min(TOO_LONG, state.value)
+        assert state.too_long == (state.value > TOO_LONG)
 
 
 @given(st.floats(-1e9, 1e9))

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,12 +9,16 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import (
     MAX_FRICTION,
+    NO_FRICTION,
     Compliance3,
     FrictionState,
+    follow_material,
     friction_step,
     normal_shift,
+    stretch_of,
     tangential,
     tangents,
+    times,
 )
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from tests.strategies import vectors
@@ -34,6 +40,30 @@ def compliances(draw: st.DrawFn) -> Compliance3:
     )
 
 
+def rub(
+    state: FrictionState,
+    way: Vec3,
+    n: Vec3,
+    f_n: float,
+    C: Compliance3,
+    mu: float,
+    share: float = 1.0,
+    material: Vec3 = ZERO,
+    max_stiffness: float = math.inf,
+    most: float = math.inf,
+) -> FrictionState:
+    """One period on material that is at rest, with a device that renders whatever it is told."""
+    return friction_step(state, way, material, n, f_n, C, mu, share, max_stiffness, most)
+
+
+def played(path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float) -> FrictionState:
+    """After a few periods of sticking and slipping."""
+    state = NO_FRICTION
+    for way in path:
+        state = rub(state, way, n, f_n, C, mu)
+    return state
+
+
 @given(normals)
 def test_tangents_make_a_frame(n: Vec3) -> None:
     one, two = tangents(n)
@@ -48,7 +78,7 @@ def test_never_more_than_mu_times_the_normal_force_and_never_along_the_normal(
 ) -> None:
     state = FrictionState()
     for way in path:
-        state = friction_step(state, way, n, f_n, C, mu, share)
+        state = rub(state, way, n, f_n, C, mu, share)
         assert norm(state.force) <= mu * f_n * (1.0 + 1e-9)
         assert abs(dot(state.force, n)) <= 1e-9 * (1.0 + norm(state.force))
         assert abs(dot(state.stretch, n)) <= 1e-9
@@ -59,8 +89,8 @@ def test_while_it_sticks_tip_and_contact_move_alike(
     way: Vec3, n: Vec3, f_n: float, C: Compliance3
 ) -> None:
     """s = -P C (n f_n + f_t)."""
-    state = friction_step(FrictionState(), way, n, f_n, C, 1e6)
-    body = C.times(add(scale(n, f_n), state.force))
+    state = rub(FrictionState(), way, n, f_n, C, 1e6)
+    body = times(C, add(scale(n, f_n), state.force))
     for t in tangents(n):
         assert dot(state.stretch, t) == pytest.approx(-dot(body, t), abs=1e-12)
         assert dot(state.stretch, t) == pytest.approx(dot(way, t), abs=1e-12)
@@ -71,8 +101,8 @@ def test_after_a_slip_the_stretch_is_what_friction_holds(
     first: Vec3, second: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
 ) -> None:
     """Standing still then changes nothing."""
-    state = friction_step(FrictionState(), scale(first, 100.0), n, f_n, C, mu, share)
-    again = friction_step(state, ZERO, n, f_n, C, mu, share)
+    state = rub(FrictionState(), scale(first, 100.0), n, f_n, C, mu, share)
+    again = rub(state, ZERO, n, f_n, C, mu, share)
     assert again.force == pytest.approx(state.force, rel=1e-6, abs=1e-9)
     assert again.stretch == pytest.approx(state.stretch, rel=1e-6, abs=1e-12)
 
@@ -81,7 +111,7 @@ def test_after_a_slip_the_stretch_is_what_friction_holds(
 def test_an_isotropic_contact_is_pulled_back_straight(n: Vec3, f_n: float, mu: float) -> None:
     C = Compliance3(0.004, 0.004, 0.004, 0.0, 0.0, 0.0)
     one, _ = tangents(n)
-    state = friction_step(FrictionState(), scale(one, 1.0), n, f_n, C, mu)
+    state = rub(FrictionState(), scale(one, 1.0), n, f_n, C, mu)
     assert state.force == pytest.approx(scale(one, -mu * f_n), rel=1e-9, abs=1e-9)
     assert normal_shift(state, n, C) == pytest.approx(0.0, abs=1e-12)
 
@@ -91,12 +121,12 @@ def test_a_closed_way_costs_energy(
     path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float
 ) -> None:
     """Friction takes; over a way there and back the hand gets nothing (f_n held)."""
-    state = friction_step(FrictionState(), ZERO, n, f_n, C, mu)
+    state = rub(FrictionState(), ZERO, n, f_n, C, mu)
     start, work, unsure = state.force, 0.0, 0.0
     there_and_back = path + [scale(p, -1.0) for p in reversed(path)]
     for way in [scale(p, 0.1) for p in there_and_back for _ in range(10)]:
         before = state.force
-        state = friction_step(state, way, n, f_n, C, mu)
+        state = rub(state, way, n, f_n, C, mu)
         along = add(way, scale(n, -dot(way, n)))
         work -= 0.5 * dot(add(before, state.force), along)  # of the hand on the contact
         # Where it begins to slip within a step, the mean of both ends is not the mean of the way.
@@ -107,9 +137,140 @@ def test_a_closed_way_costs_energy(
 
 def test_without_contact_or_friction_there_is_none() -> None:
     C = Compliance3(0.004, 0.004, 0.004, 0.0, 0.0, 0.0)
-    stuck = FrictionState((0.001, 0.0, 0.0), (1.0, 0.0, 0.0))
-    assert friction_step(stuck, ZERO, (0.0, 0.0, 1.0), 0.0, C, 0.5) == FrictionState()
-    assert friction_step(stuck, ZERO, (0.0, 0.0, 1.0), 1.0, C, 0.0) == FrictionState()
+    stuck = FrictionState((0.001, 0.0, 0.0), (1.0, 0.0, 0.0), ZERO, True)
+    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 0.0, C, 0.5) == NO_FRICTION
+    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 1.0, C, 0.0) == NO_FRICTION
+    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 1.0, C, 0.5, share=0.0) == NO_FRICTION
+
+
+@pytest.mark.parametrize(
+    "C",
+    [
+        Compliance3(0.0, 0.0, 0.004, 0.0, 0.0, 0.0),
+        Compliance3(-0.004, -0.004, 0.004, 0.0, 0.0, 0.0),
+        Compliance3(0.004, 0.004, 0.004, 0.01, 0.0, 0.0),
+    ],
+)
+def test_what_is_no_bodys_compliance_makes_no_friction(C: Compliance3) -> None:
+    """A server that is wrong, or worse: a spring that pushes on would make energy."""
+    assert rub(NO_FRICTION, (0.001, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, C, 0.5) == NO_FRICTION
+
+
+# Material that others drag
+
+
+paths = st.lists(ways, min_size=1, max_size=10)
+
+
+@given(paths, ways, normals, forces, compliances(), mus, shares)
+def test_material_that_goes_is_a_hand_that_goes_the_other_way(
+    path: list[Vec3], way: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
+) -> None:
+    """Science 3.10: a hand that sticks while others drag the material feels that."""
+    stuck = played(path, n, f_n, C, mu)
+    dragged = rub(stuck, ZERO, n, f_n, C, mu, share, material=way)
+    moved = rub(stuck, scale(way, -1.0), n, f_n, C, mu, share)
+    assert dragged.force == pytest.approx(moved.force, rel=1e-9, abs=1e-12)
+    assert dragged.stretch == pytest.approx(moved.stretch, rel=1e-9, abs=1e-15)
+    # Only once: as long as it stays there nothing more happens.
+    again = rub(dragged, ZERO, n, f_n, C, mu, share, material=way)
+    assert again.force == pytest.approx(dragged.force, rel=1e-6, abs=1e-9)
+
+
+def test_five_millimetres_of_material_are_what_science_says() -> None:
+    """3.10: 4.9 mm sideways under a hand that sticks are about 0.63 N, not zero."""
+    C = Compliance3(0.0078, 0.0078, 0.004, 0.0, 0.0, 0.0)
+    n = (0.0, 0.0, 1.0)
+    stuck = played([ZERO], n, 3.0, C, 0.5)
+    assert stuck.force == ZERO
+    dragged = rub(stuck, ZERO, n, 3.0, C, 0.5, material=(0.0049, 0.0, 0.0))
+    assert dragged.force == pytest.approx((0.0049 / 0.0078, 0.0, 0.0))
+
+
+@given(ways, normals, forces, compliances(), mus)
+def test_where_the_material_was_when_the_contact_began_makes_no_force(
+    material: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float
+) -> None:
+    first = rub(NO_FRICTION, ZERO, n, f_n, C, mu, material=scale(material, 10.0))
+    assert first.force == rub(NO_FRICTION, ZERO, n, f_n, C, mu).force
+    # Also after a lift-off in between, wherever it has gone meanwhile.
+    lifted = rub(first, ZERO, n, 0.0, C, mu, material=material)
+    assert lifted == NO_FRICTION
+    anew = rub(lifted, ZERO, n, f_n, C, mu, material=material)
+    assert anew.force == first.force
+
+
+@given(normals, forces, mus, st.floats(1e-5, 1e-3), st.floats(-1e-3, 1e-3), shares)
+def test_a_hand_that_slides_does_not_feel_it(
+    n: Vec3, f_n: float, mu: float, way: float, drag: float, share: float
+) -> None:
+    """As long as it goes faster than the material does."""
+    C = Compliance3(0.004, 0.004, 0.004, 0.0, 0.0, 0.0)
+    one, _ = tangents(n)
+    slides = rub(NO_FRICTION, scale(one, 1.0), n, f_n, C, mu, share)
+    there = rub(slides, scale(one, way), n, f_n, C, mu, share, material=scale(one, min(drag, way)))
+    assert there.force == pytest.approx(slides.force, rel=1e-9, abs=1e-12)
+    assert norm(there.force) == pytest.approx(mu * f_n)
+
+
+@given(paths, vectors(0.02), normals, forces, compliances(), mus, shares, st.floats(0.001, 0.1))
+def test_others_move_the_force_by_so_much_in_a_period_and_all_the_way_in_the_end(
+    path: list[Vec3],
+    material: Vec3,
+    n: Vec3,
+    f_n: float,
+    C: Compliance3,
+    mu: float,
+    share: float,
+    most: float,
+) -> None:
+    stuck = rub(played(path, n, f_n, C, mu), ZERO, n, f_n, C, mu, share)
+    # Until friction and contact agree on the share.
+    stuck = rub(stuck, ZERO, n, f_n, C, mu, share)
+    state = stuck
+    for _ in range(30):
+        before, gap = state.force, norm(sub(material, state.material))
+        state = rub(state, ZERO, n, f_n, C, mu, share, material=material, most=most)
+        assert norm(sub(state.force, before)) <= most * (1.0 + 1e-6) + 1e-9
+        # It follows, in no more periods than it needs at the softest.
+        left = norm(sub(material, state.material))
+        softest = most * min(C.xx, C.yy, C.zz) / (30.0 * share)
+        assert left <= max(0.0, gap - softest) + 1e-12
+
+
+@given(vectors(0.02), vectors(0.02), st.floats(0.0, 0.01), st.booleans())
+def test_an_anchor_goes_straight_to_where_the_material_is(
+    was: Vec3, now: Vec3, most: float, touching: bool
+) -> None:
+    way, followed = follow_material(FrictionState(ZERO, ZERO, was, touching), now, most)
+    if not touching:
+        assert (way, followed) == (ZERO, now)
+        return
+    gap = sub(now, was)
+    assert norm(way) == pytest.approx(min(most, norm(gap)), abs=1e-15)
+    assert sub(followed, was) == pytest.approx(way, abs=1e-15)
+    assert norm(sub(now, followed)) == pytest.approx(norm(gap) - norm(way), abs=1e-15)
+
+
+@given(paths, ways, normals, forces, compliances(), mus, st.floats(10.0, 1e4))
+def test_no_direction_is_stiffer_than_the_device_renders(
+    path: list[Vec3], way: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, limit: float
+) -> None:
+    state = NO_FRICTION
+    for step in [*path, ZERO]:
+        state = rub(state, step, n, f_n, C, mu, max_stiffness=limit)
+    after = rub(state, way, n, f_n, C, mu, max_stiffness=limit)
+    assert norm(sub(after.force, state.force)) <= limit * norm(way) * (1.0 + 1e-6) + 1e-9
+
+
+@given(paths, normals, forces, compliances(), mus)
+def test_the_force_tells_how_far_the_tip_is_from_its_material(
+    path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float
+) -> None:
+    """Stick or slip, of a law with the object's own stiffness: s = -P C f."""
+    state = played(path, n, f_n, C, mu)
+    told = stretch_of(add(scale(n, f_n), state.force), n, C)
+    assert told == pytest.approx(state.stretch, rel=1e-6, abs=1e-9)
 
 
 @given(vectors(20.0), normals, forces)

@@ -5,15 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.coupling import room_radius
-from cohaptic.control.gains import (
-    ALPHA,
-    choose_gains,
-    coupled_stiffness,
-    largest_integral,
-    restoring_rate,
-)
+from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
 from cohaptic.control.law import Gains, Law
+from cohaptic.control.sampled_room import room_radius
 from tests.system.spectral import random_compliance
 
 PERIOD = 1.0 / 60.0  # s
@@ -51,12 +45,14 @@ def test_proportional_gains_are_safe_at_any_delay(n: int, seed: int) -> None:
     assert radius(np.abs(C) * gains(Law.PROPORTIONAL, C)) < 1.0
 
 
-@given(sizes, seeds)
-def test_predictive_gains_are_safe_at_any_delay(n: int, seed: int) -> None:
-    """rho(|K W|) < 1 with W = C off its diagonal, science 3.3."""
+@given(sizes, seeds, st.floats(1.0, 1e4), st.lists(st.integers(1, 60), min_size=8, max_size=8))
+def test_predictive_gains_are_the_objects_own_stiffness_or_the_devices(
+    n: int, seed: int, limit: float, delays: list[int]
+) -> None:
+    """Always, for everybody, whoever else is there and however far away (science 3.8)."""
     C = random_compliance(n, seed)
-    W = C - np.diag(np.diag(C))
-    assert radius(gains(Law.PREDICTIVE, C)[:, None] * np.abs(W)) < 1.0
+    for i, g in enumerate(chosen(Law.PREDICTIVE, C, np.array(delays[:n]), limit)):
+        assert g == Gains(min(1.0 / C[i, i], limit), 0.0)
 
 
 @given(seeds)
@@ -65,14 +61,6 @@ def test_alone_predictive_is_exact_and_proportional_keeps_its_margin(seed: int) 
     k_o = 1.0 / C[0, 0]
     assert gains(Law.PREDICTIVE, C)[0] == pytest.approx(k_o)
     assert gains(Law.PROPORTIONAL, C)[0] == pytest.approx(ALPHA * k_o)  # eq. (8)
-
-
-@given(seeds)
-def test_two_users_lose_nothing_unless_they_nearly_touch(seed: int) -> None:
-    """Two users on any elastic body qualify: |C_12| < C_11; the margin costs at most 10 %."""
-    C = random_compliance(2, seed)
-    C[0, 0] = C[1, 1] = np.sqrt(C[0, 0] * C[1, 1])  # two like places of a symmetric body
-    assert gains(Law.PREDICTIVE, C)[0] >= ALPHA / C[0, 0] * 0.999
 
 
 @given(sizes, seeds, st.floats(1.0, 1e4))
@@ -96,39 +84,19 @@ def test_the_rule_for_a_single_contact_is_not_enough_for_two() -> None:
 def test_rooms_with_an_integral_are_stable_at_the_delays_it_was_chosen_for(
     n: int, seed: int, delays: list[int]
 ) -> None:
-    """Each client's delay its own: the whole room's spectral radius, predictive and pi."""
+    """Each client's delay its own: the whole room's spectral radius."""
     C, each = random_compliance(n, seed), np.array(delays[:n])
-    for law in (Law.PREDICTIVE, Law.PI):
-        assert room_radius(C, chosen(law, C, each), law, each, PERIOD) < 1.0
+    assert room_radius(C, chosen(Law.PI, C, each), Law.PI, each, PERIOD) < 1.0
 
 
 def test_a_delay_that_was_not_measured_can_make_an_integral_unstable() -> None:
-    """The rate has to come from the measured delay: a rate for one period swings at thirty."""
+    """It has to come from the measured delay: one for a single period swings at thirty."""
     unstable = 0
     for seed in range(20):
         C, each = random_compliance(8, seed), np.full(8, 30)
-        for_one = chosen(Law.PREDICTIVE, C, np.ones(8, dtype=np.int64))
-        unstable += room_radius(C, for_one, Law.PREDICTIVE, each, PERIOD) > 1.0
+        for_one = chosen(Law.PI, C, np.ones(8, dtype=np.int64))
+        unstable += room_radius(C, for_one, Law.PI, each, PERIOD) > 1.0
     assert unstable > 5
-
-
-@given(st.floats(0.05, 0.999), st.floats(1.01, 8.0), st.floats(0.01, 2.0))
-def test_the_restoring_rate_is_half_of_what_equal_delays_bear(
-    share: float, coupled: float, trip: float
-) -> None:
-    """At twice the rate the loop 1 + lambda h e^(-s R) has its crossover at phase pi, or later."""
-    kappa = share / coupled
-    rate = restoring_rate(kappa, coupled, trip)
-    for times, stable in ((1.0, True), (2.0, None), (2.3, False)):
-        a = times * rate
-        w = a * np.sqrt((coupled**2 - 1.0) / (1.0 - (kappa * coupled) ** 2))
-        h = (kappa * 1j * w + a) / (1j * w + a)
-        assert abs(coupled * h) == pytest.approx(1.0)
-        lag = w * trip - np.angle(h)
-        if stable:
-            assert lag < np.pi
-        elif stable is False and rate * trip < 0.999:
-            assert lag > np.pi
 
 
 @given(st.floats(0.0, 0.9), st.integers(1, 30))

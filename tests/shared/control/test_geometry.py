@@ -15,14 +15,14 @@ from cohaptic.control.geometry import (
     normal_at,
     shift,
 )
-from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from tests.strategies import floats, vectors
 
 directions = vectors(1.0).filter(lambda v: norm(v) > 0.01).map(unit)
 
 
 def surface(x: Vec3, n: Vec3, curvature: float = 0.0) -> LocalSurface:
-    return LocalSurface(x, n, curvature, 0.004, 0.0, 0.0)
+    return LocalSurface(x, n, curvature, 0.004, ZERO, ZERO)
 
 
 @given(vectors(0.2), directions, vectors(0.2))
@@ -62,8 +62,8 @@ sights = st.builds(
     st.floats(-0.02, 0.02),
     directions,
     st.floats(1e-4, 0.02),
-    st.floats(0.0, 10.0),
-    st.floats(-0.02, 0.02),
+    vectors(10.0),
+    vectors(0.02),
 )
 
 
@@ -74,6 +74,10 @@ def test_a_blend_begins_and_ends_at_its_sights(a: Sight, b: Sight, s: float) -> 
     between = blend(a, b, s)
     assert math.isclose(norm(between.normal), 1.0, abs_tol=1e-9)
     assert between.depth == pytest.approx(a.depth + s * (b.depth - a.depth), abs=1e-15)
+    for name in ("own_force", "u_others"):
+        one, two = getattr(a, name), getattr(b, name)
+        expected = add(scale(one, 1.0 - s), scale(two, s))
+        assert getattr(between, name) == pytest.approx(expected, abs=1e-12)
 
 
 @given(sights, sights)

@@ -15,7 +15,8 @@ UP = (0.0, 0.0, 1.0)
 
 
 def sight(depth: float, c_ii: float, own_force: float = 0.0, u_others: float = 0.0) -> Sight:
-    return Sight(depth, UP, c_ii, own_force, u_others)
+    """What counts of both vectors is along the normal: along the surface they are anything."""
+    return Sight(depth, UP, c_ii, (0.7, -0.3, own_force), (0.002, 0.005, u_others))
 
 
 @given(laws, stiffness, st.floats(-0.02, 0.02), st.floats(0.01, 1.0), st.floats(0.0, 1e4))
@@ -39,6 +40,33 @@ def test_predictive_alone_feels_exactly_k_o_whatever_is_on_its_way(
         assert f.normal_force == pytest.approx(k_o * indentation)
         assert f.indentation == pytest.approx(indentation)
         assert f.felt_from_others == 0.0
+
+
+@given(stiffness, st.floats(0.01, 1.0), st.floats(0.0, 1e4), st.floats(0.001, 0.02))
+def test_predictive_remembers_nothing_and_nothing_restores_what_a_device_takes(
+    k_o: float, share: float, integral_gain: float, depth: float
+) -> None:
+    """Science 3.8: f = K d at once and for good, whatever integral a server names."""
+    gains = Gains(share * k_o, integral_gain)
+    memory = AT_REST
+    for _ in range(50):
+        memory, f = local_force(Law.PREDICTIVE, memory, sight(depth, 1.0 / k_o), gains, T)
+        assert f.normal_force == share * k_o * depth
+    assert memory == AT_REST
+
+
+@given(laws, stiffness, st.floats(-0.005, 0.02), st.floats(0.0, 3.0), st.floats(0.05, 1.0))
+def test_what_is_stored_is_the_work_of_the_way_in(
+    law: Law, k_o: float, depth: float, own: float, share: float
+) -> None:
+    """Of the law's spring; an integral is no spring, and stores nothing that could be got back."""
+    seen = sight(depth, 1.0 / k_o, own)
+    _, f = local_force(law, AT_REST, seen, Gains(share * k_o), T)
+    pressed = max(0.0, pressed_depth(law, seen))
+    assert f.stored == pytest.approx(0.5 * share * k_o * pressed * pressed, abs=1e-15)
+    _, charged = local_force(Law.PI, IntegralState(2.0, 0.0, depth), seen, Gains(share * k_o), T)
+    _, empty = local_force(Law.PI, AT_REST, seen, Gains(share * k_o), T)
+    assert charged.stored == empty.stored
 
 
 @given(stiffness, st.floats(0.05, 0.95), st.floats(0.001, 0.02), st.integers(0, 20))
@@ -96,12 +124,10 @@ def test_the_papers_laws_press_on_the_dented_surface(k_o: float, depth: float, o
         assert pressed_depth(law, seen) == pytest.approx(depth - own / k_o)
 
 
-def test_only_pi_remembers_more_than_its_integral() -> None:
+def test_only_pi_has_a_memory() -> None:
     memory, _ = local_force(Law.PI, AT_REST, sight(0.01, 0.004), Gains(100.0, 500.0), T)
     assert memory.force > 0.0
     kept, _ = local_force(Law.PROPORTIONAL, memory, sight(0.01, 0.004), Gains(100.0), T)
     assert kept == memory
-    after, _ = local_force(
-        Law.PREDICTIVE, IntegralState(), sight(0.01, 0.004), Gains(100.0, 50.0), T
-    )
-    assert after.force > 0.0
+    after, _ = local_force(Law.PREDICTIVE, memory, sight(0.01, 0.004), Gains(100.0, 50.0), T)
+    assert after == memory

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
-from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.bodies.shapes import icosphere
 
 RADIUS = 0.1  # m
 C_II = 0.004  # m/N
+OWN, BY_OTHERS = (0.5, 0.1, 0.0), (-0.001, 0.0, 0.002)  # N; m
 
 
 def rest(radius: float = RADIUS) -> RestSurface:
@@ -42,7 +43,7 @@ def surface(
     chosen: list[int] = IN_FRONT,
 ) -> MeshSurface:
     """The front of the ball as seen from its foremost point."""
-    base = LocalSurface(add(x_free, moved), (1.0, 0.0, 0.0), curvature, C_II, 0.5, -0.001)
+    base = LocalSurface(add(x_free, moved), (1.0, 0.0, 0.0), curvature, C_II, OWN, BY_OTHERS)
     return MeshSurface(
         BALL, base, dict.fromkeys(chosen, moved), c_ii or dict.fromkeys(chosen, C_II)
     )
@@ -56,7 +57,7 @@ def test_a_ball_is_a_ball_however_deep_the_probe_is(a: float, b: float, depth: f
     # up to 10 mm off the surface, 25 um at 20 mm, where few vertices count and nothing is felt.
     assert sight.depth == pytest.approx(depth, abs=1e-5 if depth > -0.01 else 3e-5)
     assert dot(sight.normal, out) > 0.99999
-    assert (sight.own_force, sight.u_others) == (0.5, -0.001)
+    assert (sight.own_force, sight.u_others) == (OWN, BY_OTHERS)
 
 
 @given(angles, angles, st.floats(-0.01, 0.02), st.tuples(*[st.floats(-0.02, 0.02)] * 3))
@@ -119,7 +120,7 @@ def test_it_is_smooth_to_the_first_derivative_also_where_it_ends() -> None:
 def test_beyond_the_neighbourhood_plane_or_sphere_takes_over(a: float, b: float) -> None:
     for curvature in (0.0, 8.0):
         probe = scale(direction(a, b), RADIUS - 0.005)
-        base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), curvature, C_II, 0.5, -0.001)
+        base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), curvature, C_II, OWN, BY_OTHERS)
         assert surface(curvature).look(probe) == base.look(probe)
 
 
@@ -137,7 +138,7 @@ def test_what_was_seen_before_changes_nothing(way: list[tuple[float, float, floa
 @pytest.mark.parametrize("chosen", [[], IN_FRONT[:1], IN_FRONT[:3]])
 def test_a_handful_of_vertices_is_no_surface(chosen: list[int]) -> None:
     probe: Vec3 = (RADIUS - 0.003, 0.001, 0.0)
-    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, 0.5, -0.001)
+    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, OWN, BY_OTHERS)
     assert surface(chosen=chosen).look(probe) == base.look(probe)
 
 
@@ -148,7 +149,7 @@ def test_held_vertices_without_compliance_stay_that() -> None:
 
 def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:
     odd = RestSurface([*BALL.vertices, (RADIUS, 0.0, 0.0)], [(0, 1, 2)])
-    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, 0.0, 0.0)
+    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, ZERO, ZERO)
     n = len(BALL.vertices)
     found = MeshSurface(odd, base, {n: (0.0, 0.0, 0.0)}, {n: C_II})
     assert found.look((0.09, 0.0, 0.0)).depth == pytest.approx(0.01)

@@ -10,8 +10,11 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.control import (
+    MAX_PERIOD,
     MAX_TEXT,
+    MIN_PERIOD,
     Hello,
+    Welcome,
     decode_client_control,
     decode_server_control,
     encode_control,
@@ -83,10 +86,48 @@ def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
         (hello(law="magic"), "magic"),
         (hello(max_stiffness=-1), "max_stiffness"),
         (hello(surprise=1), "surprise"),
+        (hello(damping_budget=-1), "damping_budget"),
+        (hello(damping_budget=2000), "damping_budget"),
         ("x" * (MAX_TEXT + 1), str(MAX_TEXT)),
     ],
 )
 def test_the_error_names_what_is_wrong(text: str, words: str) -> None:
     with pytest.raises(RemoteProtocolError) as caught:
         decode_client_control(text)
+    assert words in str(caught.value)
+
+
+BODY = {"name": "balloon", "center": [0, 0, 0], "radius": 0.1, "contact_radius": 0.02}
+
+
+def welcome(body: dict[str, object] | None = None, **changes: object) -> str:
+    fields: dict[str, object] = {"type": "welcome", "user": 1, "name": "left", "users": []}
+    usual: dict[str, object] = {"simulation_period": 0.02, "body": BODY | (body or {})}
+    return json.dumps(fields | usual | changes)
+
+
+@pytest.mark.parametrize("period", [MIN_PERIOD, 1.0 / 60.0, MAX_PERIOD])
+def test_a_welcome_names_a_rate_that_a_server_may_have(period: float) -> None:
+    message = decode_server_control(welcome(simulation_period=period))
+    assert isinstance(message, Welcome)
+    assert message.simulation_period == period
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (welcome(simulation_period=0.0), "simulation_period"),
+        (welcome(simulation_period=0.9 * MIN_PERIOD), "simulation_period"),
+        (welcome(simulation_period=1.1 * MAX_PERIOD), "simulation_period"),
+        (welcome({"center": [0, 0, 11.0]}), "center"),
+        (welcome({"radius": 0.0}), "radius"),
+        (welcome({"radius": 11.0}), "radius"),
+        (welcome({"contact_radius": 0.0}), "contact_radius"),
+        (welcome({"contact_radius": 11.0}), "contact_radius"),
+    ],
+)
+def test_a_client_believes_no_other_number(text: str, words: str) -> None:
+    """One that did would ramp its surface in no time or for ever, or put its device elsewhere."""
+    with pytest.raises(RemoteProtocolError) as caught:
+        decode_server_control(text)
     assert words in str(caught.value)

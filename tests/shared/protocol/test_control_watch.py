@@ -67,10 +67,13 @@ def test_comes_back_as_it_was(message: Watch | SetView | SetLatency) -> None:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"type": "watch", "protocol": 2, "rate": 61}, "rate is 61"),
-        ({"type": "watch", "protocol": 2, "rate": 0.5}, "rate is 0.5"),
-        ({"type": "watch", "protocol": 2, "encoding": "video"}, "encoding is 'video'"),
-        ({"type": "watch", "protocol": 2, "name": "eve"}, "name is 'eve'"),
+        ({"type": "watch", "protocol": PROTOCOL_VERSION, "rate": 61}, "rate is 61"),
+        ({"type": "watch", "protocol": PROTOCOL_VERSION, "rate": 0.5}, "rate is 0.5"),
+        (
+            {"type": "watch", "protocol": PROTOCOL_VERSION, "encoding": "video"},
+            "encoding is 'video'",
+        ),
+        ({"type": "watch", "protocol": PROTOCOL_VERSION, "name": "eve"}, "name is 'eve'"),
         ({"type": "set_latency", "user": 1, "delay": 1.01}, "delay is 1.01"),
         ({"type": "set_latency", "user": 1, "delay": 0, "jitter": 0.6}, "jitter is 0.6"),
         ({"type": "set_latency", "user": 0, "delay": 0}, "user is 0"),

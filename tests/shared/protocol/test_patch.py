@@ -1,23 +1,37 @@
 from __future__ import annotations
 
+import math
+import struct
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.control.room import RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
-from cohaptic.protocol.patch import SIZE, Geometry, Patch
+from cohaptic.protocol.patch import (
+    MAX_COUPLING,
+    MAX_LAG,
+    MAX_MARGIN,
+    MIN_COMPLIANCE,
+    SIZE,
+    Geometry,
+    Patch,
+)
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import ZERO
 from tests.strategies import contact_samples, patches
 
 GOOD = Patch(
     tick=1, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
     law=Law.PREDICTIVE, x_free=(0.1, 0.0, 0.0), normal=(1.0, 0.0, 0.0), curvature=0.0,
-    k_o=250.0, k_o_coupled=150.0, c_ii=0.004, k_h=250.0,
-    integral_gain=0.0, own_force=0.0, u_others=0.0,
+    c_ii=0.004, k_h=250.0, integral_gain=0.0, own_force=ZERO, u_others=ZERO,
 )  # fmt: skip
 
 
@@ -51,7 +65,8 @@ def test_a_damaged_frame_gives_a_valid_patch_or_the_peers_error(
 
 def test_the_other_versions_frames_are_named() -> None:
     data = bytes([9]) + GOOD.encode()[1:]
-    with pytest.raises(RemoteProtocolError, match="protocol version is 9; expected 2"):
+    expected = f"protocol version is 9; expected {PROTOCOL_VERSION}"
+    with pytest.raises(RemoteProtocolError, match=expected):
         Patch.decode(data)
 
 
@@ -71,3 +86,81 @@ def test_an_unknown_geometry_is_named() -> None:
 def test_a_normal_that_is_not_one_is_our_mistake() -> None:
     with pytest.raises(LocalProtocolError, match="length of normal"):
         replace(GOOD, normal=(2.0, 0.0, 0.0)).encode()
+
+
+def test_is_as_large_as_is_written() -> None:
+    """docs/protocol.md; with friction six numbers more."""
+    assert len(GOOD.encode()) == SIZE == 104
+    assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 6)).encode()) == 128
+
+
+@given(patches)
+def test_the_stiffness_alone_is_one_over_the_compliance(patch: Patch) -> None:
+    assert patch.k_o * patch.c_ii == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_room_that_nothing_couples_is_as_far_from_the_edge_as_can_be_said() -> None:
+    assert GOOD.room.margin == math.inf
+    assert Patch.decode(GOOD.encode()).room == RoomLag(0.0, 0.0, MAX_MARGIN)
+
+
+def test_what_is_held_comes_back_with_the_least_compliance() -> None:
+    """32 bits may round it to a little less than the limit."""
+    held = replace(GOOD, c_ii=MIN_COMPLIANCE)
+    assert Patch.decode(held.encode()).c_ii == pytest.approx(MIN_COMPLIANCE, rel=1e-6)
+
+
+# Field, where it is in the frame, one number beyond each bound; none of them is one.
+BOUNDS: list[tuple[str, str, int, float]] = [
+    ("sample_wait", "f", 28, -1.0),
+    ("sample_wait", "f", 28, 2e6),
+    *[("x_free", "f", 32 + 4 * axis, 11.0) for axis in range(3)],
+    *[("normal", "f", 44 + 4 * axis, 2.0) for axis in range(3)],
+    ("curvature", "f", 56, 2e4),
+    ("curvature", "f", 56, -2e4),
+    ("c_ii", "f", 60, 0.0),
+    ("c_ii", "f", 60, 0.9 * MIN_COMPLIANCE),
+    ("c_ii", "f", 60, 11.0),
+    ("k_h", "f", 64, -1.0),
+    ("k_h", "f", 64, 2e6),
+    ("integral_gain", "f", 68, -1.0),
+    ("integral_gain", "f", 68, 2e9),
+    *[("own_force", "f", 72 + 4 * axis, 1001.0) for axis in range(3)],
+    *[("u_others", "f", 84 + 4 * axis, -11.0) for axis in range(3)],
+    ("lag of the room", "f", 96, -0.1),
+    ("lag of the room", "f", 96, 2.0 * MAX_LAG),
+    ("coupling of the room", "e", 100, -0.1),
+    ("coupling of the room", "e", 100, 2.0 * MAX_COUPLING),
+    ("margin of the room", "e", 102, -0.1),
+    *[("compliance", "f", 104 + 4 * entry, 11.0) for entry in range(6)],
+]
+
+
+@pytest.mark.parametrize(("what", "kind", "at", "value"), BOUNDS)
+@pytest.mark.parametrize("bad", [None, math.nan])
+def test_no_number_of_a_patch_is_beyond_its_bounds(
+    what: str, kind: str, at: int, value: float, bad: float | None
+) -> None:
+    """A client that believed it would be a danger to its hand."""
+    data = bytearray(replace(GOOD, compliance=Compliance3(*[0.004] * 6)).encode())
+    struct.pack_into(f"<{kind}", data, at, value if bad is None else bad)
+    with pytest.raises(RemoteProtocolError, match=what):
+        Patch.decode(bytes(data))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"c_ii": 0.0}, "c_ii"),
+        ({"k_h": math.inf}, "k_h"),
+        ({"curvature": 1e5}, "curvature"),
+        ({"own_force": (0.0, math.nan, 0.0)}, "own_force"),
+        ({"u_others": (0.0, 0.0, 20.0)}, "u_others"),
+        ({"room": RoomLag(2.0 * MAX_LAG, 1.0, 1.0)}, "lag of the room"),
+        ({"room": RoomLag(0.0, 2.0 * MAX_COUPLING, 1.0)}, "coupling of the room"),
+        ({"compliance": Compliance3(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)}, "compliance"),
+    ],
+)
+def test_we_send_none_either(change: dict[str, Any], words: str) -> None:
+    with pytest.raises(LocalProtocolError, match=words):
+        replace(GOOD, **change).encode()

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.rest_mesh import MAX_BYTES, MAX_FACES, MAX_VERTICES, RestMesh
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from tests.strategies import rest_meshes
 
 TRIANGLE = RestMesh(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0, 1, 2),))
@@ -56,7 +57,7 @@ def test_the_largest_mesh_fits_whatever_its_numbers_are() -> None:
     ("frame", "message"),
     [
         (b"", "frame length is 0"),
-        (bytes([2, 2, 0, 0]), "frame kind is 2; expected 3"),
+        (bytes([PROTOCOL_VERSION, 2, 0, 0]), "frame kind is 2; expected 3"),
         (TRIANGLE.encode()[:HEAD], "length of a rest mesh is 12"),
         (TRIANGLE.encode()[:HEAD] + bytes(9), "content of a rest mesh"),
         (with_content(bytes(41)), "inflated size of a rest mesh is 41; expected 42 bytes"),
@@ -66,8 +67,11 @@ def test_the_largest_mesh_fits_whatever_its_numbers_are() -> None:
         (with_content(bytes(36) + b"\0\0\1\0\3\0"), "corner of a face is 3; expected from 0 to 2"),
         (with_content(b"\xff" * 36 + bytes(6)), "vertex of a rest mesh is nan"),
         (with_content(b"\0\0\0\x42" * 9 + bytes(6)), "length of vertex of a rest mesh"),
-        (bytes([2, 3, 0, 0]) + b"\xff" * 9, "vertices of a rest mesh is 4294967295"),
-        (bytes([2, 3, 0, 0, 3, 0, 0, 0]) + b"\xff" * 9, "faces of a rest mesh is 4294967295"),
+        (bytes([PROTOCOL_VERSION, 3, 0, 0]) + b"\xff" * 9, "vertices of a rest mesh is 4294967295"),
+        (
+            bytes([PROTOCOL_VERSION, 3, 0, 0, 3, 0, 0, 0]) + b"\xff" * 9,
+            "faces of a rest mesh is 4294967295",
+        ),
     ],
 )
 def test_rubbish_is_named(frame: bytes, message: str) -> None:

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic.control.law import Law
+from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
-from cohaptic.protocol.patch import Geometry
+from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG, MAX_MARGIN, Geometry
 from cohaptic.protocol.scene import HEAD_SIZE, MAX_USERS, USER_SIZE, Scene, UserRecord
 from cohaptic.protocol.scene_surface import FINEST, MAX_UNITS, Surface
 from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from tests.strategies import as_surface, scenes, surfaces, user_records
 
 ANN = UserRecord(
@@ -65,7 +67,7 @@ def test_any_bytes_give_a_scene_or_the_peers_error(data: bytes) -> None:
         data,
         SCENE.encode(TRIANGLE)[:HEAD_SIZE] + data,
         with_stream(data),
-        b"\2\4\1\0" + data,
+        bytes([PROTOCOL_VERSION, 4, 1, 0]) + data,
     ):
         try:
             Scene.decode(frame, TRIANGLE)
@@ -90,12 +92,12 @@ def test_a_damaged_frame_gives_a_valid_scene_or_the_peers_error(
     ("frame", "message"),
     [
         (b"", "frame length is 0"),
-        (bytes([2, 2, 0, 0]), "frame kind is 2; expected 4"),
-        (bytes([2, 4, 2, 0]) + bytes(16), "flags of a scene is 2"),
-        (SCENE.encode(TRIANGLE)[:19], "scene length is 19; expected at least 20"),
-        (SCENE.encode(TRIANGLE)[:-1], "scene length is 103; expected 104 bytes"),
-        (SCENE.encode(TRIANGLE) + b"x", "scene length is 105; expected 104 bytes"),
-        (bytes([2, 4, 0, 0]) + bytes(16), "tick of a scene is 0"),
+        (bytes([PROTOCOL_VERSION, 2, 0, 0]), "frame kind is 2; expected 4"),
+        (bytes([PROTOCOL_VERSION, 4, 2, 0]) + bytes(24), "flags of a scene is 2"),
+        (SCENE.encode(TRIANGLE)[:27], "scene length is 27; expected at least 28"),
+        (SCENE.encode(TRIANGLE)[:-1], "scene length is 111; expected 112 bytes"),
+        (SCENE.encode(TRIANGLE) + b"x", "scene length is 113; expected 112 bytes"),
+        (bytes([PROTOCOL_VERSION, 4, 0, 0]) + bytes(24), "tick of a scene is 0"),
         (SCENE.encode(TRIANGLE)[:16] + b"\1\1" + bytes(86), "users of a scene is 257"),
         (with_stream(bytes(17)), "inflated size of a surface is 17; expected 18 bytes"),
         (with_stream(bytes(19)), "inflated size of a surface is 'more'"),
@@ -129,6 +131,29 @@ def test_a_field_out_of_its_limits_is_named(offset: int, value: bytes, message: 
     frame[HEAD_SIZE + offset : HEAD_SIZE + offset + len(value)] = value
     with pytest.raises(RemoteProtocolError, match=message):
         Scene.decode(bytes(frame), TRIANGLE)
+
+
+@pytest.mark.parametrize(
+    ("at", "kind", "value", "message"),
+    [
+        (20, "f", -1.0, "lag of the room is -1.0"),
+        (20, "f", 2.0 * MAX_LAG, "lag of the room"),
+        (24, "e", 2.0 * MAX_COUPLING, "coupling of the room"),
+        (24, "e", float("nan"), "coupling of the room is nan"),
+        (26, "e", -1.0, "margin of the room is -1.0"),
+    ],
+)
+def test_a_room_out_of_its_limits_is_named(at: int, kind: str, value: float, message: str) -> None:
+    frame = bytearray(SCENE.encode(TRIANGLE))
+    struct.pack_into(f"<{kind}", frame, at, value)
+    with pytest.raises(RemoteProtocolError, match=message):
+        Scene.decode(bytes(frame), TRIANGLE)
+
+
+def test_a_room_that_nothing_couples_is_as_far_from_the_edge_as_can_be_said() -> None:
+    assert SCENE.room == NO_LAG
+    there = Scene.decode(SCENE.encode(TRIANGLE), TRIANGLE)
+    assert there.room == RoomLag(0.0, 0.0, MAX_MARGIN)
 
 
 def test_a_bomb_is_not_inflated() -> None:

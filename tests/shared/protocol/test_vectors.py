@@ -15,6 +15,7 @@ import pytest
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
+from cohaptic.control.room import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control import (
@@ -40,11 +41,19 @@ from cohaptic.protocol.control_watch import (
     decode_watch_control,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
-from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.patch import (
+    MAX_COUPLING,
+    MAX_LAG,
+    MAX_MARGIN,
+    MIN_COMPLIANCE,
+    Geometry,
+    Patch,
+)
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import ZERO
 from tests.strategies import as_surface, single
 
 FOLDER = Path(__file__).parents[2] / "vectors"
@@ -59,39 +68,47 @@ SAMPLES = {
         (single(-3.2), single(0.01), 0.0),
     ),
 }
+HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
 PATCHES = {
+    # Nobody else: as far from the edge as can be said.
     "plane": Patch(
         tick=1, seq=0, t_server=500.25, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
-        law=Law.PROPORTIONAL,
-        x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0, k_o=256.0,
-        k_o_coupled=160.0, c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=0.0,
-        u_others=0.0,
+        law=Law.PROPORTIONAL, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0,
+        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=ZERO, u_others=ZERO,
+        room=RoomLag(0.0, 0.0, MAX_MARGIN),
     ),
     "sphere": Patch(
         tick=4_000_000_000, seq=9, t_server=500.5, t_client=12345.625, sample_wait=single(0.003),
-        geometry=Geometry.SPHERE,
-        law=Law.PI, x_free=(0.0, single(0.1), single(-0.02)), normal=(0.0, 1.0, 0.0),
-        curvature=10.0, k_o=single(271.5), k_o_coupled=single(148.25), c_ii=single(0.00368),
-        k_h=single(140.8), integral_gain=single(8400.0), own_force=single(2.75),
-        u_others=single(-0.0042),
+        geometry=Geometry.SPHERE, law=Law.PI,
+        x_free=(0.0, single(0.1), single(-0.02)), normal=(0.0, 1.0, 0.0), curvature=10.0,
+        c_ii=single(0.00368), k_h=single(140.8), integral_gain=single(8400.0),
+        own_force=(single(0.25), single(2.75), single(-0.125)),
+        u_others=(single(0.0011), single(-0.0042), single(0.0003)), room=HALF,
     ),
     "rough": Patch(
         tick=3, seq=2, t_server=501.0, t_client=12346.0, sample_wait=0.0, geometry=Geometry.PLANE,
         law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0,
-        k_o=256.0, k_o_coupled=160.0, c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=0.5,
-        u_others=0.0,
+        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.125, 0.0625),
+        u_others=(0.0, 0.00390625, 0.0), room=HALF,
         compliance=Compliance3(0.00390625, 0.0078125, 0.015625, -0.0009765625, 0.0, 0.001953125),
     ),
     "mesh": Patch(
         tick=2, seq=1, t_server=500.75, t_client=12345.75, sample_wait=0.0, geometry=Geometry.MESH,
         law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=8.0,
-        k_o=256.0, k_o_coupled=160.0, c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=0.5,
-        u_others=0.0,
+        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.0, 0.0),
+        u_others=(0.001953125, 0.0, -0.001953125), room=RoomLag(0.125, 0.75, 1.3330078125),
         neighbourhood=Neighbourhood(
             scale=single(1e-6), c_scale=single(6e-8), indices=(0, 3, 65_534),
             displacements=((0, 0, 0), (-32_768, 1, 32_767), (2, -3, 4)),
             compliances=(65_535, 0, 32_000),
         ),
+    ),
+    # What is held or hard, on a device that is the softer; numbers at their limits.
+    "held": Patch(
+        tick=5, seq=4, t_server=501.5, t_client=12346.5, sample_wait=0.0, geometry=Geometry.PLANE,
+        law=Law.PREDICTIVE, x_free=(0.0, 0.0, -0.125), normal=(0.0, 0.0, -1.0), curvature=-1e4,
+        c_ii=single(MIN_COMPLIANCE), k_h=800.0, integral_gain=1e9, own_force=(0.0, 0.0, -3.5),
+        u_others=ZERO, room=RoomLag(MAX_LAG, MAX_COUPLING, 0.0),
     ),
 }  # fmt: skip
 REST_MESHES = {
@@ -115,8 +132,8 @@ BOB = UserRecord(  # who has left: what the law needs is gone, the force fades
     x_free=(0.0, single(0.1), 0.0),
 )  # fmt: skip
 SCENES = {
-    "nobody": Scene(1, 500.25, ()),
-    "forces": Scene(77, 500.5, (ANN, BOB)),
+    "nobody": Scene(1, 500.25, (), room=RoomLag(0.0, 0.0, MAX_MARGIN)),
+    "forces": Scene(77, 500.5, (ANN, BOB), room=HALF),
     "surface": Scene(
         4_000_000_000,
         500.75,
@@ -129,6 +146,7 @@ SCENES = {
                 (-20000, 20000, 11),
             ],
         ),
+        RoomLag(0.125, 0.75, 1.3330078125),
     ),
 }  # fmt: skip
 Faces = list[tuple[int, int, int]]
@@ -198,7 +216,9 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
             {
                 "name": n,
                 "hex": m.encode().hex(),
-                "fields": asdict(m) | {"geometry": m.geometry.name.lower(), "law": m.law.value},
+                "fields": asdict(m)
+                | {"geometry": m.geometry.name.lower(), "law": m.law.value}
+                | {"room": m.room._asdict()},
             }
             for n, m in PATCHES.items()
         ],
@@ -234,6 +254,7 @@ def scene_fields(scene: Scene) -> dict[str, Any]:
             for user in scene.users
         ],
         "surface": surface and {"scale": surface.scale, "units": surface.units.tolist()},
+        "room": scene.room._asdict(),
     }
 
 

@@ -6,7 +6,7 @@
  */
 
 import type { Vec3 } from "../types";
-import { dot, lerp, sub, unit } from "../vec";
+import { add, dot, lerp, sub, unit } from "../vec";
 
 /** What one probe sees of a local surface, and all that a law needs of it. */
 export interface Sight {
@@ -16,10 +16,10 @@ export interface Sight {
   readonly normal: Vec3;
   /** Compliance of the contact there [m/N]. */
   readonly c_ii: number;
-  /** Own normal force that the body carries at the patch's tick [N]. */
-  readonly own_force: number;
-  /** Displacement of the contact by the others, along the normal [m]. */
-  readonly u_others: number;
+  /** On this hand that the body carries at the patch's tick, its opposite [N]. */
+  readonly own_force: Vec3;
+  /** Displacement of the material under the contact by the others [m]. */
+  readonly u_others: Vec3;
 }
 
 /** Plane or sphere; a patch has these fields. */
@@ -30,8 +30,8 @@ export interface LocalSurface {
   /** 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m]. */
   readonly curvature: number;
   readonly c_ii: number;
-  readonly own_force: number;
-  readonly u_others: number;
+  readonly own_force: Vec3;
+  readonly u_others: Vec3;
 }
 
 /** What a probe at `probe` [m] sees. */
@@ -74,8 +74,8 @@ export function blend(a: Sight, b: Sight, s: number): Sight {
     depth: a.depth + s * (b.depth - a.depth),
     normal: unit(lerp(a.normal, b.normal, s), b.normal),
     c_ii: a.c_ii + s * (b.c_ii - a.c_ii),
-    own_force: a.own_force + s * (b.own_force - a.own_force),
-    u_others: a.u_others + s * (b.u_others - a.u_others),
+    own_force: lerp(a.own_force, b.own_force, s),
+    u_others: lerp(a.u_others, b.u_others, s),
   };
 }
 
@@ -88,8 +88,8 @@ export function shift(sight: Sight, by: Sight | null): Sight {
     depth: sight.depth + by.depth,
     normal: unit([n[0] + d[0], n[1] + d[1], n[2] + d[2]], n),
     c_ii: sight.c_ii + by.c_ii,
-    own_force: sight.own_force + by.own_force,
-    u_others: sight.u_others + by.u_others,
+    own_force: add(sight.own_force, by.own_force),
+    u_others: add(sight.u_others, by.u_others),
   };
 }
 
@@ -99,7 +99,7 @@ export function difference(a: Sight, b: Sight): Sight {
     depth: a.depth - b.depth,
     normal: sub(a.normal, b.normal),
     c_ii: a.c_ii - b.c_ii,
-    own_force: a.own_force - b.own_force,
-    u_others: a.u_others - b.u_others,
+    own_force: sub(a.own_force, b.own_force),
+    u_others: sub(a.u_others, b.u_others),
   };
 }

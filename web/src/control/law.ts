@@ -6,8 +6,9 @@
  */
 
 import type { LawName } from "../types";
+import { dot } from "../vec";
 import type { Sight } from "./geometry";
-import { predictiveStep } from "./predictive";
+import { predictiveForce } from "./predictive";
 import { proportionalForce, proportionalStiffness } from "./proportional";
 import {
   DEFAULT_THRESHOLDS,
@@ -40,13 +41,15 @@ export interface LocalForce {
   readonly felt_from_others: number;
   /** Of the surface under the probe, own force included [m]. */
   readonly indentation: number;
+  /** In the law's spring; what is more in its force is no spring's [J]. */
+  readonly stored: number;
 }
 
-export const NO_FORCE: LocalForce = { normal_force: 0, felt_from_others: 0, indentation: 0 };
+export const NO_FORCE: LocalForce = { normal_force: 0, felt_from_others: 0, indentation: 0, stored: 0 };
 
 /** Depth that a law presses on [m]: the paper's laws press on the surface as it was returned, own dent included. */
 export function pressedDepth(law: LawName, sight: Sight): number {
-  return law === "predictive" ? sight.depth : sight.depth - sight.c_ii * sight.own_force;
+  return law === "predictive" ? sight.depth : sight.depth - sight.c_ii * dot(sight.own_force, sight.normal);
 }
 
 /** Force of `law` for a probe at a local surface, free of this client's own force. */
@@ -60,29 +63,23 @@ export function localForce(
 ): [memory: IntegralState, force: LocalForce] {
   const d_free = sight.depth;
   const { k_h, integral_gain } = gains;
-  let after = memory;
-  let f: number;
-  let stiffness: number;
-  if (law === "predictive") {
-    const [integral, force] = predictiveStep(memory.force, d_free, k_h, integral_gain, sight.c_ii, dt);
-    after = { force: integral, ramp: 0, depth: d_free };
-    f = force;
-    stiffness = d_free > 0 ? f / d_free : k_h;
-  } else {
-    const d = pressedDepth(law, sight);
-    stiffness = proportionalStiffness(k_h, sight.c_ii);
-    if (law === "proportional") {
-      f = proportionalForce(d, k_h);
-    } else {
-      [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
-      // Once the integral has settled the surface follows the probe: K_o is felt.
-      if (d_free > 0) stiffness = f / d_free;
-    }
-  }
   // Where the probe would stand to the body if nobody else touched it.
-  const d_alone = Math.max(0, d_free - sight.u_others);
-  return [
-    after,
-    { normal_force: f, felt_from_others: f - stiffness * d_alone, indentation: sight.c_ii * f },
-  ];
+  const d_alone = Math.max(0, d_free - dot(sight.u_others, sight.normal));
+  const said = (f: number, stiffness: number, stored: number): LocalForce => ({
+    normal_force: f,
+    felt_from_others: f - stiffness * d_alone,
+    indentation: sight.c_ii * f,
+    stored,
+  });
+  if (law === "predictive") {
+    const f = predictiveForce(d_free, k_h);
+    return [memory, said(f, k_h, 0.5 * f * d_free)];
+  }
+  const d = pressedDepth(law, sight);
+  const stored = d > 0 ? 0.5 * k_h * d * d : 0;
+  const stiffness = proportionalStiffness(k_h, sight.c_ii);
+  if (law === "proportional") return [memory, said(proportionalForce(d, k_h), stiffness, stored)];
+  const [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
+  // Once the integral has settled the surface follows the probe: K_o is felt.
+  return [after, said(f, d_free > 0 ? f / d_free : stiffness, stored)];
 }

@@ -7,7 +7,6 @@ import { goBack, goNext, pause, start, tick, type Action, type Facts, type TourS
 import { STEPS } from "../tour/steps";
 import type { Colouring } from "../view/surface";
 import { facing, HOME, type Orbit } from "../view/orbit";
-import { Timeline } from "../ui/timeline";
 import type { Yardstick } from "../ui/area_plot";
 import { guidedDirection } from "./guided";
 import type { OwnHand } from "./own_hand";
@@ -22,17 +21,14 @@ export interface Hands {
   readonly measure: (by: Yardstick) => void;
   readonly colour: (by: Colouring) => void;
   readonly look: (orbit: Orbit) => void;
-  /** Bring a part of the page into sight: nothing, the plots, or the figure. */
-  readonly reveal: (part: "stage" | "plots" | "area", user: number) => void;
+  /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
+  readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
 }
-
-const WINDOW = 2; // s in which a swing is looked for
 
 export class Guide {
   readonly card: TourCard;
   private state: TourState | null = null;
   private readonly hands: Hands;
-  private readonly forces = new Timeline(1, 400);
   private touched = false;
   private delayed = false;
   private direction: Vec3 | null = null;
@@ -75,7 +71,6 @@ export class Guide {
   update(now: number): void {
     if (this.state === null) return;
     const own = this.hands.own.state;
-    if (own !== null) this.forces.push(now, [norm(own.force)]);
     if (this.pressing !== null && own?.phase === "joined" && own.doing !== "waiting") {
       this.hands.own.guide(this.place(), this.pressing, now);
       this.pressing = null;
@@ -142,7 +137,7 @@ export class Guide {
     this.hands.store().setLatency(user, { delay, jitter: 0 });
   }
 
-  private look(at: "stage" | "hand" | "plots" | "area"): void {
+  private look(at: "stage" | "hand" | "plots" | "area" | "room"): void {
     if (at === "hand") this.hands.look(facing(this.place(), 0.75));
     if (at === "stage") this.hands.look(HOME);
     this.hands.reveal(at === "hand" ? "stage" : at, this.hands.own.state?.user ?? 0);
@@ -176,7 +171,7 @@ export class Guide {
       touching: own?.phase === "joined",
       force: norm(own?.force ?? [0, 0, 0]),
       fromOthers: own?.felt_from_others ?? 0,
-      swing: this.forces.swing(0, this.forces.last - WINDOW),
+      lag: this.hands.view()?.room.lag ?? 0,
       loopDelay: mine?.loop_delay ?? 0,
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",

@@ -25,6 +25,8 @@ export class OwnHand {
   ended: TouchState | null = null;
   /** What was chosen; the law that runs follows with the next patches. */
   law: LawChoice = "predictive";
+  /** mu of the finger. */
+  friction = 0;
   private readonly startTouch: StartTouch;
   private mesh: RestMesh | null = null;
   private normals: Float32Array = new Float32Array(0);
@@ -84,7 +86,7 @@ export class OwnHand {
     this.tip = along(center, 1.3 * radius, unit(towards));
     this.handle = this.startTouch({
       url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
-      max_force: MAX_FORCE, passivity: true, hand: HANDS[this.grip], target: this.tip,
+      max_force: MAX_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip,
     });
     this.paperPending = this.law === "paper";
   }
@@ -101,6 +103,11 @@ export class OwnHand {
     this.paperPending = law === "paper";
     const wire: LawName = law === "paper" ? "proportional" : law;
     if (law !== "paper") this.handle?.setLaw(wire, null);
+  }
+
+  setFriction(mu: number): void {
+    this.friction = mu;
+    this.handle?.setFriction(mu);
   }
 
   /** Hold the tip as people do, or as a clamp does. */

@@ -75,6 +75,7 @@ export class Page {
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
       law: (law) => { this.setLaw(law); },
+      friction: (mu) => { this.own.setFriction(mu); },
       name: (name) => { this.rename(name); },
     });
     this.toolbar = new Toolbar({

@@ -6,13 +6,18 @@
  */
 
 import type { BodyInfo, Encoding, GeometryName, LawName } from "../types";
-import { ProtocolError } from "./frame";
-import { checkKeys, type Fields, flag, integer, isFields, list, number, object, parseFields, text, vector } from "./json";
+import { MAX_POSITION, ProtocolError } from "./frame";
+import { checkKeys, type Fields, flag, integer, isFields, list, number, object, parseFields, positive, text, vector } from "./json";
 import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_TEXT = 4096; // characters of one control message
 // A `watching` and a `welcome` name everybody in a full room.
 const MAX_SERVER_TEXT = 16_384;
+// The rates that a server may be told, 10 to 200 Hz; a loop that believed another would ramp its surface in no time,
+// or for ever.
+const MIN_PERIOD = 0.005; // s
+const MAX_PERIOD = 0.1;
+const MAX_BODY_NAME = 1024; // characters; a file's name, with room for its folders
 
 export interface FixedGains {
   readonly k_h: number;
@@ -27,6 +32,7 @@ export type ClientControl =
       readonly law: LawName;
       readonly max_stiffness: number;
       readonly max_force: number;
+      readonly damping_budget: number;
       readonly geometry: GeometryName;
       readonly friction: boolean;
       readonly fixed_gains: FixedGains | null;
@@ -116,7 +122,7 @@ function welcome(f: Fields): Welcome {
     protocol: version(f),
     user: integer(f, "user"),
     name: text(f, "name"),
-    simulation_period: number(f, "simulation_period", 1e-4, 10),
+    simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
     to_wall: number(f, "to_wall", -1e12, 1e12),
     body: bodyInfo(object(f, "body")),
     users: list(f, "users").map((name, i) => {
@@ -130,7 +136,7 @@ function watching(f: Fields): Watching {
   return {
     type: "watching",
     protocol: version(f),
-    simulation_period: number(f, "simulation_period", 1e-4, 10),
+    simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
     to_wall: number(f, "to_wall", -1e12, 1e12),
     body: bodyInfo(object(f, "body")),
     model: f["model"] === null ? null : modelName(text(f, "model")),
@@ -158,10 +164,12 @@ function modelName(model: string): string {
 }
 
 function bodyInfo(f: Fields): BodyInfo {
+  const name = text(f, "name");
+  if (Array.from(name).length > MAX_BODY_NAME) throw new ProtocolError("name", name, `at most ${MAX_BODY_NAME} characters`);
   return {
-    name: text(f, "name"),
-    center: vector(f, "center"),
-    radius: number(f, "radius", 0, 100),
-    contact_radius: number(f, "contact_radius", 0, 100),
+    name,
+    center: vector(f, "center", MAX_POSITION),
+    radius: positive(f, "radius", MAX_POSITION),
+    contact_radius: positive(f, "contact_radius", MAX_POSITION),
   };
 }

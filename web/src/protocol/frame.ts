@@ -74,6 +74,9 @@ export class Reader {
   u32(): number {
     return this.view.getUint32(this.pass(4), true);
   }
+  f16(): number {
+    return half(this.u16());
+  }
   f32(): number {
     return this.view.getFloat32(this.pass(4), true);
   }
@@ -89,6 +92,16 @@ export class Reader {
   rest(): Uint8Array {
     return this.bytes.subarray(this.pass(this.left));
   }
+}
+
+/** A half float from its bits; browsers of today have no reader of their own. */
+function half(bits: number): number {
+  const sign = bits & 0x8000 ? -1 : 1;
+  const exponent = (bits >> 10) & 0x1f;
+  const fraction = bits & 0x3ff;
+  if (exponent === 0x1f) return fraction > 0 ? NaN : sign * Infinity;
+  if (exponent === 0) return sign * fraction * 2 ** -24;
+  return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
 }
 
 /** A frame of `size` bytes with its header, and the view that its body is written through. */

@@ -45,6 +45,14 @@ export function number(fields: Fields, key: string, low: number, high: number): 
   return value;
 }
 
+export function positive(fields: Fields, key: string, high: number): number {
+  const value = fields[key];
+  if (typeof value !== "number" || !(value > 0 && value <= high)) {
+    throw new ProtocolError(key, value, `a number above 0, at most ${high}`);
+  }
+  return value;
+}
+
 export function integer(fields: Fields, key: string): number {
   const value = fields[key];
   if (!Number.isSafeInteger(value)) throw new ProtocolError(key, value, "a whole number");
@@ -69,9 +77,10 @@ export function object(fields: Fields, key: string): Fields {
   return value;
 }
 
-export function vector(fields: Fields, key: string): Vec3 {
+/** Three numbers, none of them beyond `most` either way. */
+export function vector(fields: Fields, key: string, most: number): Vec3 {
   const [x, y, z, ...more] = list(fields, key);
-  const ok = [x, y, z].every((v) => typeof v === "number" && Number.isFinite(v));
-  if (!ok || more.length > 0) throw new ProtocolError(key, fields[key], "three numbers");
+  const ok = [x, y, z].every((v) => typeof v === "number" && Math.abs(v) <= most);
+  if (!ok || more.length > 0) throw new ProtocolError(key, fields[key], `three numbers from -${most} to ${most}`);
   return [x as number, y as number, z as number];
 }

@@ -2,23 +2,27 @@
  * Server to client, once per simulation tick: the surface in front of one user, and its gains.
  *
  * The patch is the surface *free of this client's own force* (science 3.3); with `c_ii` and `own_force` the surface
- * as it stands follows, x_o = x_free - c_ii own_force normal.
+ * as it stands follows, x_o = x_free - c_ii own_force. A client believes no number that would make its loop dangerous:
+ * each has bounds.
  */
 
-import type { GeometryName, LawName, Vec3 } from "../types";
+import type { Compliance3, GeometryName, LawName, RoomLag, Vec3 } from "../types";
 import { norm } from "../vec";
 import { checkFinite, checkRange, checkSize, checkVector, MAX_FORCE, MAX_POSITION, openFrame, ProtocolError, U32 } from "./frame";
 import { type Neighbourhood, readNeighbourhood } from "./neighbourhood";
+import { readRoom } from "./room_lag";
 
-export const PATCH_SIZE = 88;
+export const PATCH_SIZE = 104;
 const COMPLIANCE_SIZE = 24;
-const MAX_STIFFNESS = 1e6; // N/m
 const COMPLIANCE_FLAG = 0x0100;
+const KNOWN_FLAGS = 2 * COMPLIANCE_FLAG - 1;
+const MAX_STIFFNESS = 1e6; // N/m
+/** What is held or hard has this compliance [m/N]: a contact like any other, with the device's stiffness. */
+export const MIN_COMPLIANCE = 1 / MAX_STIFFNESS;
+const ROUNDING = 1e-6; // of c_ii in 32 bits
+const MAX_CURVATURE = 1e4; // 1/m; a tenth of a millimetre round
 const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
 const LAWS: readonly (LawName | undefined)[] = [undefined, "proportional", "pi", "predictive"];
-
-/** Of a contact in all directions, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
-export type Compliance3 = readonly [number, number, number, number, number, number];
 
 /** One user's local surface and what the local model needs to press on it; fields as in `docs/protocol.md`. */
 export interface Patch {
@@ -32,13 +36,12 @@ export interface Patch {
   readonly x_free: Vec3;
   readonly normal: Vec3;
   readonly curvature: number;
-  readonly k_o: number;
-  readonly k_o_coupled: number;
   readonly c_ii: number;
   readonly k_h: number;
   readonly integral_gain: number;
-  readonly own_force: number;
-  readonly u_others: number;
+  readonly own_force: Vec3;
+  readonly u_others: Vec3;
+  readonly room: RoomLag;
   readonly neighbourhood: Neighbourhood | null;
   readonly compliance: Compliance3 | null;
 }
@@ -62,6 +65,7 @@ export function decodePatch(bytes: Uint8Array): Patch {
   const { flags, reader } = openFrame(bytes, "patch", PATCH_SIZE);
   const geometry = geometryOf(flags & 0x000f);
   const law = lawOf((flags >> 4) & 0x000f);
+  checkRange("flags of a patch", flags, 0, KNOWN_FLAGS);
   const size = PATCH_SIZE + (flags & COMPLIANCE_FLAG ? COMPLIANCE_SIZE : 0);
   if (bytes.length < size) throw new ProtocolError("patch length", bytes.length, `at least ${size} bytes`);
   if (geometry !== "mesh") checkSize("patch", bytes, size);
@@ -76,13 +80,12 @@ export function decodePatch(bytes: Uint8Array): Patch {
     x_free: reader.vec(),
     normal: reader.vec(),
     curvature: reader.f32(),
-    k_o: reader.f32(),
-    k_o_coupled: reader.f32(),
     c_ii: reader.f32(),
     k_h: reader.f32(),
     integral_gain: reader.f32(),
-    own_force: reader.f32(),
-    u_others: reader.f32(),
+    own_force: reader.vec(),
+    u_others: reader.vec(),
+    room: readRoom(reader),
   };
   const f = (): number => reader.f32();
   const compliance: Compliance3 | null =
@@ -95,17 +98,16 @@ export function decodePatch(bytes: Uint8Array): Patch {
 
 function check(patch: Patch): void {
   checkRange("tick of a patch", patch.tick, 1, U32);
-  checkFinite("time stamp", patch.t_server, patch.t_client, patch.curvature);
+  checkFinite("time stamp", patch.t_server, patch.t_client);
   checkRange("sample_wait", patch.sample_wait, 0, 1e6);
   checkVector("x_free", patch.x_free, MAX_POSITION, "m");
   checkFinite("normal", ...patch.normal);
   checkRange("length of normal", norm(patch.normal), 0.999, 1.001);
-  checkRange("k_o", patch.k_o, 0, MAX_STIFFNESS);
-  checkRange("k_o_coupled", patch.k_o_coupled, 0, MAX_STIFFNESS);
+  checkRange("curvature", patch.curvature, -MAX_CURVATURE, MAX_CURVATURE);
+  checkRange("c_ii", patch.c_ii, MIN_COMPLIANCE * (1 - ROUNDING), MAX_POSITION);
   checkRange("k_h", patch.k_h, 0, MAX_STIFFNESS);
-  checkRange("c_ii", patch.c_ii, 0, MAX_POSITION);
   checkRange("integral_gain", patch.integral_gain, 0, 1e9);
-  checkRange("own_force", patch.own_force, 0, MAX_FORCE);
-  checkRange("u_others", patch.u_others, -MAX_POSITION, MAX_POSITION);
+  checkVector("own_force", patch.own_force, MAX_FORCE, "N");
+  checkVector("u_others", patch.u_others, MAX_POSITION, "m");
   for (const c of patch.compliance ?? []) checkRange("compliance", c, -MAX_POSITION, MAX_POSITION);
 }

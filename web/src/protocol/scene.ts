@@ -4,7 +4,7 @@
  * State, not an event: the newest replaces every older one.
  */
 
-import type { GeometryName, LawName, Vec3 } from "../types";
+import type { GeometryName, LawName, RoomLag, Vec3 } from "../types";
 import { norm } from "../vec";
 import {
   checkFinite,
@@ -19,10 +19,11 @@ import {
   U32,
 } from "./frame";
 import { geometryOf, lawOf } from "./patch";
+import { readRoom } from "./room_lag";
 import { readSurface, type SceneSurface } from "./scene_surface";
 import type { Traversal } from "./traversal";
 
-const HEAD = 20;
+const HEAD = 28;
 const USER = 84;
 const MAX_USERS = 256;
 const MAX_STIFFNESS = 1e6; // N/m
@@ -59,6 +60,7 @@ export interface Scene {
   readonly users: readonly UserRecord[];
   /** Null in a frame of forces only. */
   readonly surface: SceneSurface | null;
+  readonly room: RoomLag;
 }
 
 /**
@@ -73,6 +75,7 @@ export function decodeScene(bytes: Uint8Array, traversal: Traversal): Scene {
   const t_server = reader.f64();
   const count = reader.u16();
   reader.skip(2);
+  const room = readRoom(reader);
   checkRange("tick of a scene", tick, 1, U32);
   checkFinite("time stamp", t_server);
   checkRange("users of a scene", count, 0, MAX_USERS);
@@ -80,7 +83,7 @@ export function decodeScene(bytes: Uint8Array, traversal: Traversal): Scene {
   if (bytes.length < end) throw new ProtocolError("scene length", bytes.length, `at least ${end} bytes`);
   const users = Array.from({ length: count }, () => readUser(reader));
   if (flags === 0) checkSize("scene", bytes, end);
-  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal) };
+  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal), room };
 }
 
 function readUser(reader: Reader): UserRecord {
@@ -98,7 +101,7 @@ function readUser(reader: Reader): UserRecord {
   const normal: Vec3 = [reader.i16() / UNIT, reader.i16() / UNIT, reader.i16() / UNIT];
   const shape = reader.u8();
   const presence = reader.u8() / 255;
-  const curvature = half(reader.u16());
+  const curvature = reader.f16();
   const state = reader.u8();
   reader.skip(1);
   checkRange("state of a user", state, 0, FRESH | FRICTION);
@@ -115,16 +118,6 @@ function readUser(reader: Reader): UserRecord {
   };
   check(record);
   return record;
-}
-
-/** A half float from its bits. */
-function half(bits: number): number {
-  const sign = bits & 0x8000 ? -1 : 1;
-  const exponent = (bits >> 10) & 0x1f;
-  const fraction = bits & 0x3ff;
-  if (exponent === 0x1f) return fraction > 0 ? NaN : sign * Infinity;
-  if (exponent === 0) return sign * fraction * 2 ** -24;
-  return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
 }
 
 function check(record: UserRecord): void {

@@ -14,7 +14,7 @@ import type { Connection } from "./report";
 const WAKE = 0.002; // s; browsers make 4 ms of it
 const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
-const FADE = 0.2; // s; the force is gone in 0.15
+const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const NAME_TAKEN = 4409;
 const SERVER_STOPS = 4503;
 const OPEN = 1; // of a socket
@@ -36,6 +36,8 @@ export class TouchClient {
   private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
+  private ends_at = Infinity;
+  private leaves = false; // to come in again at once
 
   constructor(
     private readonly settings: TouchSettings,
@@ -58,11 +60,12 @@ export class TouchClient {
       case "law":
         this.engine.setLaw(message.law, message.fixed);
         break;
+      case "friction":
+        this.engine.setFriction(message.mu);
+        break;
       case "close":
         this.engine.letGo();
-        this.world.later(this.connection.phase === "joined" ? FADE : 0, () => {
-          this.end("");
-        });
+        this.ends_at = this.world.now() + LONGEST_FADE;
     }
   }
 
@@ -70,6 +73,10 @@ export class TouchClient {
     if (this.ended) return;
     const now = this.world.now();
     this.run(now);
+    if (now >= this.ends_at || (this.ends_at < Infinity && this.engine.free)) {
+      this.end("");
+      return;
+    }
     if (now >= this.report_due) {
       this.report_due = now + REPORT;
       this.tell(now);
@@ -80,11 +87,20 @@ export class TouchClient {
   }
 
   private run(now: number): void {
+    this.joinAnew();
     const law = this.engine.lawToTell();
     if (law !== null) this.socket?.send(law);
     const sample = this.engine.advance(now);
     // Newest wins: the next sample is one period away.
     if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);
+  }
+
+  /** Friction is asked for in the hello: a hand that wants it now, or no longer, leaves and comes in again. */
+  private joinAnew(): void {
+    const bye = this.engine.toJoinAnew();
+    if (bye === null || this.socket === null) return;
+    this.socket.send(bye);
+    this.leaves = true;
   }
 
   private tell(now: number): void {
@@ -140,6 +156,12 @@ export class TouchClient {
     if (socket !== this.socket || this.ended) return;
     this.socket = null;
     this.engine.lost();
+    if (this.leaves) {
+      // The server has closed, so the name is free.
+      this.leaves = false;
+      this.connect();
+      return;
+    }
     const why = reason || (code === 1006 ? "no server answers" : `closed with ${code}`);
     this.connection = { phase: "connecting", reason: `${why}; trying again`, code };
     socket.close();

@@ -9,14 +9,17 @@ import { type ContactSample, encodeContactSample } from "../protocol/contact_sam
 import { encodeControl, type Welcome } from "../protocol/control";
 import { ProtocolError } from "../protocol/frame";
 import type { FixedGains, HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
-import { ZERO } from "../vec";
+import { norm, ZERO } from "../vec";
+import { receive } from "./arrival";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./device";
+import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./pacing";
 import { type Connection, reportOf } from "./report";
 import { due, HAPTIC_PERIOD, type Schedule } from "./schedule";
 import { TouchSession } from "./session";
-import { type LoopSettings, loopSettings, type LoopState, type Output, receive, START, step } from "./step";
+import { step } from "./step";
 import { measured, UNTIMED } from "./timing";
+import { Wishes } from "./wishes";
 
 /** The server said why this client may not take part. */
 export class Refused extends Error {
@@ -30,17 +33,11 @@ export class Refused extends Error {
   }
 }
 
-function telling(law: LawName, fixed_gains: FixedGains | null): string {
-  return encodeControl({ type: "set_law", law, fixed_gains });
-}
-
 /** One user's haptics. */
 export class TouchEngine {
   private cursor: Vec3;
   private hand: HandSettings;
-  private law: LawName;
-  private fixed: FixedGains | null = null; // gains instead of the server's
-  private told = ""; // law and gains that the server knows of
+  private readonly wishes: Wishes;
   private device: CursorState;
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
@@ -62,7 +59,7 @@ export class TouchEngine {
   ) {
     this.cursor = wanted.target;
     this.hand = wanted.hand;
-    this.law = wanted.law;
+    this.wishes = new Wishes(wanted.law, wanted.friction);
     this.device = restAt(wanted.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
@@ -79,8 +76,8 @@ export class TouchEngine {
     this.seq = 0;
     this.pacer = null;
     this.timing = UNTIMED; // another server may have another clock
-    this.told = telling(this.law, null);
-    return TouchSession.greeting({ ...this.wanted, law: this.law }, CURSOR);
+    this.wishes.greet();
+    return TouchSession.greeting(this.asked, CURSOR);
   }
 
   /** The connection is gone: nothing more is sent until the next one has its welcome. */
@@ -114,22 +111,39 @@ export class TouchEngine {
   }
 
   setLaw(law: LawName, fixed: FixedGains | null = null): void {
-    this.law = law;
-    this.fixed = fixed;
+    this.wishes.law = law;
+    this.wishes.fixed = fixed;
+    if (this.settings !== null) this.settings = { ...this.settings, follow: fixed === null };
+  }
+
+  setFriction(mu: number): void {
+    this.wishes.mu = mu;
+  }
+
+  /**
+   * Goodbye, where this connection's hello was for a finger with friction and there is none now, or the other way;
+   * null else. The force stays meanwhile, and the server lets the old hand go as the new one comes.
+   */
+  toJoinAnew(): string | null {
+    if (this.pacer === null || !this.wishes.needsHello(this.settings?.friction ?? 0)) return null;
+    this.pacer = null;
+    return encodeControl({ type: "bye" });
   }
 
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
   lawToTell(): string | null {
-    const wanted = telling(this.law, this.fixed);
-    if (wanted === this.told || this.pacer === null) return null;
-    this.told = wanted;
-    return wanted;
+    return this.pacer === null ? null : this.wishes.lawToTell();
   }
 
   /** From now on the server counts as silent: the force fades before the end. */
   letGo(): void {
     this.leaving = true;
     this.loop = { ...this.loop, arrived: -Infinity };
+  }
+
+  /** Whether there is no force on the hand. */
+  get free(): boolean {
+    return this.output === null || norm(this.output.force) === 0;
   }
 
   /** Last messages of the connection: a sample without force, and goodbye; nothing without a welcome. */
@@ -155,7 +169,7 @@ export class TouchEngine {
     const seconds = now - this.reported_at;
     const state = reportOf({
       connection,
-      settings: { ...this.wanted, law: this.law },
+      settings: this.asked,
       welcome: this.welcome,
       loop: this.loop,
       output: this.output,
@@ -176,7 +190,7 @@ export class TouchEngine {
   private period(t: number): void {
     const force = this.output?.force ?? ZERO;
     this.device = follow(this.device, this.hand, this.cursor, force, HAPTIC_PERIOD);
-    const settings = this.settings;
+    const settings = this.rub();
     if (settings === null) return;
     const [loop, output] = step(this.loop, this.device.tip, t, settings);
     this.loop = loop;
@@ -197,10 +211,26 @@ export class TouchEngine {
     const { max_force, passivity } = this.wanted;
     this.welcome = welcome;
     this.settings ??= {
-      ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall),
+      ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall, CURSOR.max_stiffness),
       max_damping: passivity ? dampingLimit(CURSOR, HAPTIC_PERIOD) : 0,
+      friction: this.wishes.mu,
+      follow: this.wishes.fixed === null,
     };
     this.pacer = { period: welcome.simulation_period, due: now };
+  }
+
+  /** What is wanted now. */
+  private get asked(): TouchSettings {
+    return { ...this.wanted, law: this.wishes.law, friction: this.wishes.mu };
+  }
+
+  /** The settings with the friction of this period; none is felt before the server sends what it takes. */
+  private rub(): LoopSettings | null {
+    const settings = this.settings;
+    if (settings === null) return null;
+    const friction = this.loop.patch?.compliance ? this.wishes.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;
+    if (friction !== settings.friction) this.settings = { ...settings, friction };
+    return this.settings;
   }
 
   private sample(now: number, force: Vec3): Uint8Array<ArrayBuffer> {

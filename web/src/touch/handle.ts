@@ -3,13 +3,18 @@
 import type { TouchHandle, TouchSettings, TouchState } from "../types";
 import type { FromWorker, ToWorker } from "./messages";
 
-const GRACE = 1000; // ms for the Worker to end by itself
+const GRACE = 1500; // ms for the Worker to end by itself; the force may take a second to fade
+// The hand before may still be on its way out of the room, under the same name.
+let previous: Promise<void> = Promise.resolve();
 
 /** Begin to touch. */
 export function startTouch(settings: TouchSettings): TouchHandle {
   const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "haptics" });
+  const turn = previous;
   const say = (message: ToWorker): void => {
-    worker.postMessage(message);
+    void turn.then(() => {
+      worker.postMessage(message);
+    });
   };
   const listeners = new Set<() => void>();
   let state: TouchState | null = null;
@@ -20,6 +25,7 @@ export function startTouch(settings: TouchSettings): TouchHandle {
   }).then(() => {
     worker.terminate();
   });
+  previous = end;
   worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
     if (data.type === "ended") ended();
     else state = data.state;
@@ -46,6 +52,9 @@ export function startTouch(settings: TouchSettings): TouchHandle {
     },
     setHand: (hand) => {
       say({ type: "hand", hand });
+    },
+    setFriction: (mu) => {
+      say({ type: "friction", mu });
     },
     subscribe: (listener) => {
       listeners.add(listener);

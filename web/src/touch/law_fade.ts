@@ -2,13 +2,15 @@
  * The law in use, and the way from one law to the next without a step in the force.
  *
  * When patches come for another law, both run, and the force moves from the one to the other: within `FADE_TIME`, and
- * by no more than `FADE_RATE` of itself per second. `client/cohaptic_client/law_fade.py` in TypeScript.
+ * by no more than `FADE_RATE` of itself and `EXTERNAL_RATE` per second. `client/cohaptic_client/law_fade.py` in
+ * TypeScript.
  */
 
 import type { Sight } from "../control/geometry";
 import { type Gains, type LawSettings, type LocalForce, localForce, pressedDepth } from "../control/law";
 import { AT_REST, type IntegralState } from "../control/proportional_integral";
 import type { LawName } from "../types";
+import { EXTERNAL_RATE } from "./safety";
 
 const FADE_TIME = 0.3; // s
 const FADE_RATE = 10; // 1/s; 1 % of the force per millisecond
@@ -80,7 +82,7 @@ export function run(
   const gap = Math.abs(force.normal_force - was.normal_force);
   const present = was.normal_force + fade.share * (force.normal_force - was.normal_force);
   let step = dt / FADE_TIME;
-  if (gap > 0) step = Math.min(step, (FADE_RATE * dt * Math.max(present, LEAST)) / gap);
+  if (gap > 0) step = Math.min(step, (Math.min(EXTERNAL_RATE, FADE_RATE * Math.max(present, LEAST)) * dt) / gap);
   const share = Math.min(1, fade.share + step);
   if (share >= 1) return [{ now, before: null, share: 1 }, force];
   return [{ now, before: { ...old, memory: oldMemory }, share }, mix(was, force, share)];
@@ -95,5 +97,6 @@ function mix(a: LocalForce, b: LocalForce, s: number): LocalForce {
     normal_force: a.normal_force + s * (b.normal_force - a.normal_force),
     felt_from_others: a.felt_from_others + s * (b.felt_from_others - a.felt_from_others),
     indentation: a.indentation + s * (b.indentation - a.indentation),
+    stored: a.stored + s * (b.stored - a.stored),
   };
 }

@@ -12,6 +12,7 @@ export type ToWorker =
   | { readonly type: "point"; readonly target: Vec3 }
   | { readonly type: "law"; readonly law: LawName; readonly fixed: FixedGains | null }
   | { readonly type: "hand"; readonly hand: HandSettings }
+  | { readonly type: "friction"; readonly mu: number }
   | { readonly type: "close" };
 
 export type FromWorker =

@@ -1,15 +1,19 @@
 /**
- * Takes out the energy that delay makes; silent until some is made (science 3.4).
+ * Takes out the energy that the server's side makes; silent until some is made (science 3.4, 3.9).
  *
  * A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et al. 2010), for
- * a predictive port; `client/cohaptic_client/passivity.py` has the argument. What the network made in a period is
- * (f - own_force) dx, with dx the movement towards the hand of the surface that the law presses on. It is taken out
- * by damping in contact, never more than is owed, never more than the device renders stably.
+ * a predictive port; `client/cohaptic_client/passivity.py` has the argument. In each period
+ *
+ *     made = work on the hand + what the local spring stores more - what the body gave,
+ *
+ * with the body giving own_force times the way of its surface. It is taken out by damping in contact, never more than
+ * is owed, than the device renders stably, or than the contact's own force, so that it comes and goes with the contact.
  */
 
 const FORGET = 5; // s; a hand that rested so long has swallowed by itself what it was given
 const SLOW = 0.01; // m/s; a slower hand has little energy, and damping would only wait for it
 const RAMP = 0.05; // s; from no damping to all of it
+const STEP_RATE = 10; // N/s; by which a change of the damping may move the force
 const MAX_DAMPING = 8; // N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
 
 /** Memory of the layer. */
@@ -18,20 +22,39 @@ export interface Passivity {
   readonly owed: number;
   /** In use [N s/m]. */
   readonly damping: number;
+  /** In the local spring, as far as the hand has it [J]. */
+  readonly stored: number;
 }
 
-export const NOTHING_OWED: Passivity = { owed: 0, damping: 0 };
+export const NOTHING_OWED: Passivity = { owed: 0, damping: 0, stored: 0 };
 
 /**
  * Energy that is still to be taken out, after one period [J].
  *
- * @param force Normal force of the law now [N].
- * @param own_force Of this client in the surface that is shown [N].
- * @param surface_moved By how much it came towards the hand in this period [m].
+ * @param owed After the last period, never negative [J].
+ * @param work Of the device on the hand in this period [J].
+ * @param stored What the local spring stores more than before it [J].
+ * @param from_body What the body gave while its surface moved [J].
  */
-export function observe(owed: number, force: number, own_force: number, surface_moved: number, dt: number): number {
+export function observe(owed: number, work: number, stored: number, from_body: number, dt: number): number {
   const kept = Math.max(0, 1 - dt / FORGET);
-  return Math.max(0, kept * owed + (force - own_force) * surface_moved);
+  return Math.max(0, kept * owed + work + stored - from_body);
+}
+
+/**
+ * What a spring stores whose force is given in part [J].
+ *
+ * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as it is held: the area
+ * under it, f d - f^2 / (2 K).
+ *
+ * @param stored In the law's spring [J].
+ * @param ratio Force that is given over the law's.
+ * @param scale Share to which the safety layer has faded the law.
+ */
+export function givenShare(stored: number, ratio: number, scale: number): number {
+  if (scale <= 0) return 0;
+  const given = Math.min(ratio, scale); // a force that still has to come down is not the spring's
+  return stored * given * (2 - given / scale);
 }
 
 /**
@@ -41,24 +64,22 @@ export function observe(owed: number, force: number, own_force: number, surface_
  * @param force Normal force of the law [N].
  * @param speed_in Of the hand into the surface [m/s].
  * @param max_damping Limit, of the device and of this layer [N s/m].
- * @returns What is left, and the normal force on the hand [N].
+ * @returns Damping [N s/m], and the normal force on the hand, from none to twice the law's [N].
  */
 export function dissipate(
-  before: Passivity,
+  before: Pick<Passivity, "owed" | "damping">,
   force: number,
   speed_in: number,
   dt: number,
   max_damping: number,
-): [after: Passivity, damped: number] {
-  if (force <= 0 || max_damping <= 0) return [{ owed: before.owed, damping: 0 }, force];
+): [damping: number, damped: number] {
+  if (force <= 0 || max_damping <= 0) return [0, force];
   const speed = Math.max(SLOW, Math.abs(speed_in));
   const wanted = dt > 0 ? Math.min(max_damping, before.owed / (speed * speed * dt)) : 0;
-  const change = (max_damping * dt) / RAMP;
+  const change = Math.min((max_damping * dt) / RAMP, (STEP_RATE * dt) / speed);
   const damping = Math.min(Math.max(wanted, before.damping - change), before.damping + change);
-  // A hand that comes out is never pulled back in.
-  const damped = Math.max(0, force + damping * speed_in);
-  const owed = Math.max(0, before.owed - (damped - force) * speed_in * dt);
-  return [{ owed, damping }, damped];
+  // A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
+  return [damping, force + Math.min(force, Math.max(-force, damping * speed_in))];
 }
 
 /** Largest |B| that leaves a device passive, b > K T / 2 + |B| [N s/m] (Colgate). */

@@ -1,9 +1,10 @@
 /** What the haptic Worker tells the page, as a function of what it knows. */
 
+import { normalShift } from "../control/friction";
 import type { Welcome } from "../protocol/control";
 import type { TouchPhase, TouchSettings, TouchState, Vec3 } from "../types";
-import { add, scale } from "../vec";
-import type { LoopState, Output } from "./step";
+import { add, norm, scale } from "../vec";
+import type { LoopState, Output } from "./loop";
 import { clockOffset, type LinkTiming } from "./timing";
 
 /** How the connection is, as the Worker sees it. */
@@ -39,7 +40,8 @@ export function reportOf(known: Known): TouchState {
   const depth = sight?.depth ?? -1;
   const indentation = safety.scale * (output?.local.indentation ?? 0);
   // The surface free of the own force, less the own dent: where the tip is held for the eye.
-  const proxy = depth > 0 ? add(probe, scale(normal, Math.max(0, depth - indentation))) : probe;
+  const dent = indentation + (loop.compliance === null ? 0 : safety.scale * normalShift(loop.friction, normal, loop.compliance));
+  const proxy = depth > 0 ? add(probe, scale(normal, Math.max(0, depth - dent))) : probe;
   return {
     ...connection,
     doing: doing(known),
@@ -51,14 +53,14 @@ export function reportOf(known: Known): TouchState {
     proxy,
     normal,
     force: output?.force ?? [0, 0, 0],
+    along: safety.scale * norm(loop.friction.force),
     felt_from_others: safety.scale * (output?.local.felt_from_others ?? 0),
     depth,
     indentation,
-    u_others: sight?.u_others ?? 0,
+    u_others: output?.u_others ?? 0,
     law: loop.fade?.now.law ?? null,
     law_wanted: settings.law,
-    k_o: patch?.k_o ?? 0,
-    k_o_coupled: patch?.k_o_coupled ?? 0,
+    k_o: patch === null ? 0 : 1 / patch.c_ii,
     k_h: loop.fade?.now.gains.k_h ?? 0,
     integral_gain: loop.fade?.now.gains.integral_gain ?? 0,
     damping: loop.passivity.damping,

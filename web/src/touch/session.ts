@@ -5,7 +5,8 @@ import { ProtocolError } from "../protocol/frame";
 import { decodePatch, type Patch } from "../protocol/patch";
 import { PROTOCOL_VERSION } from "../protocol/version";
 import type { TouchSettings } from "../types";
-import type { DeviceInfo } from "./device";
+import { dampingLimit, type DeviceInfo } from "./device";
+import { HAPTIC_PERIOD } from "./schedule";
 
 export type TouchEvent =
   | Extract<ServerControl, { type: "welcome" | "user_joined" | "user_left" | "error" }>
@@ -32,8 +33,9 @@ export class TouchSession {
       law: settings.law,
       max_stiffness: device.max_stiffness,
       max_force: settings.max_force,
+      damping_budget: settings.passivity ? dampingLimit(device, HAPTIC_PERIOD) : 0,
       geometry: settings.geometry,
-      friction: false,
+      friction: settings.friction > 0,
       fixed_gains: null,
     });
   }

@@ -16,8 +16,8 @@ export interface Facts {
   /** On the own hand, and its part that comes from the others [N]. */
   readonly force: number;
   readonly fromOthers: number;
-  /** How far the own force went to and fro in the last two seconds, less the way from its least to its most [N]. */
-  readonly swing: number;
+  /** Of the room: in how long the object answers the others [s]. */
+  readonly lag: number;
   /** Of the own loop, measured [s]. */
   readonly loopDelay: number;
   /** The law that runs, and whether its gain is the paper's rule. */
@@ -35,7 +35,7 @@ export type Action =
   | { readonly kind: "delay"; readonly delay: number }
   | { readonly kind: "measure"; readonly by: "alone" | "coupled" }
   | { readonly kind: "colour"; readonly by: "displacement" | "stiffness" }
-  | { readonly kind: "look"; readonly at: "stage" | "hand" | "plots" | "area" };
+  | { readonly kind: "look"; readonly at: "stage" | "hand" | "plots" | "area" | "room" };
 
 export interface Step {
   readonly id: string;

@@ -2,8 +2,8 @@
 
 import type { Facts, Step } from "./machine";
 
-/** A force that goes to and fro by more than this in two seconds swings by itself [N]. */
-export const SWING = 1.5;
+/** A lag of the room from which one sees that the object takes its time [s]. */
+export const SLOW = 0.07;
 const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
 
@@ -12,7 +12,7 @@ const alone = (facts: Facts): string | null =>
 const noDelay = (facts: Facts): string | null =>
   facts.allowLatency ? null : "This server does not let a page add delay (--allow-latency), so that part is left out.";
 const noGains = (facts: Facts): string | null =>
-  facts.allowFixedGains ? alone(facts) : "This server does not let a page choose its own gain (--allow-fixed-gains), so the unstable rule is left out.";
+  facts.allowFixedGains ? alone(facts) : "This server does not let a page choose its own gain (--allow-fixed-gains), so the rule for one hand is left out.";
 
 export const STEPS: readonly Step[] = [
   {
@@ -62,34 +62,37 @@ export const STEPS: readonly Step[] = [
     id: "paper",
     title: "The rule for one hand",
     text: "Here is the classic way: press on the surface as it came back, with a gain just below the stiffness of the object, "
-      + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, look at the force.",
-    actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "plots" }],
-    until: (facts) => facts.paper && facts.swing > SWING,
-    waiting: "the force begins to swing",
+      + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, the object now has to take "
+      + "its time: see the line at the head of the panel.",
+    actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "room" }],
+    until: (facts) => facts.paper && facts.lag > SLOW,
+    waiting: "the object takes its time",
     without: noGains,
   },
   {
     id: "coupled",
-    title: "Why it swings",
+    title: "Why it has to",
     text: "Measured by your contact alone, your gain is inside the stable set. Measured with everybody\u2019s hands on the object "
-      + "it is outside: you press, they are pushed, they push back, and it all arrives late.",
+      + "it is outside: you press, they are pushed, they push back, and it all arrives late. The forces would swing; a lag in the "
+      + "object keeps them from it, and everybody has to wait for it.",
     actions: [{ kind: "measure", by: "coupled" }, { kind: "look", at: "area" }],
     without: noGains,
   },
   {
     id: "soft",
     title: "Safe, and soft",
-    text: "The classic way can be made safe: the server takes everybody\u2019s coupling into account and gives you a smaller gain. "
-      + "Nothing swings. But the object feels softer than it is, and most of what the others do is lost.",
+    text: "The classic way can be made safe by its gain alone: the server takes everybody\u2019s coupling into account and gives you a "
+      + "smaller one. But the object feels softer than it is, and most of what the others do is lost.",
     actions: [{ kind: "law", law: "proportional" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "plots" }],
-    until: (facts) => facts.law === "proportional" && !facts.paper && facts.swing < SWING,
-    waiting: "the swing has died out",
+    until: (facts) => facts.law === "proportional" && !facts.paper && facts.force > 0.3,
+    waiting: "the classic law runs",
   },
   {
     id: "ours",
-    title: "Neither soft nor swinging",
-    text: "Back to the predictive law. The force returns to what two hands on one object would feel in the same room, with "
-      + "the ocean still between them.",
+    title: "Neither soft nor slow",
+    text: "Back to the predictive law: your hand has the object\u2019s own stiffness, at once and at any delay. The force returns to what "
+      + "hands on one object would feel in the same room, with the ocean still between them. Only where hands are coupled strongly "
+      + "does what the others do arrive a little later.",
     actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.law === "predictive" && facts.force > 0.3,
     waiting: "the predictive law runs",

@@ -19,7 +19,7 @@ export class AreaCard {
       "Measure gains by",
       [
         ["alone", "alone", "K_o of each contact as if nobody else touched: the paper's rule"],
-        ["coupled", "coupled", "K_o with everybody's hands on the body: what N users have to respect"],
+        ["coupled", "coupled", "K_o with everybody's hands on the body: what the paper's laws have to respect for N users"],
       ],
       (value) => { this.yardstick = value; },
     );
@@ -40,16 +40,17 @@ export class AreaCard {
     this.pick.set(yardstick);
   }
 
-  update(users: readonly UserState[], simulationPeriod: number, ink: Inks): void {
+  /** @param lag Of the room [s]. */
+  update(users: readonly UserState[], simulationPeriod: number, lag: number, ink: Inks): void {
     drawArea(this.canvas, users, simulationPeriod, this.yardstick, this.colour, ink);
-    const words = areaWords(users, simulationPeriod, this.yardstick);
+    const words = areaWords(users, simulationPeriod, lag, this.yardstick);
     say(this.words, words);
     this.canvas.setAttribute("aria-label", `Stable gains of the integral law. ${words}`);
   }
 }
 
 /** What is seen in the figure. */
-export function areaWords(users: readonly UserState[], simulationPeriod: number, yardstick: Yardstick): string {
+export function areaWords(users: readonly UserState[], simulationPeriod: number, lag: number, yardstick: Yardstick): string {
   const named = (wanted: string): string[] =>
     users.filter((user) => verdict(user, simulationPeriod, yardstick) === wanted).map((user) => user.name || `user ${user.user}`);
   const outside = named("outside");
@@ -60,7 +61,10 @@ export function areaWords(users: readonly UserState[], simulationPeriod: number,
       ? `Outer line: no delay. Filled: the longest loop here, ${longest} ${longest === 1 ? "period" : "periods"} late.`
       : "The triangle of eq. (15), without delay.",
   ];
-  if (outside.length > 0) parts.push(`Outside, so bound to swing: ${outside.join(", ")}.`);
-  if (own.length > 0) parts.push("A ring is the predictive law, which no delay can make unstable.");
+  if (outside.length > 0) {
+    const so = lag > 0 ? "and kept from swinging by the room\u2019s lag" : "so bound to swing";
+    parts.push(`Outside, ${so}: ${outside.join(", ")}.`);
+  }
+  if (own.length > 0) parts.push("A ring is the predictive law: no delay asks it for a smaller gain.");
   return parts.join(" ");
 }

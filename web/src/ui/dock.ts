@@ -8,12 +8,16 @@ import { CutPicture } from "./meter";
 import type { Inks } from "./plot";
 import { fixed, millimetres } from "./words";
 
+/** mu of the finger, as one chooses it. */
+type Roughness = "0" | "0.4" | "0.8";
+
 /** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
 export type LawChoice = LawName | "paper";
 
 export interface DockDeeds {
   touch(on: boolean): void;
   law(law: LawChoice): void;
+  friction(mu: number): void;
   name(name: string): void;
 }
 
@@ -51,7 +55,7 @@ export class Dock {
     this.laws = choice<LawChoice>(
       "Local model of your hand",
       [
-        ["predictive", "Predictive", "Presses on the surface free of its own force: stable at any delay"],
+        ["predictive", "Predictive", "Presses on the surface free of its own force: the object's own stiffness, at any delay"],
         ["pi", "PI", "The paper's proportional-integral law, its gains chosen for the measured delay"],
         ["proportional", "Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
         ["paper", "Paper\u2019s rule", "Proportional with K_h just below K_o of this contact alone: the rule for one user"],
@@ -59,6 +63,16 @@ export class Dock {
       (law) => { deeds.law(law); },
     );
     this.laws.set("predictive");
+    const friction = choice<Roughness>(
+      "Friction of your finger",
+      [
+        ["0", "Smooth", "No friction: the finger slides"],
+        ["0.4", "0.4", "Friction 0.4: the finger sticks until it is pushed aside by 0.4 of its pressure, and others drag it along"],
+        ["0.8", "0.8", "Friction 0.8: rubber; the finger sticks, and others drag it along"],
+      ],
+      (mu) => { deeds.friction(Number(mu)); },
+    );
+    friction.set("0");
     this.meter = el("div", {
       class: "meter",
       attrs: { role: "meter", "aria-label": "Force on your hand", "aria-valuemin": "0", "aria-valuemax": `${FULL_SCALE}`, "aria-valuenow": "0" },
@@ -66,7 +80,7 @@ export class Dock {
     this.active.append(
       this.picture.canvas,
       el("div", { class: "dock-numbers" }, this.force, this.meter, this.facts),
-      el("div", { class: "dock-law" }, this.laws.root),
+      el("div", { class: "dock-law" }, this.laws.root, el("div", { class: "dock-friction" }, el("span", { text: "Friction", attrs: { "aria-hidden": "true" } }), friction.root)),
     );
     this.root = el("section", { class: "dock", attrs: { "aria-label": "Your hand" } },
       el("div", { class: "dock-main" }, this.button, this.name, this.active), this.hint);
@@ -109,5 +123,7 @@ export class Dock {
 
 function factWords(state: TouchState): (Node | string)[] {
   if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
-  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
+  // The gain gives way to what is felt: with friction a line has no place for both.
+  const more = state.along > 0 ? [`${fixed(state.along, 2)} N along`] : [symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
+  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, ...more];
 }

@@ -1,7 +1,7 @@
 /** What the own hand would feel, as a picture: a cut through the surface, the tip held on it, the cursor below. */
 
 import type { TouchState } from "../types";
-import { norm } from "../vec";
+import { dot, norm, scale, sub } from "../vec";
 import { sharpen, type Inks } from "./plot";
 
 const DEEP = 0.03; // m from the resting surface to the lower end of the picture, at the least
@@ -78,7 +78,7 @@ export class CutPicture {
     c.setLineDash([]);
     ring(c, middle, cursor, 4.5, colour, null);
     ring(c, middle, tip - 4.5, 4.5, colour, colour);
-    arrow(c, middle, tip - 9, Math.min(top + dent - 6, 5 * norm(state.force)), colour);
+    arrow(c, [middle, tip - 9], Math.min(top + dent - 6, 5 * norm(state.force)), lean(state), colour);
   }
 }
 
@@ -94,18 +94,28 @@ function ring(c: CanvasRenderingContext2D, x: number, y: number, r: number, colo
   c.stroke();
 }
 
-function arrow(c: CanvasRenderingContext2D, x: number, from: number, length: number, colour: string): void {
+/** Of the force from the normal [rad]: the cut lies in the plane of both. */
+export function lean({ force, normal }: Pick<TouchState, "force" | "normal">): number {
+  const out = dot(force, normal);
+  return Math.atan2(norm(sub(force, scale(normal, out))), out);
+}
+
+function arrow(c: CanvasRenderingContext2D, from: readonly [number, number], length: number, lean: number, colour: string): void {
   if (length < 3) return;
-  const tip = Math.max(3, from - length);
+  c.save();
+  c.translate(...from);
+  c.rotate(lean);
+  const tip = Math.max(3 - from[1], -length);
   c.strokeStyle = c.fillStyle = colour;
   c.lineWidth = 2.5;
   c.beginPath();
-  c.moveTo(x, from);
-  c.lineTo(x, tip + 4);
+  c.moveTo(0, 0);
+  c.lineTo(0, tip + 4);
   c.stroke();
   c.beginPath();
-  c.moveTo(x - 4.5, tip + 6);
-  c.lineTo(x + 4.5, tip + 6);
-  c.lineTo(x, tip - 1);
+  c.moveTo(-4.5, tip + 6);
+  c.lineTo(4.5, tip + 6);
+  c.lineTo(0, tip - 1);
   c.fill();
+  c.restore();
 }

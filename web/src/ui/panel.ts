@@ -5,7 +5,7 @@ import { AreaCard } from "./area_card";
 import { choice, el, say, show, type Choice } from "./dom";
 import { inks, type Inks } from "./plot";
 import { UserCard } from "./user_card";
-import { bytesPerSecond, milliseconds } from "./words";
+import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "./words";
 
 const OPEN_AT_FIRST = 3;
 
@@ -19,6 +19,9 @@ export class Panel {
     class: "empty",
     text: "Nobody is here yet. Touch the object yourself, or open this page once more.",
   });
+  private readonly answers = el("summary");
+  private readonly reasons = el("p", { class: "fine" });
+  private readonly time = el("details", { class: "room-time" }, this.answers, this.reasons);
   private readonly stream = el("p", { class: "stream-words" });
   private readonly encoding: Choice<Encoding>;
   private readonly latencyNote = el("p", {
@@ -50,6 +53,7 @@ export class Panel {
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       el("h2", { class: "panel-title", id: "hands" }, "Hands", this.count),
+      this.time,
       this.empty,
       this.list,
       this.latencyNote,
@@ -65,13 +69,14 @@ export class Panel {
   }
 
   /** Bring a part into sight; on the stage alone nothing is scrolled. */
-  reveal(part: "stage" | "plots" | "area", user: number): void {
-    const target = part === "area" ? this.area.root : part === "plots" ? this.cards.get(user)?.root : undefined;
+  reveal(part: "stage" | "plots" | "area" | "room", user: number): void {
+    const parts = { stage: undefined, area: this.area.root, plots: this.cards.get(user)?.root, room: this.time };
+    const target = parts[part];
     this.cards.get(user)?.open(true);
-    for (const card of [this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
+    for (const card of [this.time, this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
       card.classList.toggle("shown", card === target);
     }
-    target?.scrollIntoView({ block: part === "plots" ? "start" : "nearest", behavior: "auto" });
+    target?.scrollIntoView({ block: part === "plots" || part === "room" ? "start" : "nearest", behavior: "auto" });
   }
 
   /** Remember this moment for the plots; cheap, and called for every frame. */
@@ -94,15 +99,25 @@ export class Panel {
       this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
     }
     say(this.count, here.size === 0 ? "" : `${here.size}`);
+    this.tellTime(view);
     show(this.empty, here.size === 0 && store.status.phase === "watching");
     show(this.latencyNote, store.info !== null && !store.info.allow_latency && here.size > 0);
     if (view !== null) {
       for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
     }
-    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, ink);
+    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room.lag ?? 0, ink);
     // A body that is no sum of Green's functions comes in frames, whatever is asked for.
     this.encoding.enable("forces", store.info?.model !== null);
     say(this.stream, streamWords(store));
+  }
+
+  /** How soon the object answers; what a hand could not know from its own numbers. */
+  private tellTime(view: SceneView | null): void {
+    const words = view === null ? "" : lagWords(view.room, view.users.filter((user) => user.c_ii > 0).length);
+    show(this.time, words !== "");
+    if (view === null || words === "") return;
+    say(this.answers, words);
+    say(this.reasons, lagReasons(view.room));
   }
 
   private userInk(ink: Inks, user: number): Inks {

@@ -56,21 +56,6 @@ export class Timeline {
     }
   }
 
-  /**
-   * How far a quantity went to and fro since a time: the length of its way less the distance from its least
-   * to its most. Nothing for what only rises or falls.
-   */
-  swing(column: number, since: number): number {
-    let way = 0;
-    let before = Number.NaN;
-    this.each(column, since, (_, value) => {
-      if (!Number.isNaN(before)) way += Math.abs(value - before);
-      before = value;
-    });
-    const range = this.range([column], since);
-    return range === null ? 0 : way - (range.high - range.low);
-  }
-
   /** Least and largest of some quantities since a time; null where nothing is. */
   range(columns: readonly number[], since: number): Range | null {
     let low = Infinity;

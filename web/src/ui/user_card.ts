@@ -7,7 +7,7 @@ import { el, say, show, slider, symbol, type Slider } from "./dom";
 import { icon } from "./icons";
 import { Plot, type Inks, type Lane } from "./plot";
 import { Timeline } from "./timeline";
-import { fixed, LAWS, milliseconds, stiffness } from "./words";
+import { fixed, LAWS, milliseconds, softWords, stiffness } from "./words";
 
 /** Columns of a user's timeline. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
@@ -46,6 +46,10 @@ export class UserCard {
   private readonly coupled = el("dd");
   private readonly gain = el("dd");
   private readonly loop = el("dd");
+  private readonly soft = el("p", {
+    class: "card-note",
+    title: "This device cannot render the object\u2019s stiffness stably: the hand feels the device\u2019s limit",
+  });
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
   private readonly plot = new Plot(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
@@ -68,10 +72,11 @@ export class UserCard {
         "dl",
         { class: "facts" },
         el("div", {}, el("dt", { title: "Stiffness of the body here, if nobody else touched it" }, symbol("K", "o"), " alone"), this.alone),
-        el("div", {}, el("dt", { title: "The same with everybody's hands on it: what a gain has to respect" }, symbol("K", "o"), " coupled"), this.coupled),
-        el("div", {}, el("dt", { title: "Gain of this user's local model" }, symbol("K", "h")), this.gain),
+        el("div", {}, el("dt", { title: "The same with everybody's hands on it: what a gain of the paper's laws has to respect" }, symbol("K", "o"), " coupled"), this.coupled),
+        el("div", {}, el("dt", { title: "Gain of this user's local model; of the predictive one the object's own stiffness, or its device's limit" }, symbol("K", "h")), this.gain),
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
+      this.soft,
       this.latency.root,
     );
     this.toggle = el(
@@ -112,6 +117,9 @@ export class UserCard {
     say(this.name, own ? `${name} (you)` : name);
     this.root.classList.toggle("own", own);
     show(this.latency.root, mayDelay && user !== undefined);
+    const soft = user === undefined ? "" : softWords(user);
+    say(this.soft, soft);
+    show(this.soft, soft !== "");
     if (user === undefined) {
       say(this.law, "not at the body");
       say(this.force, "");

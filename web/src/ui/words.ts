@@ -1,6 +1,6 @@
 /** Numbers and names as people read them; millimetres and milliseconds are made here. */
 
-import type { LawName } from "../types";
+import type { LawName, RoomLag, UserState } from "../types";
 
 const MINUS = "\u2212";
 const THIN = "\u202f";
@@ -24,6 +24,33 @@ export function stiffness(k: number): string {
 
 export function bytesPerSecond(b: number): string {
   return b < 1000 ? `${fixed(b, 0)}${THIN}B/s` : `${fixed(b / 1000, b < 1e4 ? 1 : 0)}${THIN}kB/s`;
+}
+
+const WHOLE = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+const AS_STIFF = 0.99; // of the object's stiffness; a device that renders so much is no softer to the hand
+const LEAST_LAG = 0.005; // s; what is less is none on a screen
+const FAR = 100; // a margin beyond is as good as any
+
+/** What a hand feels whose device is softer than the object; empty for the others. */
+export function softWords(user: Pick<UserState, "law" | "k_h" | "c_ii">): string {
+  const k_o = user.c_ii > 0 ? 1 / user.c_ii : 0;
+  if (user.law !== "predictive" || !(user.k_h > 0 && user.k_h < AS_STIFF * k_o)) return "";
+  return `device renders ${WHOLE.format(user.k_h)} of ${WHOLE.format(k_o)} N/m`;
+}
+
+/** How soon a hand feels the others; nothing while it has none. */
+export function lagWords(room: RoomLag, hands: number): string {
+  if (hands < 2) return "";
+  return room.lag < LEAST_LAG ? "The object answers the others at once" : `The object answers the others in ${fixed(room.lag, 2)} s`;
+}
+
+/** Why so, with the numbers. */
+export function lagReasons({ lag, coupling, margin }: RoomLag): string {
+  const m = `The hands\u2019 coupling m is ${fixed(coupling, 2)}`;
+  const far = margin < FAR ? ` (margin ${fixed(margin, 1)})` : "";
+  if (lag < LEAST_LAG) return `${m}: below 1 no delay can make them swing, and no lag is needed${far}.`;
+  if (coupling < 1) return `${m}: hands held still would need no lag${far}; hands that move, on devices that may damp little, need this one.`;
+  return `${m}: from 1 on delay would make them swing, so forces enter the object through a lag, ${fixed(margin, 1)} times the least that is stable. Its stiffness stays.`;
 }
 
 export const LAWS: Readonly<Record<LawName, string>> = {

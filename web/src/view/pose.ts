@@ -27,9 +27,18 @@ export interface Pose {
 /** Below this a force is not shown [N]. */
 export const LEAST_FORCE = 0.02;
 
-/** x_o = x_free - C_ii f n: the surface as it is under this hand (docs/protocol.md, patch). */
+/**
+ * The surface as it is under this hand, x_o = x_free - C_ii f n (docs/protocol.md, patch).
+ *
+ * A finger that sticks takes the surface with it in all directions, and its law, f = K (depth - what that does to the
+ * depth), tells how far it is below the surface: not at all where K is the object's own.
+ */
 export function proxyOf(user: UserState): Vec3 {
-  return along(user.x_free, -user.c_ii * Math.max(0, dot(user.force, user.normal)), user.normal);
+  const pressed = Math.max(0, dot(user.force, user.normal));
+  if (user.friction && user.law === "predictive" && user.k_h > 0) {
+    return along(user.probe, pressed * Math.max(0, 1 / user.k_h - user.c_ii), user.normal);
+  }
+  return along(user.x_free, -user.c_ii * pressed, user.normal);
 }
 
 /** Of the probe below the surface free of the own force; negative outside [m]. */

@@ -1,7 +1,7 @@
 /** What is shown between two frames, as pure functions of time. */
 
 import type { UserRecord } from "../protocol/scene";
-import type { Vec3 } from "../types";
+import type { RoomLag, Vec3 } from "../types";
 import { lerp, unit } from "../vec";
 
 /** A frame of the scene with its surface. */
@@ -9,6 +9,7 @@ export interface Frame {
   /** Server's clock [s]. */
   readonly t_server: number;
   readonly users: readonly UserRecord[];
+  readonly room: RoomLag;
   /** From rest, shape (n, 3) [m]; the one of the frame before where nothing newer is known. */
   readonly displacement: Float32Array;
 }

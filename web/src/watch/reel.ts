@@ -34,7 +34,7 @@ export class Reel {
    * @param displacement Of the surface, shape (n, 3) [m]; null for that of the frame before.
    */
   take(scene: Scene, displacement: Float32Array | null, now: number): void {
-    const { t_server, users } = scene;
+    const { t_server, users, room } = scene;
     this.timeline =
       this.timeline === null
         ? firstFrame(t_server, now, this.interval)
@@ -43,7 +43,7 @@ export class Reel {
     const shown = now - this.timeline.lag;
     // The last one before what is shown stays, however old: it holds until the next.
     const old = this.frames.findLastIndex((frame) => frame.t_server <= shown - KEPT);
-    this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, displacement: surface }];
+    this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, room, displacement: surface }];
   }
 
   /** The surface of the newest frame, which came without one, is known now. */
@@ -64,7 +64,7 @@ export class Reel {
     const users: UserState[] = usersBetween(found)
       .map((record) => ({ ...record, name: room.nameOf(record.user), latency: room.latencyOf(record.user) }))
       .sort((a, b) => a.user - b.user);
-    return { t_server, positions: this.positions, moved, users };
+    return { t_server, positions: this.positions, moved, users, room: found.b.room };
   }
 }
 

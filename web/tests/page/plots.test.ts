@@ -5,7 +5,8 @@ import { liftedRadius } from "../../src/control/stability";
 import type { UserState } from "../../src/types";
 import { areaWords } from "../../src/ui/area_card";
 import { gainsOf, periods, verdict } from "../../src/ui/area_plot";
-import { cut } from "../../src/ui/meter";
+import { cut, lean } from "../../src/ui/meter";
+import { proxyOf } from "../../src/view/pose";
 import { withZero } from "../../src/ui/plot";
 import { digits, follow, linear, niceStep, ticks } from "../../src/ui/scale";
 import { isStable, isStable15, rootsInside, stableOutline } from "../../src/ui/stability";
@@ -72,17 +73,6 @@ describe("the timeline", () => {
     t.push(1, [1]);
     t.push(1, [2]);
     expect(t.length).toBe(1);
-  });
-
-  it("tells a swing from a change", () => {
-    const [ramp, wave] = [new Timeline(1, 200), new Timeline(1, 200)];
-    for (let t = 0; t <= 2; t += 0.02) {
-      ramp.push(t, [2 * t]);
-      wave.push(t, [2 * Math.sin(2 * Math.PI * t)]);
-    }
-    expect(ramp.swing(0, 0)).toBeCloseTo(0, 6);
-    expect(wave.swing(0, 0)).toBeGreaterThan(11.5);
-    expect(new Timeline(1, 2).swing(0, 0)).toBe(0);
   });
 
   it("finds the range since a time, gaps left out", () => {
@@ -158,7 +148,9 @@ describe("dots in the area", () => {
     const pressed: UserState = { ...user(1), law: "proportional", c_ii: 1 / 250, k_o_coupled: 140, k_h: 0.95 * 250, integral_gain: 0 };
     expect(verdict(pressed, T, "alone")).toBe("inside");
     expect(verdict(pressed, T, "coupled")).toBe("outside");
-    expect(areaWords([pressed], T, "coupled")).toContain("bound to swing: user 1");
+    expect(areaWords([pressed], T, 0, "coupled")).toContain("bound to swing: user 1");
+    // Where the object takes its time that figure is not the whole of it.
+    expect(areaWords([pressed], T, 0.1, "coupled")).toContain("kept from swinging by the room\u2019s lag: user 1");
   });
 
   it("of the predictive law are no points of this set", () => {
@@ -183,6 +175,15 @@ describe("what is plotted of a user", () => {
     expect(force).toBe(3);
   });
 
+  it("of a finger that sticks has the tip on the surface, or above it as far as the device is soft", () => {
+    const stuck: UserState = {
+      ...user(1), law: "predictive", friction: true, probe: [0.085, 0.006, 0], x_free: [0.097, 0, 0], force: [2, 1, 0], c_ii: 0.004, k_h: 250,
+    };
+    expect(sample(stuck).slice(0, 2)).toEqual([expect.closeTo(0.015, 9), expect.closeTo(0.015, 9)]);
+    expect(proxyOf(stuck)).toEqual(stuck.probe);
+    expect(sample({ ...stuck, k_h: 125 })[1]).toBeCloseTo(0.015 - 0.008, 9);
+  });
+
   it("has no proxy in the air", () => {
     const above: UserState = { ...user(1), probe: [0.12, 0, 0], x_free: [0.1, 0, 0], force: [0, 0, 0] };
     expect(sample(above)[1]).toBeNaN();
@@ -197,6 +198,12 @@ describe("the cut through the surface", () => {
     expect(c.surface).toBeLessThan(c.tip);
     expect(c.tip).toBeLessThan(c.cursor);
     expect(c.cursor * c.depth).toBeCloseTo(0.02, 9);
+  });
+
+  it("has the force as it leans, and upright without friction", () => {
+    expect(lean({ force: [3, 0, 0], normal: [1, 0, 0] })).toBe(0);
+    expect(lean({ force: [3, 0, -3], normal: [1, 0, 0] })).toBeCloseTo(Math.PI / 4, 9);
+    expect(lean({ force: [0, 0, 0], normal: [1, 0, 0] })).toBe(0);
   });
 
   it("grows with the depth at once and shrinks slowly", () => {

@@ -2,10 +2,10 @@
 
 import { describe, expect, it } from "vitest";
 import { goBack, goNext, pause, readingTime, start, tick, waits, type Action, type Facts, type TourState } from "../../src/tour/machine";
-import { OCEAN, STEPS, SWING } from "../../src/tour/steps";
+import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
 
 const ALL: Facts = {
-  others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, swing: 0.1,
+  others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
   loopDelay: 2.2 * OCEAN, law: "predictive", paper: false,
 };
 
@@ -26,7 +26,7 @@ function run(factsAt: (step: string) => Facts, most = 3600): { seen: string[]; d
 
 /** What the live system does in each step. */
 const live = (step: string): Facts => {
-  if (step === "paper" || step === "coupled") return { ...ALL, paper: true, law: "proportional", swing: 3 * SWING };
+  if (step === "paper" || step === "coupled") return { ...ALL, paper: true, law: "proportional", lag: 2 * SLOW };
   if (step === "soft") return { ...ALL, law: "proportional" };
   return ALL;
 };
@@ -63,7 +63,7 @@ describe("the tour", () => {
   });
 
   it("goes on without, when nothing comes", () => {
-    const { seen } = run(() => ({ ...ALL, touching: false, force: 0, fromOthers: 0, swing: 0, loopDelay: 0, law: null }));
+    const { seen } = run(() => ({ ...ALL, touching: false, force: 0, fromOthers: 0, lag: 0, loopDelay: 0, law: null }));
     expect(seen.at(-1)).toBe("yours");
     expect(seen).toContain("paper");
   });

@@ -8,7 +8,7 @@ import { rumble, vibration } from "../../src/ui/feedback";
 import { deedOf, SHORTCUTS } from "../../src/ui/keyboard";
 import { legendWords } from "../../src/ui/legend";
 import { notice, period, sentence, SERVER_STOPS, WRONG_VERSION, type Circumstances } from "../../src/ui/notice";
-import { bytesPerSecond, fixed, stiffness } from "../../src/ui/words";
+import { bytesPerSecond, fixed, lagReasons, lagWords, softWords, stiffness } from "../../src/ui/words";
 
 const WELL: Circumstances = {
   webgl: true, phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0,
@@ -172,5 +172,36 @@ describe("news for ears", () => {
     expect(spoken({ ...event, kind: "joined" })).toBe("ann touches the object.");
     expect(spoken({ ...event, kind: "left", name: "" })).toBe("User 3 has left.");
     expect(spoken({ ...event, kind: "latency" })).toBe("");
+  });
+});
+
+describe("the room's time", () => {
+  const held = { lag: 0.0834, coupling: 1.3125, margin: 1.43 };
+
+  it("is told to those who could feel another", () => {
+    expect(lagWords(held, 2)).toBe("The object answers the others in 0.08 s");
+    expect(lagWords({ ...held, lag: 0.004 }, 2)).toBe("The object answers the others at once");
+    expect(lagWords(held, 1)).toBe("");
+  });
+
+  it("has a reason for hands at rest, for hands that move, and none where none is needed", () => {
+    expect(lagReasons(held)).toContain("m is 1.31: from 1 on");
+    expect(lagReasons(held)).toContain("1.4 times");
+    expect(lagReasons({ lag: 0.05, coupling: 0.7, margin: 1.43 })).toContain("no lag (margin 1.4); hands that move");
+    expect(lagReasons({ lag: 0, coupling: 0.65, margin: 1.54 })).toContain("no lag is needed (margin 1.5)");
+    expect(lagReasons({ lag: 0, coupling: 0, margin: Infinity })).not.toContain("margin");
+  });
+});
+
+describe("a device", () => {
+  it("that is softer than the object is told of, with both", () => {
+    expect(softWords({ law: "predictive", k_h: 2000, c_ii: 1 / 5000 })).toBe("device renders 2,000 of 5,000 N/m");
+  });
+
+  it("as stiff as the object, with a law of the paper, or nowhere is not", () => {
+    expect(softWords({ law: "predictive", k_h: 250, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "predictive", k_h: 248, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "proportional", k_h: 100, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "predictive", k_h: 0, c_ii: 0 })).toBe("");
   });
 });

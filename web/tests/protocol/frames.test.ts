@@ -37,7 +37,7 @@ describe("golden vectors", () => {
   });
 
   test.each(patches)("patch $name", ({ hex, fields }) => {
-    expect(decodePatch(fromHex(hex))).toEqual({ ...fields, compliance: fields.compliance ?? null });
+    expect(decodePatch(fromHex(hex))).toEqual(fields);
   });
 
   test.each(meshes)("rest_mesh $name", ({ hex, fields }) => {
@@ -105,25 +105,34 @@ test("an error names the value and the limit", () => {
   expect(() => encodeContactSample(wrong)).toThrow("length of force is \"101.0 N\"; expected <= 100 N");
   const other = fromHex(first.hex);
   other[0] = 9;
-  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "2"));
+  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "3"));
 });
 
+const TINY = 0.99e-6; // m/N, stiffer than anything
 test.each([
   ["tick of a patch", 4, 0, "u32"],
   ["sample_wait", 28, -1, "f32"],
   ["length of x_free", 32, 11, "f32"],
   ["length of normal", 44, 1.01, "f32"],
   ["length of normal", 44, 0.99, "f32"],
-  ["time stamp", 56, Infinity, "f32"],
-  ["k_o", 60, -1, "f32"],
-  ["k_o_coupled", 64, 2e6, "f32"],
-  ["c_ii", 68, 11, "f32"],
-  ["k_h", 72, NaN, "f32"],
-  ["integral_gain", 76, 2e9, "f32"],
-  ["own_force", 80, 101, "f32"],
-  ["u_others", 84, -11, "f32"],
+  ["curvature", 56, Infinity, "f32"],
+  ["curvature", 56, -1.1e4, "f32"],
+  ["c_ii", 60, 0, "f32"],
+  ["c_ii", 60, TINY, "f32"],
+  ["c_ii", 60, 11, "f32"],
+  ["k_h", 64, NaN, "f32"],
+  ["integral_gain", 68, 2e9, "f32"],
+  ["length of own_force", 72, 101, "f32"],
+  ["u_others", 88, NaN, "f32"],
+  ["length of u_others", 84, -11, "f32"],
+  ["lag of the room", 96, 61, "f32"],
+  ["lag of the room", 96, -1, "f32"],
+  ["coupling of the room", 100, 0x6400, "u16"], // 1,024
+  ["margin of the room", 102, 0xbc00, "u16"], // -1
+  ["margin of the room", 102, 0x7e00, "u16"], // no number
   ["geometry of a frame", 2, 0x30, "u16"],
   ["law of a frame", 2, 0x41, "u16"],
+  ["flags of a patch", 2, 0x0231, "u16"],
 ])("a patch with a wrong %s is refused", (what, offset, value, type) => {
   const frame = fromHex(patches[0]?.hex ?? "");
   const view = new DataView(frame.buffer);
@@ -131,6 +140,16 @@ test.each([
   else if (type === "u16") view.setUint16(offset, value, true);
   else view.setFloat32(offset, value, true);
   expect(() => decodePatch(frame)).toThrow(new RegExp(`^${what} is `));
+});
+
+test("a contact on what is held has the least compliance, and a room without coupling no edge", () => {
+  const frame = fromHex(patches[0]?.hex ?? "");
+  const view = new DataView(frame.buffer);
+  view.setFloat32(60, 1e-6, true);
+  view.setUint16(102, 0x7c00, true);
+  const patch = decodePatch(frame);
+  expect(patch.c_ii).toBeCloseTo(1e-6, 12);
+  expect(patch.room.margin).toBe(Infinity);
 });
 
 test("a mesh that inflates to more, or to something else, is refused before it is kept", () => {

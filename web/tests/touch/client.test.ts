@@ -51,6 +51,7 @@ class Browser {
       law: "predictive",
       geometry: "plane",
       max_force: 10,
+      friction: 0,
       passivity: true,
       hand: DEFAULT_HAND,
       target: [0.15, 0, 0],
@@ -159,16 +160,50 @@ describe("a client", () => {
     expect(browser.state.reason).toContain("the server broke the protocol: protocol is undefined");
   });
 
-  test("fades before it says goodbye", () => {
+  test("fades before it says goodbye, and without a force does so at once", () => {
     const browser = new Browser();
     browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    const force = Math.hypot(...browser.state.force);
+    expect(force).toBeGreaterThan(2);
     browser.client.obey({ type: "close" });
-    browser.run(0.1);
+    browser.run(0.9 * (force / 10));
     expect(browser.line.closed).toBeNull();
-    browser.run(0.2);
+    browser.run(1.1 - 0.9 * (force / 10));
+    expect(Math.hypot(...browser.state.force)).toBe(0);
+    const free = new Browser();
+    free.join();
+    free.client.obey({ type: "close" });
+    free.run(0.01);
+    expect(free.line.closed).toBe(1000);
     expect(browser.line.texts.at(-1)).toEqual({ type: "bye" });
     expect(browser.line.closed).toBe(1000);
     expect(browser.posts.at(-1)).toEqual({ type: "ended" });
+  });
+
+  test("that is to have friction leaves and comes in again once the server has closed, without letting go", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    const [before, old] = [Math.hypot(...browser.state.force), browser.line];
+    browser.client.obey({ type: "friction", mu: 0.4 });
+    browser.run(0.03, false);
+    expect(old.texts.at(-1)).toEqual({ type: "bye" });
+    expect(browser.lines.length).toBe(1);
+    old.break(1000, "bye");
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", friction: true, name: "page" }]);
+    browser.line.say(WELCOME);
+    browser.run(0.5);
+    expect(browser.state).toMatchObject({ phase: "joined", reason: "", doing: "touching" });
+    expect(Math.hypot(...browser.state.force)).toBeCloseTo(before, 1);
+    // From one coefficient to another nobody needs to be told.
+    browser.client.obey({ type: "friction", mu: 0.8 });
+    browser.run(0.5);
+    expect(browser.lines.length).toBe(2);
+    expect(browser.line.texts.length).toBe(1);
   });
 
   test("leaves a sample out while the one before is not out yet", () => {

@@ -11,6 +11,7 @@ const SETTINGS: TouchSettings = {
   law: "predictive",
   geometry: "plane",
   max_force: 10,
+  friction: 0,
   passivity: true,
   hand: DEFAULT_HAND,
   target: [0.15, 0, 0],
@@ -19,13 +20,15 @@ const JOINED = { phase: "joined", reason: "", code: 0 } as const;
 
 /** An engine at a server, awake every 4 ms. */
 class Session {
-  readonly engine = new TouchEngine(SETTINGS, 0);
+  readonly engine: TouchEngine;
+  readonly greeting: string;
   readonly server = new PlaneServer();
   now = 0;
   private nextTick = 0;
 
-  constructor() {
-    this.engine.opened();
+  constructor(settings = SETTINGS) {
+    this.engine = new TouchEngine(settings, 0);
+    this.greeting = this.engine.opened();
     this.engine.hear(JSON.stringify(WELCOME), 0);
   }
 
@@ -42,6 +45,11 @@ class Session {
     }
     return this.engine.report(this.now, JOINED);
   }
+}
+
+/** Force of each period [N]. */
+function sizes(trace: Float64Array): number[] {
+  return Array.from({ length: trace.length / 4 }, (_, i) => trace[4 * i + 1] ?? 0);
 }
 
 describe("a cursor that presses a plane", () => {
@@ -66,11 +74,43 @@ describe("a cursor that presses a plane", () => {
     session.run(0.5);
     session.engine.point([SURFACE - 0.02, 0, 0]);
     const alone = session.run(3);
-    session.server.others = 0.005;
+    session.server.others = [0.005, 0, 0];
     const both = session.run(3);
     expect(alone.felt_from_others).toBeCloseTo(0, 6);
     expect(both.felt_from_others).toBeGreaterThan(0.5);
     expect(both.force[0]).toBeGreaterThan(alone.force[0]);
+  });
+
+  test("with friction sticks, is dragged along by others, and gives the body all of its force", () => {
+    const session = new Session({ ...SETTINGS, friction: 0.8 });
+    expect(JSON.parse(session.greeting)).toMatchObject({ friction: true });
+    session.server.friction = true;
+    session.run(0.5);
+    session.engine.point([SURFACE - 0.02, 0, 0]);
+    const before = session.run(3);
+    expect(before.along).toBeCloseTo(0, 6);
+    session.server.others = [0, 0.005, 0];
+    const dragged = session.run(3);
+    // Springs in series along the surface, too.
+    const along = 0.005 / (1 / DEFAULT_HAND.stiffness + C_II);
+    expect(dragged.force[1]).toBeCloseTo(along, 2);
+    expect(dragged.along).toBeCloseTo(along, 2);
+    expect(dragged.force[0]).toBeCloseTo(before.force[0], 2);
+    expect(dragged.probe[1]).toBeGreaterThan(0.001);
+    expect(session.server.samples.at(-1)?.force[1]).toBeCloseTo(along, 2);
+    // Smooth again, without a jerk, and only then the server is told.
+    session.engine.setFriction(0);
+    expect(session.engine.toJoinAnew()).toBeNull();
+    expect(session.run(0.1).force[1]).toBeGreaterThan(0.1);
+    const { trace, force } = session.run(1);
+    expect(force[1]).toBe(0);
+    expect(Math.max(...sizes(trace).map((f, i, all) => Math.abs(f - (all[i - 1] ?? f))))).toBeLessThan(0.02);
+    expect(JSON.parse(session.engine.toJoinAnew() ?? "")).toEqual({ type: "bye" });
+  });
+
+  test("whose device damps says how much, and nothing without the passivity layer", () => {
+    expect(JSON.parse(new Session().greeting)).toMatchObject({ damping_budget: 8, friction: false });
+    expect(JSON.parse(new Session({ ...SETTINGS, passivity: false }).greeting)).toMatchObject({ damping_budget: 0 });
   });
 
   test("has no force while the server is silent, and gets it back without a step", () => {
@@ -78,7 +118,7 @@ describe("a cursor that presses a plane", () => {
     session.run(0.5);
     session.engine.point([SURFACE - 0.02, 0, 0]);
     session.run(3);
-    const silent = session.run(0.5, true);
+    const silent = session.run(1, true);
     expect(silent.doing).toBe("server silent");
     expect(silent.force).toEqual([0, 0, 0]);
     const { trace } = session.run(2);
@@ -91,13 +131,16 @@ describe("a cursor that presses a plane", () => {
     expect(before).toBeGreaterThan(2);
   });
 
-  test("lets go within 0.2 s, says so with a last sample without force, and goodbye", () => {
+  test("lets go without a jerk, at 10 N/s, says so with a last sample without force, and goodbye", () => {
     const session = new Session();
     session.run(0.5);
     session.engine.point([SURFACE - 0.02, 0, 0]);
-    session.run(3);
+    const pressed = Math.hypot(...session.run(3).force);
     session.engine.letGo();
-    expect(session.run(0.2).force).toEqual([0, 0, 0]);
+    expect(session.run(0.05).force[0]).toBeGreaterThan(pressed - 0.6);
+    expect(session.engine.free).toBe(false);
+    expect(session.run(1).force).toEqual([0, 0, 0]);
+    expect(session.engine.free).toBe(true);
     const [sample, bye, ...more] = session.engine.farewell(session.now);
     session.server.take(sample as Uint8Array, session.now);
     expect(session.server.samples.at(-1)?.force).toEqual([0, 0, 0]);
@@ -113,7 +156,7 @@ describe("a cursor that presses a plane", () => {
     session.run(1.5);
     let damped = 0;
     for (let i = 0; i < 1000; i += 1) {
-      session.server.others = 0.006 * Math.sin(0.06 * i);
+      session.server.others = [0.006 * Math.sin(0.06 * i), 0, 0];
       const sent = session.server.samples.length;
       const state = session.run(0.004);
       const sample = session.server.samples[sent];

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import { DEFAULT_LAW_SETTINGS } from "../../src/control/law";
 import { run, settled, switchLaw } from "../../src/touch/law_fade";
 
-const SIGHT = { depth: 1e-4, normal: [0, 0, 1], c_ii: 1e-5, own_force: 0, u_others: 0 } as const;
+const SIGHT = { depth: 1e-4, normal: [0, 0, 1], c_ii: 1e-5, own_force: [0, 0, 0], u_others: [0, 0, 0] } as const;
 
 test("also where hardly anything is felt, a change of law moves the force by a hundredth in a millisecond", () => {
   let fade = settled("proportional", { k_h: 100, integral_gain: 0 });

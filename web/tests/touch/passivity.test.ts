@@ -1,15 +1,15 @@
 import { expect, test } from "vitest";
-import { deviceDampingLimit, dissipate, NOTHING_OWED, observe } from "../../src/touch/passivity";
+import { deviceDampingLimit, dissipate, givenShare, NOTHING_OWED, observe } from "../../src/touch/passivity";
 import { expectClose } from "../close";
 import { vectors } from "../vectors";
 
 interface Row {
+  spring: { stored: number; ratio: number; scale: number };
   force: number;
-  own_force: number;
-  surface_moved: number;
   speed_in: number;
+  work: number;
+  from_body: number;
   dt: number;
-  seen: number;
   after: object;
   damped: number;
 }
@@ -17,12 +17,12 @@ interface Row {
 test("as the Python client, energy comes and is taken out", () => {
   let state = NOTHING_OWED;
   (vectors("passivity") as Row[]).forEach((v, i) => {
-    const owed = observe(state.owed, v.force, v.own_force, v.surface_moved, v.dt);
-    expectClose(owed, v.seen, `seen ${i}`);
-    const [after, damped] = dissipate({ owed, damping: state.damping }, v.force, v.speed_in, v.dt, 6);
-    expectClose(after, v.after, `after ${i}`);
+    const [damping, damped] = dissipate(state, v.force, v.speed_in, v.dt, 6);
+    const stored = givenShare(v.spring.stored, v.spring.ratio, v.spring.scale);
+    const owed = observe(state.owed, v.work, stored - state.stored, v.from_body, v.dt);
+    state = { owed, damping, stored };
+    expectClose(state, v.after, `after ${i}`);
     expectClose(damped, v.damped, `damped ${i}`);
-    state = after;
   });
 });
 

@@ -1,18 +1,20 @@
 /** A server of one plane for tests, in virtual time: a sample in, a patch out at the next tick. */
 
 import { decodeContactSample, type ContactSample } from "../../src/protocol/contact_sample";
+import { PATCH_SIZE } from "../../src/protocol/patch";
 import { newFrame } from "../../src/protocol/frame";
 import type { LawName, Vec3 } from "../../src/types";
-import { dot } from "../../src/vec";
+import { dot, scale } from "../../src/vec";
 
 export const PERIOD = 1 / 60;
 export const C_II = 0.004; // m/N
 export const NORMAL: Vec3 = [1, 0, 0];
+export const LAG = 0.0625; // s, of its room
 export const SURFACE = 0.1; // m along the normal, at rest
 
 export const WELCOME = {
   type: "welcome",
-  protocol: 2,
+  protocol: 3,
   user: 3,
   name: "page",
   simulation_period: PERIOD,
@@ -29,20 +31,28 @@ function planePatch(
   sample: ContactSample | null,
   t: number,
   law: LawName,
-  others: number,
+  others: Vec3,
   wait: number,
+  along: readonly number[],
 ): Uint8Array {
-  const view = newFrame("patch", 88, 1 | ((LAWS.indexOf(law) + 1) << 4));
+  const view = newFrame("patch", PATCH_SIZE + 4 * along.length, 1 | ((LAWS.indexOf(law) + 1) << 4) | (along.length > 0 ? 0x100 : 0));
   view.setUint32(4, tick, true);
   view.setUint32(8, sample?.seq ?? 0, true);
   view.setFloat64(12, t, true);
   view.setFloat64(20, sample?.t_client ?? 0, true);
-  const own = sample === null ? 0 : Math.max(0, dot(sample.force, NORMAL));
-  const x = SURFACE + others;
+  // Without friction the body carries the part along the normal, with it all of the force.
+  const pressed = sample === null ? 0 : Math.max(0, dot(sample.force, NORMAL));
+  const own: Vec3 = along.length > 0 && sample !== null ? sample.force : scale(NORMAL, pressed);
+  const x_free: Vec3 = [SURFACE + others[0], others[1], others[2]];
   const gain = law === "predictive" ? 1 / C_II : 0.5 / C_II;
-  const values = [wait, x, 0, 0, ...NORMAL, 0, 1 / C_II, 1 / C_II, C_II, gain, 0, own, others];
+  const values = [wait, ...x_free, ...NORMAL, 0, C_II, gain, 0, ...own, ...others, LAG];
   values.forEach((value, i) => {
     view.setFloat32(28 + 4 * i, value, true);
+  });
+  view.setUint16(100, 0x3d00, true); // m = 1.25
+  view.setUint16(102, 0x3e00, true); // margin 1.5
+  along.forEach((value, i) => {
+    view.setFloat32(PATCH_SIZE + 4 * i, value, true);
   });
   return new Uint8Array(view.buffer);
 }
@@ -51,8 +61,10 @@ function planePatch(
 export class PlaneServer {
   tick = 0;
   law: LawName = "predictive";
-  /** How far others push the surface out [m]. */
-  others = 0;
+  /** How far others push the surface out, and drag it [m]. */
+  others: Vec3 = [0, 0, 0];
+  /** Whether the hand asked for friction: the contact is then as soft along the surface as into it. */
+  friction = false;
   readonly samples: ContactSample[] = [];
 
   private arrived = 0;
@@ -67,6 +79,7 @@ export class PlaneServer {
   patch(t: number): Uint8Array {
     this.tick += 1;
     this.wait = t - this.arrived;
-    return planePatch(this.tick, this.samples.at(-1) ?? null, t, this.law, this.others, this.wait);
+    const along = this.friction ? [C_II, C_II, C_II, 0, 0, 0] : [];
+    return planePatch(this.tick, this.samples.at(-1) ?? null, t, this.law, this.others, this.wait, along);
   }
 }

@@ -1,106 +1,23 @@
 import { describe, expect, test } from "vitest";
-import type { Patch } from "../../src/protocol/patch";
-import { move } from "../../src/touch/hand";
-import type { SafetyLimits } from "../../src/touch/safety";
-import { type LoopSettings, loopSettings, type LoopState, type Output, receive, slewGain, START, step } from "../../src/touch/step";
-import type { HandSettings, LawName, Vec3 } from "../../src/types";
+import { nextPatience, receive } from "../../src/touch/arrival";
+import { gainsUnder, slewGain } from "../../src/touch/gains";
+import { loopSettings, START } from "../../src/touch/loop";
+import { holdBack } from "../../src/touch/press";
+import { step } from "../../src/touch/step";
+import type { LawName } from "../../src/types";
 import { scale, ZERO } from "../../src/vec";
-import { expectClose } from "../close";
 import { vectors } from "../vectors";
-
-type PlayPatch = Pick<Patch, "tick" | "law" | "x_free" | "c_ii" | "k_h" | "integral_gain" | "own_force" | "u_others">;
-
-interface Play {
-  name: string;
-  simulation_period: number;
-  limits: SafetyLimits;
-  max_damping: number;
-  release_time: number;
-  hand: HandSettings;
-  normal: Vec3;
-  curvature: number;
-  way: [number, number][];
-  patches: ({ at: number } & PlayPatch)[];
-  rows: { i: number; [field: string]: unknown }[];
-}
+import { patchOf, type Play, playOut } from "./play";
 
 const plays = vectors("step") as Play[];
+const play = plays[0];
+const [first, second] = play?.patches ?? [];
+if (play === undefined || first === undefined || second === undefined) throw new Error("no vectors");
+const settings = loopSettings(0.016, 10, 0.02, 2000);
 
-function patchOf(play: Play, given: PlayPatch): Patch {
-  return {
-    ...given,
-    seq: 0,
-    t_server: 0,
-    t_client: 0,
-    sample_wait: 0,
-    geometry: "sphere",
-    normal: play.normal,
-    curvature: play.curvature,
-    k_o: 1 / given.c_ii,
-    k_o_coupled: 1 / given.c_ii,
-    neighbourhood: null,
-    compliance: null,
-  };
-}
-
-function depthAt(way: Play["way"], t: number): number {
-  for (let i = 1; i < way.length; i += 1) {
-    const [t0, a] = way[i - 1] ?? [0, 0];
-    const [t1, b] = way[i] ?? [0, 0];
-    if (t < t1) return a + ((b - a) * Math.max(0, t - t0)) / (t1 - t0);
-  }
-  return way.at(-1)?.[1] ?? 0;
-}
-
-function seen(state: LoopState, out: Output): Record<string, unknown> {
-  return {
-    probe: state.probe,
-    force: out.force,
-    on_body: out.on_body,
-    normal_force: out.local.normal_force,
-    felt_from_others: out.local.felt_from_others,
-    damping_force: out.damping_force,
-    silent: out.silent,
-    k_h: state.fade?.now.gains.k_h ?? 0,
-    owed: state.passivity.owed,
-    scale: state.safety.scale,
-    engaged: state.safety.engaged,
-  };
-}
-
-describe("as the Python client, in closed loop with a hand", () => {
-  test.each(plays)("$name", (play) => {
-    const basic = loopSettings(play.simulation_period, play.limits.max_force, play.limits.stall);
-    expect(basic.law.release_time).toBe(play.release_time);
-    expect(basic.limits.silent_after).toBe(play.limits.silent_after);
-    const settings: LoopSettings = { ...basic, limits: play.limits, max_damping: play.max_damping };
-    const rows = new Map(play.rows.map((row) => [row.i, row]));
-    let state = START;
-    let tip = { position: scale(play.normal, 0.1 - (play.way[0]?.[1] ?? 0)), velocity: ZERO };
-    let force = ZERO;
-    let next = 0;
-    for (let i = 0; i < 1500; i += 1) {
-      const now = Number((i * 0.001).toFixed(6));
-      for (let come = play.patches[next]; come !== undefined && come.at <= now; come = play.patches[next]) {
-        state = receive(state, patchOf(play, come), now, settings);
-        next += 1;
-      }
-      const target = scale(play.normal, 0.1 - depthAt(play.way, now));
-      tip = move(tip, play.hand, target, force, 0.001);
-      const [after, out] = step(state, tip, now, settings);
-      state = after;
-      force = out.force;
-      const row = rows.get(i);
-      if (row !== undefined) expectClose({ i, ...seen(state, out) }, row, `${play.name} at ${now} s`, 1e-9, 1e-11);
-    }
-  });
-});
+test.each(plays)("as the Python client, in closed loop with a hand: $name", playOut);
 
 test("an older patch is left out, and one of a server that was started anew is taken", () => {
-  const [play] = plays;
-  const [first, second] = play?.patches ?? [];
-  if (play === undefined || first === undefined || second === undefined) throw new Error("no vectors");
-  const settings = loopSettings(0.016, 10, 0.02);
   const newest = receive(START, patchOf(play, second), 1, settings);
   expect(receive(newest, patchOf(play, first), 1.01, settings)).toBe(newest);
   expect(receive(newest, patchOf(play, second), 1.01, settings)).toBe(newest);
@@ -108,10 +25,6 @@ test("an older patch is left out, and one of a server that was started anew is t
 });
 
 test("whatever laws follow each other, the force has no step", () => {
-  const [play] = plays;
-  const given = play?.patches[0];
-  if (play === undefined || given === undefined) throw new Error("no vectors");
-  const settings = loopSettings(0.016, 10, 0.02);
   const laws: LawName[] = ["predictive", "pi", "proportional", "pi", "predictive", "proportional"];
   let state = START;
   let before = 0;
@@ -121,7 +34,7 @@ test("whatever laws follow each other, the force has no step", () => {
     if (i % 16 === 0) {
       const law = laws[Math.floor(i / 1000)] ?? "pi";
       // The body carries what the hand gave: what the paper's laws press on.
-      const patch = { ...given, tick: i + 1, law, k_h: 90, integral_gain: 2000, own_force: before };
+      const patch = { ...first, tick: i + 1, law, k_h: 90, integral_gain: 2000, own_force: scale(play.normal, before) };
       state = receive(state, patchOf(play, patch), now, settings);
     }
     const outside = i < 100 ? scale(play.normal, 0.12) : probe;
@@ -131,10 +44,63 @@ test("whatever laws follow each other, the force has no step", () => {
     if (i > 1300) expect(Math.abs(size - before), `at ${now} s`).toBeLessThan(0.02 * Math.max(size, 0.05));
     before = size;
   }
+  expect(before).toBeGreaterThan(0.1);
 });
 
-test("a gain moves by at most a hundredth in a millisecond", () => {
-  expect(slewGain(100, 1000, 0.001)).toBeCloseTo(101.005, 3);
-  expect(slewGain(100, 1, 0.001)).toBeCloseTo(99.005, 3);
-  expect(slewGain(100, 100.5, 0.001)).toBe(100.5);
+describe("what others do", () => {
+  test("moves the surface under a hand by so much in a period, in and out, and not at all in the air", () => {
+    expect(holdBack(0.01, 0.02, 1e-4)).toBeCloseTo(0.0101, 9);
+    expect(holdBack(0.01, -0.02, 1e-4)).toBeCloseTo(0.0099, 9);
+    expect(holdBack(-0.01, 0.02, 1e-4)).toBeCloseTo(1e-4, 9);
+    expect(holdBack(0.01, 0.01005, 1e-4)).toBe(0.01005);
+    expect(holdBack(-0.02, -0.01, 1e-4)).toBe(-0.01);
+  });
+
+  test("that pushes a surface at once comes as 20 N/s, whatever the patch says", () => {
+    const given = { ...first, law: "predictive", c_ii: 0.004, k_h: 250, own_force: ZERO } as const;
+    const lifted = { ...given, x_free: scale(play.normal, 0.12) };
+    let state = START;
+    let before = 0;
+    for (let i = 0; i < 2600; i += 1) {
+      const now = i / 1000;
+      if (i % 16 === 0) {
+        const patch = i < 2000 ? { ...given, x_free: scale(play.normal, 0.1) } : lifted;
+        state = receive(state, patchOf(play, { ...patch, tick: i + 1 }), now, settings);
+      }
+      const [after, out] = step(state, { position: scale(play.normal, i < 200 ? 0.11 : 0.096), velocity: ZERO }, now, settings);
+      state = after;
+      const size = Math.hypot(...out.force);
+      if (i > 1500) expect(Math.abs(size - before), `at ${now} s`).toBeLessThan(0.0201);
+      before = size;
+    }
+    expect(before).toBeCloseTo(250 * 0.024, 6);
+  });
+});
+
+describe("a gain", () => {
+  const patch = { ...patchOf(play, first), law: "predictive", c_ii: 0.001, k_h: 1000 } as const;
+  const under = (c_ii: number): number => gainsUnder(patch, { depth: 0, normal: play.normal, c_ii, own_force: ZERO, u_others: ZERO }, { follow: true, max_stiffness: 2000 }).k_h;
+
+  test("moves by at most a hundredth in a millisecond, and by 10 N/s as far as the force knows", () => {
+    expect(slewGain(100, 1000, 0.001)).toBeCloseTo(101.005, 3);
+    expect(slewGain(100, 1, 0.001)).toBeCloseTo(99.005, 3);
+    expect(slewGain(100, 100.5, 0.001)).toBe(100.5);
+    expect(slewGain(100, 1000, 0.001, 5)).toBeCloseTo(100 * Math.exp(0.002), 9);
+  });
+
+  test("of the predictive law is the object's own where the probe is, up to the device's", () => {
+    expect(under(0.0008)).toBeCloseTo(1250, 9);
+    expect(under(0.00055)).toBeCloseTo(1 / 0.00055, 9);
+    expect(under(0.0001)).toBeCloseTo(2000, 9); // the patch is believed to half its compliance
+    const soft = { ...patch, k_h: 600 };
+    const sight = { depth: 0, normal: play.normal, c_ii: 0.0008, own_force: ZERO, u_others: ZERO };
+    expect(gainsUnder(soft, sight, { follow: true, max_stiffness: 2000 }).k_h).toBe(600);
+    expect(gainsUnder(soft, sight, { follow: false, max_stiffness: 2000 }).k_h).toBe(600);
+  });
+});
+
+test("a link with long gaps is given twice as long, up to a second, and the gaps are forgotten", () => {
+  expect(nextPatience(0, 0.2)).toBeCloseTo(0.4, 9);
+  expect(nextPatience(0.4, 0.016)).toBeCloseTo(0.4 * Math.exp(-0.016 / 30), 9);
+  expect(nextPatience(0.4, 3)).toBe(1);
 });

@@ -5,7 +5,8 @@ import { record } from "./scenes";
 const rest = Float32Array.from([1, 2, 3]);
 
 function frame(t_server: number, x: number, users = [1]): Frame {
-  return { t_server, users: users.map((user) => record(user, x)), displacement: Float32Array.from([x, 0, 0]) };
+  const room = { lag: x, coupling: 0, margin: 2 };
+  return { t_server, room, users: users.map((user) => record(user, x)), displacement: Float32Array.from([x, 0, 0]) };
 }
 
 const frames = [frame(1, 0), frame(1.1, 0.1), frame(1.2, 0.3)];

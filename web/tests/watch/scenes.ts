@@ -12,6 +12,7 @@ export const MESH: RestMesh = {
   faces: Uint32Array.from([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]),
 };
 export const N = 4;
+const HEAD = 28; // bytes of a scene before its users
 
 export function record(user: number, x = 0): UserRecord {
   return {
@@ -50,17 +51,20 @@ export function meshFrame({ vertices, faces }: RestMesh): Uint8Array {
 }
 
 /** The frame of a scene; with a surface where all vertices have moved by `units` along x, in 10 um. */
-export function sceneFrame(tick: number, t_server: number, users: readonly UserRecord[], units: number | null): Uint8Array {
+export function sceneFrame(tick: number, t_server: number, users: readonly UserRecord[], units: number | null, lag = 0): Uint8Array {
   const surface = units === null ? new Uint8Array() : surfaceTail(units);
-  const view = newFrame("scene", 20 + 84 * users.length + surface.length, units === null ? 0 : 1);
+  const view = newFrame("scene", HEAD + 84 * users.length + surface.length, units === null ? 0 : 1);
   view.setUint32(4, tick, true);
   view.setFloat64(8, t_server, true);
   view.setUint16(16, users.length, true);
+  view.setFloat32(20, lag, true);
+  view.setUint16(24, 0x3800, true); // m = 0.5
+  view.setUint16(26, 0x4000, true); // margin 2
   users.forEach((user, i) => {
-    writeUser(new DataView(view.buffer, 20 + 84 * i, 84), user);
+    writeUser(new DataView(view.buffer, HEAD + 84 * i, 84), user);
   });
   const frame = new Uint8Array(view.buffer);
-  frame.set(surface, 20 + 84 * users.length);
+  frame.set(surface, HEAD + 84 * users.length);
   return frame;
 }
 
@@ -112,7 +116,7 @@ function surfaceTail(units: number): Uint8Array {
 
 export const WATCHING = {
   type: "watching",
-  protocol: 2,
+  protocol: 3,
   simulation_period: 1 / 60,
   to_wall: 0,
   body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },

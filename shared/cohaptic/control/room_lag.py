@@ -1,0 +1,160 @@
+"""The room's lag: one time in which the object answers the others (science 3.8).
+
+Every hand keeps the object's own stiffness, K_i = min(1 / C_ii, device). Where their coupling is so
+strong that the delayed forces of several hands would build up on each other, the forces enter the
+body through one first-order lag tau, the same for all: tau f~' = f - f~. The object is then
+slightly viscous towards what the others do, and never softer.
+
+With S_ij = K_i^(1/2) C_ij K_j^(1/2) off the diagonal, m its spectral radius and T_max the longest
+loop delay of the room, hands held still are stable
+
+    without a lag for m < 1,    and else for    tau > T_max sqrt(m^2 - 1) / arccos(-1 / m).
+
+`docs/science.md` has the proof, for unequal delays; `room_roots.py` has the exact roots. Moving
+hands need more: tau >= theta m, with theta at least the mass of a hand over its damping, less what
+its device may damp.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from cohaptic.control.room import RoomLag as RoomLag
+from cohaptic.control.stability import Floats
+
+# Share of the theorem's rate that is taken, for delays that vary and hands that move.
+SHARE = 0.7
+# theta for a device that may damp nothing [s]: a hand of 0.5 kg with 4 N s/m.
+HAND_TIME = 0.12
+FULL_BUDGET = 8.0  # N s/m; what the passivity layer damps at most
+# theta for a device that may damp so much, in a room whose coupling is beyond the second of TIGHT;
+# up to the first it needs none, and in between a share.
+DAMPED_HAND_TIME = 0.06  # s
+TIGHT = (0.7, 0.75)
+Lag = TypeVar("Lag", float, Floats)
+EXACT = 1e-9  # a coupling below this is none
+
+
+def coupling_matrix(C: Floats, stiffness: Sequence[Floats]) -> Floats:
+    """S of science 3.8: K^(1/2) C K^(1/2) without the blocks on its diagonal.
+
+    For a block of three axes any square root serves, since another one turns S by an orthogonal
+    matrix; here it is Cholesky's.
+
+    Args:
+        C: Compliance of all contacts, user after user, shape (n, n) [m/N].
+        stiffness: Of each user, symmetric and positive, shape (1, 1) or (3, 3) [N/m]; (3, 3) with
+            friction. Their sizes add up to n.
+
+    Returns:
+        Shape (n, n), symmetric, without a unit.
+
+    Raises:
+        numpy.linalg.LinAlgError: A (3, 3) stiffness is not positive definite.
+    """
+    S = np.array(C, dtype=np.float64)
+    start = 0
+    for K in stiffness:
+        end = start + len(K)
+        S[start:end, start:end] = 0.0
+        root = np.asarray(np.sqrt(K) if len(K) == 1 else np.linalg.cholesky(K), dtype=np.float64)
+        S[start:end] = root.T @ S[start:end]
+        S[:, start:end] = S[:, start:end] @ root
+        start = end
+    return np.asarray(0.5 * (S + S.T))
+
+
+def coupling_radius(S: Floats) -> float:
+    """m, the largest modulus of an eigenvalue of S; 0 for nobody.
+
+    Args:
+        S: Symmetric, shape (n, n).
+    """
+    return float(np.abs(np.linalg.eigvalsh(S)).max()) if S.size else 0.0
+
+
+def lag_needed(coupling: float, longest_delay: float) -> float:
+    """The theorem's edge: above it every room of this coupling is stable (science 3.8) [s].
+
+    Continuous at m = 1, where it leaves 0; exact for equal delays.
+
+    Args:
+        coupling: m.
+        longest_delay: T_max, sampling and the client's ramp between patches counted [s].
+    """
+    if coupling <= 1.0:
+        return 0.0
+    return longest_delay * math.sqrt(coupling * coupling - 1.0) / math.acos(-1.0 / coupling)
+
+
+def hand_time(damping_budget: float, coupling: float) -> float:
+    """theta: the lag for each unit of coupling that moving hands need (science 3.8) [s].
+
+    A device that may damp needs less of it, and none in a room that is loosely coupled, such as two
+    hands on opposite sides of a balloon. Both were found with `cohaptic experiment hands`.
+
+    Args:
+        damping_budget: What the room's weakest device may damp, Colgate's bound [N s/m].
+        coupling: m.
+    """
+    damped = min(1.0, max(0.0, damping_budget) / FULL_BUDGET)
+    loose, tight = TIGHT
+    share = min(1.0, max(0.0, (coupling - loose) / (tight - loose)))
+    return (1.0 - damped) * HAND_TIME + damped * share * DAMPED_HAND_TIME
+
+
+def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> RoomLag:
+    """The lag of a room: what hands held still need, with a margin, or moving hands if more.
+
+    Args:
+        coupling: m.
+        longest_delay: T_max [s].
+        damping_budget: Of the room's weakest device [N s/m].
+    """
+    needed = lag_needed(coupling, longest_delay)
+    lag = max(needed / SHARE, hand_time(damping_budget, coupling) * coupling)
+    return RoomLag(lag, coupling, margin(coupling, longest_delay, lag))
+
+
+def margin(coupling: float, longest_delay: float, lag: float) -> float:
+    """How far a room with this lag is from the theorem's edge; above 1 it is stable.
+
+    Args:
+        coupling: m.
+        longest_delay: T_max [s].
+        lag: tau [s].
+    """
+    needed = lag_needed(coupling, longest_delay)
+    if needed > 0.0:
+        return lag / needed
+    return 1.0 / coupling if coupling > EXACT else math.inf
+
+
+def settle(lagged: float, force: float, lag: float, dt: float) -> float:
+    """A force behind the lag after one simulation period in which `force` came in [N].
+
+    Args:
+        lagged: Before [N].
+        force: That came in [N].
+        lag: tau [s].
+        dt: Simulation period [s].
+    """
+    return force + (lagged - force) * kept(lag, dt)
+
+
+def kept(lag: Lag, dt: float) -> Lag:
+    """Share of an old force that is left after a simulation period; 0 without a lag.
+
+    It is the implicit step tau / (tau + dt), not e^(-dt / tau): a lag much shorter than the period
+    would hardly be there with the latter, and a room of m just above 1 unstable at the theorem's
+    lag. With the implicit step the theorem holds for sampled rooms as it stands (science 3.8).
+
+    Args:
+        lag: tau, one or one for each user [s].
+        dt: Simulation period [s].
+    """
+    return lag / (lag + dt)

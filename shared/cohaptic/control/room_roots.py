@@ -1,0 +1,182 @@
+"""How fast a room of held hands comes to rest, or builds up: the rightmost root of its loop.
+
+With S of science 3.8, T_i the loop delay of row i and tau the room's lag, the roots are those of
+
+    det(I (1 + s tau) + diag(e^(-s T_i)) S) = 0,    or    tau y_i' = -y_i - (S y)_i(t - T_i).
+
+With a lag this is a delay differential equation. Its generator is discretised by Chebyshev
+collocation (Breda, Maset and Vermiglio 2005, Pseudospectral differencing methods for characteristic
+roots of delay differential equations, SIAM J. Sci. Comput. 27), each delay on a grid of its own.
+The rightmost eigenvalues are then refined on the equation itself by successive linear problems
+(Ruhe 1973, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10).
+
+Without a lag it is a difference equation, whose rightmost root may jump when a delay changes by
+however little (Hale and Verduyn Lunel 2002, Strong stabilization of neutral functional differential
+equations, IMA J. Math. Control Inform. 19). What counts is the supremum over delays next to the
+given ones, and with a symmetric S it has a closed form. A root s = a + i w asks for an eigenvalue
+-1 of D E S E, where E = diag(e^(-a T_i / 2)) and D holds the phases e^(-i w T_i). Its eigenvalues
+are at most rho(E S E), and delays next to the given ones have a w that makes all phases equal. So
+the supremum is the a with rho(E S E) = 1: ln(m) / T for equal delays, and negative iff m < 1.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from cohaptic.control.stability import Floats
+
+# Points of a grid: some for smooth solutions, and so many for each radian over the delay.
+BASE, PER_RADIAN = 8, 0.75
+LARGEST = 1200  # unknowns of a discretised room; its eigenvalues take about two seconds
+CANDIDATES = 8  # eigenvalues that are refined at most
+SMALL = 1e-6  # a delay below this share of the longest time constant needs no grid
+
+
+def growth(S: Floats, delays: Floats, lag: float) -> float:
+    """Real part of the rightmost root: the room is stable iff it is negative [1/s].
+
+    Without a lag it is that for delays next to these as well. With a lag much shorter than the
+    delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the discretised room would
+    be too large; then it is the upper bound `largest_growth`.
+
+    Args:
+        S: Symmetric, `room_lag.coupling_matrix`, shape (n, n).
+        delays: T_i of each row, at least 0, shape (n,) [s].
+        lag: tau, 0 for none [s].
+
+    Returns:
+        -inf where there is no root, as for users who do not couple without a lag; inf without a lag
+        for m >= 1 among users without any delay.
+    """
+    longest = float(delays.max(initial=0.0))
+    # No unstable root is faster than this.
+    frequency = max(fastest(S, delays, lag, 0.0), 3.0 / longest if longest > 0.0 else 0.0)
+    size, best = 0.0, -math.inf
+    while lag > 0.0 and size < unknowns(delays, lag, frequency) <= LARGEST:
+        size = unknowns(delays, lag, frequency)
+        for guess in rightmost(S, delays, lag, frequency):
+            if guess.real < best - 0.05 / (longest + lag):
+                break  # eigenvalues that are resolved are nearer than that to their roots
+            best = max(best, refined(S, delays, lag, guess))
+        # No root to the right of the best one is faster than this.
+        frequency = min(fastest(S, delays, lag, best), 3.0 * frequency)
+    return best if best > -math.inf else largest_growth(S, delays, lag)
+
+
+def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
+    """Upper bound of `growth`, exact without a lag: the a with rho(E S E) = 1 + a tau [1/s].
+
+    Args:
+        S: Shape (n, n).
+        delays: Shape (n,) [s].
+        lag: tau [s].
+    """
+
+    def above(a: float) -> bool:
+        return scaled_radius(S, delays, a) < 1.0 + a * lag
+
+    side = above(0.0)
+    longest = max(float(delays.max(initial=0.0)), lag)
+    if longest == 0.0:
+        return -math.inf if side else math.inf
+    unit = 1.0 / longest
+    near, far = 0.0, -unit if side else unit
+    while above(far) is side:
+        near, far = far, 2.0 * far
+        if abs(far) > 1e12 * unit:
+            return math.copysign(math.inf, far)
+    low, high = min(near, far), max(near, far)
+    while high - low > 1e-14 * unit + 1e-14 * abs(high):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if above(middle) else (middle, high)
+    return high
+
+
+def scaled_radius(S: Floats, delays: Floats, a: float) -> float:
+    """rho(E S E): |1 + s tau| of a root with the real part a is at most this."""
+    E = np.exp(np.clip(-0.5 * a * delays, -300.0, 300.0))
+    return float(np.abs(np.linalg.eigvalsh(E[:, None] * S * E)).max(initial=0.0))
+
+
+def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
+    """Bound of |Im s| of the roots with Re s >= a; inf without a lag [1/s]."""
+    if lag <= 0.0 or a == -math.inf:
+        return math.inf
+    radius, real = scaled_radius(S, delays, a), max(0.0, 1.0 + a * lag)
+    return math.sqrt(max(0.0, radius * radius - real * real)) / lag
+
+
+def points(delays: Floats, lag: float, frequency: float) -> list[int]:
+    """Points of each delay's grid beyond its end at 0; none for a delay that is next to nothing."""
+    negligible = SMALL * max(lag, float(delays.max(initial=0.0)))
+    return [
+        math.ceil(BASE + PER_RADIAN * frequency * T) if T > negligible else 0
+        for T in delays.tolist()
+    ]
+
+
+def unknowns(delays: Floats, lag: float, frequency: float) -> float:
+    """Size of the discretised room."""
+    if frequency == math.inf:
+        return math.inf
+    return len(delays) + sum(points(delays, lag, frequency))
+
+
+def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[complex]:
+    """Rightmost eigenvalues of the discretised room, from the right, those with Im s >= 0 [1/s].
+
+    Its state are the lagged forces y and, of each delay, what is on its way through it, from
+    (S y)_i at its entrance to what comes out.
+    """
+    n = len(S)
+    counts = points(delays, lag, frequency)
+    A = np.zeros((n + sum(counts),) * 2)
+    A[:n, :n] = -np.eye(n) / lag
+    start = n
+    for i, (T, count) in enumerate(zip(delays.tolist(), counts, strict=True)):
+        if count == 0:
+            A[i, :n] -= S[i] / lag
+            continue
+        D = (2.0 / T) * chebyshev(count)
+        way = slice(start, start + count)
+        A[way, way] = D[1:, 1:]
+        A[way, :n] = D[1:, :1] * S[i]
+        A[i, start + count - 1] = -1.0 / lag
+        start += count
+    roots = np.linalg.eigvals(A)
+    roots = roots[roots.imag >= 0.0]
+    return list(map(complex, roots[np.argsort(-roots.real)][:CANDIDATES]))
+
+
+@lru_cache(maxsize=256)
+def chebyshev(count: int) -> Floats:
+    """Differentiation at the points cos(k pi / count), k = 0 to count (Trefethen 2000, p. 54)."""
+    k = np.arange(count + 1)
+    x = np.cos(np.pi * k / count)
+    c = np.where((k == 0) | (k == count), 2.0, 1.0) * (-1.0) ** k
+    D = np.outer(c, 1.0 / c) / (x[:, None] - x + np.eye(count + 1))
+    return np.asarray(D - np.diag(D.sum(axis=1)))
+
+
+def refined(S: Floats, delays: Floats, lag: float, guess: complex) -> float:
+    """Real part of the root next to an eigenvalue; -inf where there is none next to it [1/s]."""
+    s, eye = guess, np.eye(len(S))
+    for _ in range(20):
+        passed = np.exp(-s * delays)[:, None]
+        M = (1.0 + s * lag) * eye + passed * S
+        slope = lag * eye - delays[:, None] * passed * S
+        try:
+            # The next s has det(M + (s' - s) slope) = 0.
+            inverse = np.linalg.eigvals(np.linalg.solve(M, slope))
+        except np.linalg.LinAlgError:
+            return s.real  # exactly on it
+        step = -1.0 / complex(inverse[np.argmax(np.abs(inverse))])
+        s += step
+        if abs(s - guess) > 0.2 * (abs(guess) + 1.0 / (lag + float(delays.max()))):
+            break
+        if abs(step) < 1e-12 * (abs(s) + 1.0 / lag):
+            return s.real
+    return -math.inf

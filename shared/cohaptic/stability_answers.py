@@ -1,0 +1,130 @@
+"""What `cohaptic stability` answers for one contact, and for several without their delays."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cohaptic.control.coupling import couple, largest_uniform_gains
+from cohaptic.control.law import Law
+from cohaptic.control.stability import (
+    Floats,
+    elastic_object,
+    integral_is_stable,
+    integral_model,
+    lifted_radius,
+    proportional_is_stable,
+    proportional_model,
+)
+from cohaptic.control.stability_area import stability_area
+from cohaptic.errors import SettingError
+
+
+def alone(
+    law: Law,
+    k_o: float,
+    k_h: float,
+    integral_gain: float,
+    b_o: float,
+    sim_period: float,
+    haptic_period: float,
+    delay: float,
+) -> dict[str, Any]:
+    """One contact; raises SettingError."""
+    for name, value, low in (
+        ("k_o", k_o, 1e-9),
+        ("k_h", k_h, 0.0),
+        ("integral_gain", integral_gain, 0.0),
+        ("b_o", b_o, 0.0),
+        ("haptic period", haptic_period, 1e-6),
+        ("simulation period", sim_period, haptic_period),
+        ("delay", delay, 0.0),
+    ):
+        if not (math.isfinite(value) and value >= low):
+            raise SettingError(name, value, f"a finite number of at least {low:g}")
+    rate_ratio = round(sim_period / haptic_period)
+    samples = round(delay / haptic_period)
+    if rate_ratio * haptic_period > 10.0 or samples > 10_000:
+        raise SettingError("delay and periods", f"{samples} samples", "at most 10,000 samples")
+    body = elastic_object(k_o, b_o)
+    closed: bool | None = None
+    if law is Law.PREDICTIVE:
+        # With the object's true compliance nothing of its own force is in what it presses on.
+        radius = 0.0
+    elif law is Law.PI:
+        local = integral_model(k_h, integral_gain, haptic_period)
+        radius = lifted_radius(local, body, rate_ratio, samples)
+        if samples == 0 and k_h > 0.0 and integral_gain > 0.0:
+            period = rate_ratio * haptic_period
+            closed = integral_is_stable(k_h, integral_gain, k_o, period, b_o)
+    else:
+        radius = lifted_radius(proportional_model(k_h), body, rate_ratio, samples)
+        if samples == 0 or b_o == 0.0:
+            closed = proportional_is_stable(k_h, k_o, b_o)
+    felt = {
+        Law.PROPORTIONAL: k_h * k_o / (k_h + k_o),  # eq. (11)
+        Law.PI: k_o,
+        Law.PREDICTIVE: min(k_h, k_o),
+    }[law]
+    return {
+        "law": law.value,
+        "stable": radius < 1.0,
+        "spectral_radius": radius,
+        "closed_condition": closed,
+        "felt_stiffness": felt,
+        "rate_ratio": rate_ratio,
+        "delay_samples": samples,
+    }
+
+
+def area_corners(
+    k_o: float, b_o: float, sim_period: float, rate_ratio: int, delay: float
+) -> list[list[float]]:
+    """Corners (K_h [N/m], I [N/(m s)]) of the stable set, Fig. 8.
+
+    Delays of whole periods need no haptic samples, and are quicker.
+    """
+    periods = delay / sim_period
+    whole = abs(periods - round(periods)) < 1e-6
+    ratio = 1 if whole else rate_ratio
+    samples = round(periods * ratio)
+    polygon = stability_area(k_o, b_o, rate_ratio=ratio, delay_samples=samples, points=61)
+    return [[k_h, int_ / sim_period] for k_h, int_ in polygon.tolist()]
+
+
+def several(
+    law: Law, C: Floats, k_h: Floats, integral_gain: float, sim_period: float, delay: float
+) -> dict[str, Any]:
+    """Several contacts without their delays; raises SettingError."""
+    gains = np.full(len(C), float(k_h)) if k_h.ndim == 0 and C.ndim else k_h
+    for name, value in (("integral_gain", integral_gain), ("delay", delay)):
+        if not (math.isfinite(value) and value >= 0.0):
+            raise SettingError(name, value, "a finite number of at least 0")
+    check_period(sim_period)
+    judged = couple(
+        C, gains, law, integral_gain=integral_gain, simulation_period=sim_period, delay=delay
+    )
+    any_delay = judged.rho_any_delay
+    answer: dict[str, Any] = {
+        "law": law.value,
+        "stable_no_delay": judged.rho_no_delay < 1.0,
+        "stable_any_delay": any_delay is not None and any_delay < 1.0,
+        "rho_no_delay": judged.rho_no_delay,
+        "rho_any_delay": any_delay,
+        "safe_k_h": list(judged.safe_k_h),
+        "safe_integral_gain": list(judged.safe_integral_gain),
+        "largest_uniform_k_h": largest_uniform_gains(C, law).tolist(),
+        "felt_stiffness": list(judged.felt_stiffness),
+        "stiffness_loss": list(judged.stiffness_loss),
+    }
+    if law is Law.PREDICTIVE:
+        answer |= {"coupling": judged.coupling, "lag_needed": judged.lag_needed}
+    return answer
+
+
+def check_period(sim_period: float) -> None:
+    """Raise SettingError unless this is a simulation period [s]."""
+    if not 1e-4 <= sim_period <= 10.0:
+        raise SettingError("simulation period", f"{sim_period} s", "from 0.0001 to 10 s")

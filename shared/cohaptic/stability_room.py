@@ -1,0 +1,101 @@
+"""What `cohaptic stability --delays` answers: a room of held hands, exactly, beside the theorem."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cohaptic.control.coupling import check_compliance
+from cohaptic.control.law import Law
+from cohaptic.control.room_lag import SHARE, coupling_matrix, coupling_radius, lag_needed, margin
+from cohaptic.control.room_roots import growth
+from cohaptic.control.stability import Floats
+from cohaptic.errors import SettingError
+from cohaptic.stability_answers import check_period
+
+MAX_USERS = 64
+MAX_DELAY, MAX_LAG = 60.0, 600.0  # s
+
+
+def room(
+    law: Law, C: Floats, delays: Floats, k_h: Floats | None, lag: float | None, sim_period: float
+) -> dict[str, Any]:
+    """Whether a room of hands held still is stable at its own loop delays (science 3.8).
+
+    Args:
+        law: Must be predictive: the others have no lag.
+        C: Contact compliance, shape (n, n) with n at most 64 [m/N].
+        delays: Loop delay T_i of each user, shape (n,), or () for all [s].
+        k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all; None for 1 / C_ii [N/m].
+        lag: tau; None for what the server chooses for hands held still [s].
+        sim_period: N T, over which the spectral radius is taken [s].
+
+    Returns:
+        `stable`, `spectral_radius` and `growth_rate` [1/s] are those of the exact roots at these
+        delays; `coupling`, `lag_needed` [s] and `margin` the theorem's, for all delays up to the
+        longest. A rate or a margin without bound is None.
+
+    Raises:
+        SettingError: A value is not what it must be, or outside the theorem.
+    """
+    if law is not Law.PREDICTIVE:
+        raise SettingError("law", law.value, "predictive with --delays: no other has a lag")
+    if C.ndim == 2 and len(C) > MAX_USERS:
+        raise SettingError("compliance", f"that of {len(C)} users", f"of at most {MAX_USERS}")
+    check_compliance(C)
+    check_period(sim_period)
+    n, own = len(C), np.diag(C)
+    each("own compliance", own, n, (1e-12, np.full(n, 1e6)), "m/N")
+    T = each("loop delay", delays, n, (0.0, np.full(n, MAX_DELAY)), "s")
+    K = 1.0 / own
+    if k_h is not None:
+        why = ", its 1 / C_ii: above it the room is outside the theorem of science 3.8"
+        K = each("k_h", k_h, n, (0.0, K), "N/m", why)
+    S = coupling_matrix(C, [np.array([[k]]) for k in K.tolist()])
+    m, longest = coupling_radius(S), float(T.max())
+    needed = lag_needed(m, longest)
+    if lag is None:
+        lag = needed / SHARE
+    elif not 0.0 <= lag <= MAX_LAG:
+        raise SettingError("lag", f"{lag:g} s", f"from 0 to {MAX_LAG:g} s")
+    rate, edge = growth(S, T, lag), margin(m, longest, lag)
+    # Beyond e^700 there is no number, and nothing to decide.
+    radius = math.exp(min(700.0, rate * sim_period))
+    return {
+        "law": law.value,
+        "stable": radius < 1.0,
+        "spectral_radius": radius,
+        "growth_rate": rate if math.isfinite(rate) else None,
+        "coupling": m,
+        "lag": lag,
+        "lag_needed": needed,
+        "margin": edge if math.isfinite(edge) else None,
+        "k_h": K.tolist(),
+    }
+
+
+def each(
+    name: str, values: Floats, n: int, limits: tuple[float, Floats], unit: str, why: str = ""
+) -> Floats:
+    """A value for each of n users, or SettingError with the first that is out of its limits.
+
+    Args:
+        name: For people.
+        values: Shape (n,), or () for the same of everybody.
+        n: How many users there are.
+        limits: The least value, and the largest of each user, shape (n,), but for rounding.
+        unit: For people.
+        why: The largest value is the limit.
+    """
+    if values.shape not in ((), (n,)):
+        limit = f"of shape ({n},), one of each user [{unit}]"
+        raise SettingError(f"{name}", f"of shape {values.shape}", limit)
+    low, high = limits
+    full = np.broadcast_to(values, (n,)).astype(np.float64)
+    for i, (value, most) in enumerate(zip(full.tolist(), high.tolist(), strict=True)):
+        if not low <= value <= most * (1.0 + 1e-9):
+            limit = f"from {low:g} to {most:.6g} {unit}{why}"
+            raise SettingError(f"{name} of user {i + 1}", f"{value:.6g} {unit}", limit)
+    return full

@@ -1,0 +1,232 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.friction import MAX_FRICTION
+from cohaptic.control.room import RoomLag
+from cohaptic_server.admission import EFFECT_RATE, MAX_SUM
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.letting_in import GO, let_in, release
+from cohaptic_server.world_state import Release, UserState, WorldState
+from tests.server.touches import contact_at, side, touch, user_of
+
+DT = 1.0 / 60.0  # s
+STEP = 0.1  # of a fade, in a tick
+JUMP = 0.05  # m
+SOFT = 0.004  # m/N
+forces = st.floats(0.0, 10.0)
+lags = st.sampled_from([0.0, 0.05, 1.0])
+
+
+def world(users: list[UserState], *, lag: float = 0.0, coupled: float = 0.0) -> WorldState:
+    """After a tick in which these users were there, each coupled to each by a share."""
+    n = len(users)
+    C = SOFT * ((1.0 - coupled) * np.eye(n) + coupled * np.ones((n, n)))
+    there = MappingProxyType({user.touch.user: user for user in users})
+    return WorldState(1, there, None, (), RoomLag(lag, coupled, 1.0), C)
+
+
+def along(user: UserState, size: float) -> Floats:
+    """A force along the surface [N]."""
+    tangent = np.cross(user.contact.normal, [0.1, 0.2, 1.0])
+    return np.asarray(size * tangent / np.linalg.norm(tangent))
+
+
+# What probes leave behind
+
+
+def at(body: Balloon, angle: float, force: float, user: int = 1) -> UserState:
+    of = touch(user, at=side(angle))
+    return user_of(of, contact_at(body, of), force=force)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0))
+@settings(max_examples=20, deadline=None)
+def test_a_contact_that_no_hand_has_moved_so_far_stays_where_it_was_and_fades(
+    small_balloon: Balloon, angle: float, force: float
+) -> None:
+    was, now = at(small_balloon, 0.0, force), at(small_balloon, angle, 0.0)
+    way = float(np.linalg.norm(now.contact.foot - was.contact.foot))
+    found = release(world([was]), [now], STEP, jump=JUMP)
+    if way > JUMP and force > 0.01:
+        (left,) = found
+        assert (left.user, left.share) == (1, 1.0)
+        assert left.press.contact is was.contact
+        assert left.press.force == force
+        assert left.faded().force == force
+    elif way < JUMP or force == 0.0:
+        assert found == ()
+
+
+def test_a_fade_ends_and_a_new_one_begins_only_then(small_balloon: Balloon) -> None:
+    """One for each user: who jumps to and fro has no more force than one who does not."""
+    here, there = at(small_balloon, 0.0, 2.0), at(small_balloon, 2.0, 2.0)
+    state, shares = world([here]), list[float]()
+    for k in range(2 * round(1.0 / STEP)):
+        found = release(state, [there if k % 2 == 0 else here], STEP, jump=JUMP)
+        assert len(found) <= 1
+        shares.append(found[0].share if found else 0.0)
+        state = replace(world([here if k % 2 else there]), releases=found)
+    one = [1.0 - k * STEP for k in range(round(1.0 / STEP))]
+    assert shares[: len(one)] == pytest.approx(one)
+    assert shares.count(1.0) == 2
+    # A rounding of the sum of its steps may be left for a tick.
+    assert shares.index(1.0, 1) in (len(one), len(one) + 1)
+
+
+def test_friction_fades_with_the_rest(small_balloon: Balloon) -> None:
+    user = at(small_balloon, 0.0, 2.0)
+    rough = replace(user, along=along(user, 0.6))
+    faded = Release(1, rough.press, 0.25).faded()
+    assert faded.force == 0.5
+    assert faded.along == pytest.approx(along(user, 0.15))
+    assert Release(1, user.press, 0.25).faded().along is None
+
+
+# What is let in
+
+
+@given(forces, forces, lags, st.floats(0.0, MAX_FRICTION))
+@settings(deadline=None)
+def test_one_alone_is_let_in_behind_the_lag_and_no_slower(
+    small_balloon: Balloon, before: float, wanted: float, lag: float, mu: float
+) -> None:
+    """Whatever it does: nobody is there to be moved."""
+    rubbed = mu * wanted
+    of = touch(friction=True)
+    was = user_of(of, contact_at(small_balloon, of), force=before, along=np.zeros(3))
+    now = replace(was, force=0.0, along=None, wanted=wanted, wanted_along=along(was, rubbed))
+    (found,) = let_in(small_balloon, world([was], lag=lag), [now], (), DT)
+    share = DT / (lag + DT)
+    assert found.force == pytest.approx(before + share * (wanted - before))
+    assert found.along == pytest.approx(share * along(was, rubbed))
+    assert found.presence == 1.0
+    (smooth,) = let_in(
+        small_balloon, world([was], lag=lag), [replace(now, wanted_along=None)], (), DT
+    )
+    assert smooth.along is None
+
+
+@given(st.lists(st.tuples(forces, forces), min_size=2, max_size=5), st.floats(0.0, 0.99), lags)
+@settings(deadline=None)
+def test_nobody_is_moved_faster_than_all_others_may_move_it(
+    small_balloon: Balloon, hands: list[tuple[float, float]], coupled: float, lag: float
+) -> None:
+    was = [at(small_balloon, 1.2 * i, f, i) for i, (f, _) in enumerate(hands, start=1)]
+    now = [replace(u, force=0.0, wanted=w) for u, (_, w) in zip(was, hands, strict=True)]
+    found = let_in(small_balloon, world(was, lag=lag, coupled=coupled), now, (), DT)
+    asked = [f + DT / (lag + DT) * (w - f) for f, w in hands]
+    change = np.array([a.force - b.force for a, b in zip(found, was, strict=True)])
+    for i in range(len(hands)):
+        others = coupled * np.abs(np.delete(change, i)).sum()
+        assert others <= EFFECT_RATE * DT * (1.0 + 1e-9)
+    for user, (f, _), a in zip(found, hands, asked, strict=True):
+        # On the way, not beyond it, and all of it where nobody is moved too fast.
+        assert min(f, a) - 1e-12 <= user.force <= max(f, a) + 1e-12
+        if (
+            coupled * sum(abs(x - y) for x, (y, _) in zip(asked, hands, strict=True))
+            <= 0.9 * EFFECT_RATE * DT
+        ):
+            assert user.force == pytest.approx(a)
+
+
+def test_a_newcomer_whose_coupling_is_not_known_yet_moves_nobody_fast(
+    small_balloon: Balloon,
+) -> None:
+    """It could be at the place of the other."""
+    old = at(small_balloon, 0.0, 2.0)
+    new = replace(at(small_balloon, 2.0, 0.0, 2), wanted=10.0)
+    found = let_in(small_balloon, world([old]), [replace(old, wanted=2.0), new], (), DT)
+    assert found[0].force == 2.0
+    assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
+
+
+@given(st.floats(0.0, 10.0), st.floats(0.0, MAX_FRICTION))
+@settings(deadline=None)
+def test_along_and_normal_are_let_in_in_one_share(
+    small_balloon: Balloon, pressed: float, mu: float
+) -> None:
+    rubbed = mu * pressed
+    of = touch(friction=True)
+    rough = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
+    still = at(small_balloon, 2.0, 0.0, 2)
+    now = replace(rough, along=None, wanted=pressed, wanted_along=along(rough, rubbed))
+    state = world([rough, still], coupled=0.9)
+    found = let_in(small_balloon, state, [now, still], (), DT)[0]
+    assert found.along is not None
+    assert found.along * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
+    moved = found.force + float(np.linalg.norm(found.along))
+    assert 0.9 * moved <= EFFECT_RATE * DT * (1.0 + 1e-9)
+
+
+def test_a_body_carries_no_more_than_sixteen_hands_give_along_the_surface_either(
+    small_balloon: Balloon,
+) -> None:
+    users: list[UserState] = []
+    for i in range(20):
+        of = touch(i + 1, at=side(0.3 * i), friction=True)
+        user = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
+        users.append(replace(user, wanted=10.0, wanted_along=along(user, 5.0)))
+    state = world(users)
+    found = let_in(small_balloon, state, users, (), DT)
+    assert sum(user.force for user in found) == pytest.approx(MAX_SUM)
+    for user in found:
+        assert user.along is not None
+        assert np.linalg.norm(user.along) == pytest.approx(0.5 * user.force)
+
+
+def test_a_force_that_would_go_through_the_body_is_cut_to_its_middle(
+    small_balloon: Balloon,
+) -> None:
+    user = at(small_balloon, 0.0, 0.0)
+    soft = replace(world([user]), coupling=np.array([[1.0]]))
+    (found,) = let_in(small_balloon, soft, [replace(user, wanted=10.0)], (), DT)
+    assert found.force == pytest.approx(small_balloon.mesh.size)
+    assert found.force < 10.0
+
+
+def test_who_is_elsewhere_is_not_there_until_its_old_force_has_faded(
+    small_balloon: Balloon,
+) -> None:
+    user = at(small_balloon, 0.0, 2.0)
+    (found,) = let_in(small_balloon, world([user]), [replace(user, wanted=2.0)], {1}, DT)
+    assert (found.force, found.presence) == (0.0, 0.0)
+    (back,) = let_in(small_balloon, world([found]), [replace(user, wanted=2.0)], (), DT)
+    assert (back.force, back.presence) == (2.0, 1.0)
+
+
+@pytest.mark.parametrize("fresh", [True, False])
+def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
+    small_balloon: Balloon, fresh: bool
+) -> None:
+    user = at(small_balloon, 0.0, 2.0)
+    user = replace(user, touch=replace(user.touch, fresh=fresh))
+    now = replace(user, wanted=0.0)
+    (found,) = let_in(small_balloon, world([user], lag=5.0), [now], (), DT)
+    lag = 5.0 if fresh else GO
+    assert found.force == pytest.approx(2.0 * lag / (lag + DT))
+
+
+@given(st.floats(-1.0, 1.0))
+@settings(max_examples=20, deadline=None)
+def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: float) -> None:
+    """What the body carries never pulls at a surface that has turned under the hand."""
+    was = at(small_balloon, 0.0, 2.0)
+    was = replace(was, touch=replace(was.touch, friction=True), along=along(was, 1.0))
+    moved = at(small_balloon, angle, 0.0)
+    now = replace(moved, touch=was.touch, wanted=2.0, wanted_along=np.zeros(3))
+    (found,) = let_in(small_balloon, world([was], lag=1.0), [now], (), DT)
+    assert found.along is not None
+    assert float(found.along @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(found.along) <= 1.0 + 1e-12
+
+
+def test_nobody_is_let_in_where_nobody_is(small_balloon: Balloon) -> None:
+    assert let_in(small_balloon, WorldState(), [], (), DT) == []

@@ -1,0 +1,76 @@
+"""The room's lag as the server steps it, once in a simulation period (science 3.8)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.law import Gains, Law
+from cohaptic.control.room_lag import coupling_matrix, coupling_radius, kept, lag_needed, settle
+from cohaptic.control.sampled_room import room_radius
+from tests.shared.control.rooms import draw
+
+seeds = st.integers(0, 2**32 - 1)
+times = st.floats(1e-3, 10.0)  # s
+PERIOD = 1.0 / 60.0  # s
+
+
+@given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), times, times)
+def test_a_lagged_force_goes_to_the_force_and_never_past_it(
+    lagged: float, force: float, lag: float, dt: float
+) -> None:
+    after = settle(lagged, force, lag, dt)
+    assert min(lagged, force) - 1e-12 <= after <= max(lagged, force) + 1e-12
+    assert settle(lagged, force, 0.0, dt) == force
+    assert settle(force, force, lag, dt) == force
+
+
+def test_a_lagged_force_goes_two_thirds_of_the_way_in_the_time_of_the_lag() -> None:
+    lagged = 0.0
+    for _ in range(1000):
+        lagged = settle(lagged, 1.0, 0.5, 0.0005)
+    assert lagged == pytest.approx(1.0 - math.exp(-1.0), abs=2e-4)
+
+
+@given(seeds, st.lists(st.integers(1, 12), min_size=15, max_size=15))
+@settings(max_examples=200)
+def test_sampled_rooms_obey_the_theorem_too(seed: int, ticks: list[int]) -> None:
+    """Delays of whole simulation periods, the lag by `kept` once in each."""
+    rng = np.random.default_rng(seed)
+    room = draw(rng)
+    n = len(room.stiffness)
+    C = room.C[:n, :n]
+    gains = [Gains(1.0 / float(c)) for c in np.diag(C)]
+    delays = np.array(ticks[:n] if rng.random() < 0.5 else ticks[:1] * n)
+    m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in gains]))
+    lag = 1.001 * lag_needed(m, PERIOD * float(delays.max()))
+    assert room_radius(C, gains, Law.PREDICTIVE, delays, PERIOD, lag) < 1.0
+    if m > 1.01 and len(set(delays.tolist())) == 1:
+        assert room_radius(C, gains, Law.PREDICTIVE, delays, PERIOD, 0.0) > 1.0
+
+
+@pytest.mark.parametrize(("m", "ticks"), [(1.02, 1), (1.1, 2), (1.05, 4)])
+def test_an_exponential_share_would_leave_sampled_rooms_unstable(m: float, ticks: int) -> None:
+    """Near m = 1 the lag is shorter than the period: e^(-dt / tau) would leave nothing of it."""
+    lag = 1.001 * lag_needed(m, ticks * PERIOD)
+    for share, stable in ((kept(lag, PERIOD), True), (math.exp(-PERIOD / lag), False)):
+        # f~ <- share f~ - (1 - share) m f~(k - ticks)
+        polynomial = [1.0, -share, *[0.0] * (ticks - 1)]
+        polynomial[ticks] += (1.0 - share) * m
+        assert (float(np.abs(np.roots(polynomial)).max()) < 1.0) is stable
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 3, 5, 10, 100, 1000])
+def test_the_lag_that_the_theorem_asks_for_is_enough_for_every_sampled_coupling(ticks: int) -> None:
+    """The condition of science 3.8, for `kept`, at the fastest x whose gain is above 1."""
+    for m in 1.0 + np.geomspace(1e-9, 1e3, 500):
+        share = kept(lag_needed(m, ticks * PERIOD), PERIOD)
+        r = share / (1.0 - share)
+        half = math.sqrt((m * m - 1.0) / (4.0 * r * (r + 1.0)))
+        assert half < 1.0
+        x = 2.0 * math.asin(half)
+        assert (ticks - 0.5) * x + math.acos(math.cos(0.5 * x) / m) < math.pi

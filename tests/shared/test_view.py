@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from cohaptic.report import AS_STIFF, TouchStatus
+from cohaptic.view import LEAST_LAG, bar, status_notes, status_table, status_view
+
+WELL = TouchStatus(
+    name="ann", state="touching", force=4.36, felt_from_others=-1.2, indentation=0.0123,
+    k_o=251.0, k_h=251.0, max_stiffness=2000.0, law="predictive", round_trip=0.161, jitter=0.003,
+    clock_offset=0.0012, clock_error=0.08, loop_hz=999.6, loop_late_p99=2.4e-4,
+)  # fmt: skip
+SOFT = WELL.model_copy(update={"name": "bob", "k_o": 5000.0, "k_h": 2000.0})
+LATE = WELL.model_copy(update={"lag": 0.16})
+
+
+def shown(*users: TouchStatus, width: int) -> str:
+    console = Console(width=width)
+    with console.capture() as capture:
+        console.print(status_view(users, width=width))
+    return capture.get()
+
+
+@given(
+    st.integers(60, 220),
+    st.sampled_from(["connecting", "server silent", "touching"]),
+    st.text("abcdefgh", min_size=1, max_size=12),
+    st.floats(0.0, 99.0),
+    st.none() | st.floats(0.0, 20.0),
+    st.booleans(),
+)
+def test_nothing_is_cut_off_at_any_width(
+    width: int, state: str, name: str, force: float, along: float | None, soft: bool
+) -> None:
+    user = (SOFT if soft else WELL).model_copy(
+        update={"name": name, "state": state, "force": force, "along": along}
+    )
+    text = shown(user, width=width)
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= width
+    for always in (name, state, f"{force:5.2f} N"):
+        assert always in text
+
+
+@pytest.mark.parametrize(
+    ("width", "there", "not_there"),
+    [
+        (80, ["of others", "-1.20 N", "round trip", "161 ±3 ms"], ["K_o", "clock"]),
+        (100, ["of others", "round trip", "loop", "1000 Hz"], ["late p99", "clock"]),
+        (120, ["of others", "K_o", "251 N/m", "loop"], ["clock"]),
+        (160, ["indentation", "12.3 mm", "clock", "+1 ±80 ms", "late p99", "240 us"], []),
+    ],
+)
+def test_a_wider_terminal_shows_more(width: int, there: list[str], not_there: list[str]) -> None:
+    text = shown(WELL, width=width)
+    assert all(words in text for words in there)
+    assert not any(words in text for words in not_there)
+
+
+@given(st.integers(20, 220))
+def test_columns_only_come_as_it_becomes_wider(width: int) -> None:
+    narrow, wide = status_table([WELL], width=width), status_table([WELL], width=width + 1)
+    assert {c.header for c in narrow.columns} <= {c.header for c in wide.columns}
+
+
+@given(
+    st.integers(60, 200),
+    st.floats(0.0, 99.0),
+    st.floats(-9.0, 9.0),
+    st.floats(0.0, 0.999),
+    st.sampled_from(["connecting", "server silent", "touching"]),
+)
+def test_columns_stay_while_numbers_change(
+    width: int, force: float, felt: float, round_trip: float, state: str
+) -> None:
+    later = WELL.model_copy(
+        update={"force": force, "felt_from_others": felt, "round_trip": round_trip, "state": state}
+    )
+    first, second = (status_table([user], width=width) for user in (WELL, later))
+    assert [c.header for c in first.columns] == [c.header for c in second.columns]
+
+
+@pytest.mark.parametrize("width", [80, 100, 120, 160])
+def test_a_device_softer_than_the_object_is_told_at_every_width(width: int) -> None:
+    text = shown(WELL, SOFT, width=width)
+    assert "bob: device renders 2,000 of 5,000 N/m" in text
+    assert "ann: device" not in text
+    if "K_o" in text:
+        assert text.count("2,000 of 5,000 N/m") == 2
+
+
+@pytest.mark.parametrize("width", [80, 100, 120, 160])
+def test_an_object_that_takes_its_time_is_told_once_at_every_width(width: int) -> None:
+    text = shown(LATE, LATE.model_copy(update={"name": "bob"}), width=width)
+    assert text.count("the object answers the others in 0.16 s") == 1
+    assert "answers" not in shown(WELL, width=width)
+
+
+@given(st.floats(0.0, 60.0))
+def test_a_lag_is_told_from_where_it_shows(lag: float) -> None:
+    told = status_notes([WELL.model_copy(update={"lag": lag})])
+    assert bool(told) == (lag >= LEAST_LAG)
+    assert " 0.00 s" not in "".join(told)
+
+
+@given(st.floats(1.0, 1e6), st.floats(0.0, 1e6), st.sampled_from(["predictive", "pi", ""]))
+def test_only_a_hand_that_should_feel_the_object_is_told_that_it_does_not(
+    k_o: float, renders: float, law: str
+) -> None:
+    user = WELL.model_copy(update={"k_o": k_o, "max_stiffness": renders, "law": law})
+    softer = law == "predictive" and 0.0 < renders < AS_STIFF * k_o
+    assert user.soft == softer
+    assert bool(status_notes([user])) == softer
+
+
+def test_the_force_along_the_surface_is_shown_where_there_is_friction() -> None:
+    rough = WELL.model_copy(update={"along": 0.63})
+    assert "0.63 N" in shown(rough, WELL, width=80)
+    assert "along" not in shown(WELL, width=160)
+
+
+def test_a_long_name_is_shortened() -> None:
+    assert "right_with_…" in shown(WELL.model_copy(update={"name": "right_with_more"}), width=80)
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))
+def test_a_bar_grows_with_its_force(a: float, b: float) -> None:
+    assert len(bar(a)) == len(bar(b))
+    assert bar(min(a, b)).count("█") <= bar(max(a, b)).count("█")
+    assert set(bar(0.0)) == {"·"}

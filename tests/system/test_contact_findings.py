@@ -1,0 +1,289 @@
+"""Places where the contact once failed, each as a law of a whole session in virtual time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from cohaptic.control.law import Law
+from cohaptic.hands import Hand, HandScript, Intention, Rhythm
+from cohaptic.protocol.control import GeometryName
+from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.passivity import MAX_DAMPING, dissipate, observe
+from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
+from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.spring import Spring, SpringSettings
+
+STEP = EXTERNAL_RATE * PERIOD  # N in a haptic period that nothing of the hand's own explains
+ROUNDING = 1e-6  # N; patches are rounded to 32 bits
+
+
+@pytest.fixture(scope="module")
+def balloon() -> Balloon:
+    return Balloon()
+
+
+def into(depth: float, approach_at: float = 1.5) -> Intention:
+    return Intention((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), depth, approach_at=approach_at)
+
+
+def without_jumps(user: VirtualUser) -> bool:
+    return max(user.unexplained) <= STEP + ROUNDING
+
+
+# A held place (finding 0)
+
+
+@pytest.mark.parametrize("geometry", ["plane", "sphere", "mesh"])
+def test_a_finger_on_a_held_place_is_a_contact_like_any_other(
+    balloon: Balloon, geometry: GeometryName
+) -> None:
+    """The balloon is held at its bottom: no compliance there, in the patch or the neighbourhood."""
+    session = VirtualSession(balloon)
+    below = Intention((0.0, 0.0, -0.1), (0.0, 0.0, 1.0), 0.003, approach_at=1.5)
+    user = session.join("user", HandScript(), intention=below, geometry=geometry)
+    session.run(5.0)
+    force = np.array(user.force)
+    assert np.ptp(force[-1500:]) < 0.01
+    # The device's stiffness and the hand's, in a row: the place itself does not give way.
+    k, device = HandScript().hand.stiffness, SimulatedDevice.info.max_stiffness
+    patch = user.state.patch
+    assert patch is not None
+    assert patch.k_h == pytest.approx(device)
+    # The held ring lies flat, so the contact is a little in front of the tip's resting point.
+    assert force[-1] == pytest.approx(0.003 / (1.0 / k + 1.0 / device), rel=0.1)
+    assert without_jumps(user)
+
+
+# An object stiffer than the device (finding 1)
+
+
+@pytest.mark.parametrize(
+    ("k_o", "hand", "delay"),
+    [
+        (5000.0, Hand(0.3, 2.0, 500.0), 0.0),
+        (10_000.0, Hand(), 0.0),
+        (5000.0, Hand(0.3, 2.0, 500.0), 0.08),
+    ],
+)
+def test_a_device_softer_than_the_object_is_felt_as_what_it_is(
+    k_o: float, hand: Hand, delay: float
+) -> None:
+    session = VirtualSession(Spring(SpringSettings(k_o=k_o)))
+    user = session.join("user", HandScript(hand=hand), delay=delay, intention=into(0.01))
+    session.run(8.0)
+    force = np.array(user.force)[-2000:]
+    assert np.ptp(force) < 0.01
+    # Steady state is the device's: nothing restores past what it renders.
+    device = SimulatedDevice.info.max_stiffness
+    assert user.state.k_h == pytest.approx(device)
+    assert force[-1] == pytest.approx(0.01 / (1.0 / hand.stiffness + 1.0 / device), rel=1e-3)
+    assert without_jumps(user)
+
+
+# Energy (finding 2)
+
+
+@dataclass
+class Rail:
+    """A device that follows a path whatever the force, and adds up the work that it does on it.
+
+    Args:
+        x: Where its path begins [m].
+        y: Same, sideways [m].
+        depth: How far it goes in [m].
+        swing: Amplitude in and out [m].
+        side: Amplitude sideways [m].
+        phase: Of its swing [rad].
+    """
+
+    x: float
+    y: float
+    depth: float
+    swing: float
+    side: float
+    phase: float
+    sign: float = 1.0
+    work: float = 0.0
+    info: ClassVar[DeviceInfo] = DeviceInfo("rail", 100.0, 1e6, 1e3, 1.0)
+    _at: Vec3 = ZERO
+    _force: Vec3 = ZERO
+    _start: float | None = None
+
+    def _position(self, t: float) -> Vec3:
+        pressed, grown = self.depth * min(1.0, max(0.0, t - 1.0)), min(1.0, max(0.0, t - 2.0))
+        turn = 2.0 * math.pi * SWING * t + self.phase
+        x = self.x - pressed + grown * self.swing * math.sin(turn)
+        return (self.sign * x, self.y + grown * self.side * math.sin(turn + 0.7), 0.0)
+
+    def read(self, now: float) -> DeviceSample:
+        """On the path; the force that was written did work on the way."""
+        if self._start is None:
+            self._start, self._at = now, self._position(0.0)
+        t = now - self._start
+        here = self._position(t)
+        self.work += dot(self._force, sub(here, self._at))
+        self._at = here
+        return DeviceSample(here, scale(sub(here, self._position(t - PERIOD)), 1.0 / PERIOD))
+
+    def write(self, force: Vec3) -> None:
+        """Held until the next period."""
+        self._force = force
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+SWING, COUNTED = 2.0, 8.0  # Hz; s, whole periods of the swing
+
+
+@dataclass
+class Counted:
+    """What two hands on rails got, and what their loops counted as made [J]."""
+
+    work: float
+    made: float
+
+
+def count(
+    monkeypatch: pytest.MonkeyPatch,
+    rails: list[Rail],
+    session: VirtualSession,
+    during: Callable[[VirtualSession, int], None] = lambda _session, _period: None,
+    **join: Any,
+) -> Counted:
+    """Let rails run whole periods, with loops that only look on, and count on both sides."""
+    made = [0.0]
+
+    def counting(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
+        made[0] += work + stored - from_body
+        return observe(owed, work, stored, from_body, dt)
+
+    monkeypatch.setattr("cohaptic_client.step.observe", counting)
+    users = [
+        # So little may it damp that it only looks on.
+        session.join(f"user{i}", HandScript(), seed=i, device=rail, max_damping=1e-12, **join)
+        for i, rail in enumerate(rails)
+    ]
+    session.run(8.0)
+    made[0], before, colgate = 0.0, sum(rail.work for rail in rails), 0.0
+    for period in range(round(COUNTED / PERIOD)):
+        during(session, period)
+        at = [user.state.probe for user in users]
+        session.run(PERIOD)
+        # What the hold of a force over a period makes is the device's own (Colgate).
+        colgate += sum(
+            0.5 * user.state.k_h * user.state.safety.scale * norm(sub(user.state.probe, x)) ** 2
+            for user, x in zip(users, at, strict=True)
+        )
+    work = sum(rail.work for rail in rails) - before - colgate
+    assert abs(work) > 3e-3  # J: there is something to count
+    return Counted(work, made[0])
+
+
+def on_a_plate(phase: float) -> list[Rail]:
+    return [Rail(0.01, y, 0.015, 0.003, 0.0, p) for y, p in ((-0.05, 0.0), (0.05, phase))]
+
+
+PHASES = [0.5 * math.pi, -0.5 * math.pi]
+
+
+@pytest.mark.parametrize(("delay", "jitter"), [(0.05, 0.0), (0.1, 0.0), (0.06, 0.05), (0.2, 0.06)])
+@pytest.mark.parametrize("phase", PHASES)
+def test_what_the_network_makes_is_counted(
+    monkeypatch: pytest.MonkeyPatch, delay: float, jitter: float, phase: float
+) -> None:
+    """Two hands driven on one plate: their work in whole periods is what their loops counted."""
+    plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
+    found = count(monkeypatch, on_a_plate(phase), plate, delay=delay, jitter=jitter)
+    assert found.made == pytest.approx(found.work, rel=0.05)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_what_a_fade_makes_is_counted(monkeypatch: pytest.MonkeyPatch, phase: float) -> None:
+    """The server is silent for 0.3 s: the force fades, and is engaged again under a pressed hand.
+
+    What the body gave meanwhile is seen along a chord instead of its way: most of the rest.
+    """
+
+    def silence(session: VirtualSession, period: int) -> None:
+        session.users["user0"].listening = not 1000 < period < 1300
+
+    plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
+    found = count(monkeypatch, on_a_plate(phase), plate, silence, delay=0.1)
+    assert found.made == pytest.approx(found.work, rel=0.05)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_what_a_change_of_law_makes_is_counted(
+    monkeypatch: pytest.MonkeyPatch, phase: float
+) -> None:
+    def change(session: VirtualSession, period: int) -> None:
+        if period in (500, 2500):
+            session.set_law("user0", Law.PROPORTIONAL if period == 500 else Law.PREDICTIVE)
+
+    plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
+    found = count(monkeypatch, on_a_plate(phase), plate, change, delay=0.05)
+    assert found.made == pytest.approx(found.work, rel=0.05)
+
+
+@pytest.mark.parametrize("side", [0.0, 0.004])
+def test_what_is_made_along_the_surface_is_counted(
+    monkeypatch: pytest.MonkeyPatch, balloon: Balloon, side: float
+) -> None:
+    """With friction, pressed and dragged on both sides of the balloon."""
+    rails = [Rail(0.102, 0.0, 0.012, 0.003, side, 0.0), Rail(0.102, 0.0, 0.012, 0.003, side, 1.6)]
+    rails[1].sign = -1.0
+    found = count(
+        monkeypatch, rails, VirtualSession(balloon), delay=0.1, friction=0.5, geometry="mesh"
+    )
+    assert found.made == pytest.approx(found.work, rel=0.05)
+
+
+# Damping (finding 4)
+
+
+def test_the_layers_damping_comes_and_goes_with_the_contact() -> None:
+    """A hand that comes in fast on the least of contacts, with energy owed and all damping on."""
+    for force in (1e-3, 0.01, 0.1, 1.0):
+        _, damped = dissipate(0.05, MAX_DAMPING, force, 0.3, PERIOD, MAX_DAMPING)
+        assert 0.0 <= damped <= 2.0 * force
+    assert dissipate(0.05, MAX_DAMPING, 0.0, 0.3, PERIOD, MAX_DAMPING)[1] == 0.0
+
+
+def test_two_who_press_in_rhythms_far_away_feel_no_jump(balloon: Balloon) -> None:
+    session = VirtualSession(balloon)
+    users = [
+        session.join(name, HandScript(angle=angle, depth=depth, rhythm=Rhythm(period)), delay=0.25)
+        for name, angle, depth, period in (
+            ("left", math.pi, 0.02, 0.4),
+            ("right", 0.0, 0.015, 0.37),
+        )
+    ]
+    session.run(8.0)
+    for user in users:
+        assert max(user.force) > 0.5
+        assert without_jumps(user)
+        # The damping at most doubles what the hand's own way makes of the force.
+        assert np.abs(np.diff(user.force)).max() < 0.2
+
+
+# Jitter (finding 6)
+
+
+def test_a_user_on_a_link_that_jitters_is_no_pulse_for_the_others(balloon: Balloon) -> None:
+    session = VirtualSession(balloon)
+    session.join("far", HandScript(math.pi, depth=0.015), delay=0.02, jitter=0.4, seed=3)
+    near = session.join("near", HandScript(0.0, depth=0.01), delay=0.01)
+    session.run(25.0)
+    # It takes the link's measure in the first seconds.
+    assert np.ptp(near.force[8000:]) < 0.1
+    assert without_jumps(near)

@@ -1,0 +1,117 @@
+/**
+ * Coulomb friction at the local model, in the plane of contact, with the full contact compliance.
+ *
+ * `shared/cohaptic/control/friction.py` in TypeScript, where the equations are derived. While the probe sticks, its way
+ * over the material is the contact point's, s = -P C (n f_n + f_t) with P = I - n n'; where the tangential force would
+ * exceed mu times the normal one it slides. The anchor of a sticking contact is material: it goes where others drag it,
+ * and the hand feels that (science 3.10).
+ */
+
+import type { Compliance3, Vec3 } from "../types";
+import { add, cross, dot, norm, scale, sub, unit, ZERO } from "../vec";
+
+/** Memory of the sticking contact. */
+export interface FrictionState {
+  /** s, the way of the tip over the material since it stuck [m]. */
+  readonly stretch: Vec3;
+  /** f_t on the hand [N]. */
+  readonly force: Vec3;
+  /** Displacement by the others of the material that is stuck to, as far as the force has followed it [m]. */
+  readonly material: Vec3;
+  /** Whether there was contact in the last period. */
+  readonly touching: boolean;
+}
+
+export const NO_FRICTION: FrictionState = { stretch: ZERO, force: ZERO, material: ZERO, touching: false };
+
+/** C f [m]. */
+export function times([xx, yy, zz, xy, xz, yz]: Compliance3, [x, y, z]: Vec3): Vec3 {
+  return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
+}
+
+/** Two unit vectors that make a right-handed frame with `normal`. */
+export function tangents(normal: Vec3): [one: Vec3, two: Vec3] {
+  const one = unit(cross(normal, Math.abs(normal[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0]));
+  return [one, cross(normal, one)];
+}
+
+/** By how much the tangential force takes the contact point away from the tip, n . C f_t [m]. */
+export function normalShift(state: FrictionState, normal: Vec3, C: Compliance3): number {
+  return dot(normal, times(C, state.force));
+}
+
+/**
+ * How far the anchor goes with the material in this period.
+ *
+ * @param material Displacement by the others of the material under the contact now [m].
+ * @param most Way in this period, so that the force of a contact at rest has no step [m].
+ * @returns The way of the anchor in this period, and the displacement that it has followed [m].
+ */
+export function followMaterial(state: FrictionState, material: Vec3, most: number): [carried: Vec3, followed: Vec3] {
+  if (!state.touching) return [ZERO, material];
+  let gap = sub(material, state.material);
+  const size = norm(gap);
+  if (size > most) gap = scale(gap, most / size);
+  return [gap, add(state.material, gap)];
+}
+
+/** What one period of stick and slip is told. */
+export interface Slide {
+  /** Way of the tip in this period [m]. */
+  readonly moved: Vec3;
+  /** Displacement by the others of the material under the contact [m]. */
+  readonly material: Vec3;
+  /** Outward unit normal at the contact. */
+  readonly normal: Vec3;
+  /** f_n on the hand [N]; 0 lets go. */
+  readonly normal_force: number;
+  /** Compliance of the contact. */
+  readonly C: Compliance3;
+  /** Coefficient of friction. */
+  readonly mu: number;
+  /** Of the body's stiffness that the law may use, K_h C_ii. */
+  readonly share: number;
+  /** That the device renders stably, in any direction [N/m]. */
+  readonly max_stiffness: number;
+  /** By how much what the others do may change the force in this period [N]. */
+  readonly most: number;
+}
+
+/** One period of stick and slip. */
+export function frictionStep(state: FrictionState, slide: Slide): FrictionState {
+  const { moved, material, normal, normal_force, C, mu, max_stiffness, most } = slide;
+  if (normal_force <= 0 || mu <= 0) return NO_FRICTION;
+  const [one, two] = tangents(normal);
+  const along_n = times(C, scale(normal, normal_force));
+  const b1 = dot(along_n, one);
+  const b2 = dot(along_n, two);
+  const c1 = times(C, one);
+  const c11 = dot(c1, one);
+  const c12 = dot(c1, two);
+  const c22 = dot(times(C, two), two);
+  const det = c11 * c22 - c12 * c12;
+  if (c11 <= 0 || det <= 0) return NO_FRICTION; // no body's
+  // The compliance of the stiffest direction is at least this.
+  const stiffest = det / (c11 + c22);
+  const share = Math.min(slide.share, max_stiffness * stiffest);
+  const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
+  const way = sub(add(state.stretch, moved), carried);
+  // As coordinates in the tangent plane: the surface turns under the tip.
+  let s1 = dot(way, one);
+  let s2 = dot(way, two);
+  const r1 = s1 + b1;
+  const r2 = s2 + b2;
+  let f1 = (-share * (c22 * r1 - c12 * r2)) / det;
+  let f2 = (-share * (c11 * r2 - c12 * r1)) / det;
+  const size = Math.hypot(f1, f2);
+  const limit = mu * normal_force;
+  if (size > limit) {
+    // Slip: the contact follows until the friction that is left can hold it.
+    f1 = (f1 * limit) / size;
+    f2 = (f2 * limit) / size;
+    s1 = -(c11 * f1 + c12 * f2) / share - b1;
+    s2 = -(c12 * f1 + c22 * f2) / share - b2;
+  }
+  const at = (a: number, b: number): Vec3 => add(scale(one, a), scale(two, b));
+  return { stretch: at(s1, s2), force: at(f1, f2), material: followed, touching: true };
+}
