@@ -191,6 +191,8 @@ def next_patience(patience: float, gap: float) -> float:
         gap: Time since the patch before [s].
     """
     kept = patience * math.exp(-gap / FORGET_GAPS)
+    if gap > LONGEST_PATIENCE:
+        return kept  # an outage, which says nothing of the link's way
     return min(LONGEST_PATIENCE, max(PATIENCE * gap, kept))
 
 

@@ -69,6 +69,7 @@ def locate(
     *,
     radius: float,
     hint: Contact | None = None,
+    exact: float | None = None,
 ) -> Contact:
     """Find the contact of a probe with the free surface.
 
@@ -78,12 +79,14 @@ def locate(
         free: Displacement of the vertices without this probe's own force.
         radius: Of the pressure [m].
         hint: The contact of the tick before.
+        exact: How near along the surface it must be found, in place of what a tick needs [m].
     """
+    found, stays = (_CLOSE, _STAYS) if exact is None else (exact, exact)
     if hint is None:
-        contact, close = _contact_at(mesh, nearest_point(mesh, probe), free, radius), _CLOSE
+        contact, close = _contact_at(mesh, nearest_point(mesh, probe), free, radius), found
     else:
         # A hand at rest stays here: only the normal can have turned.
-        contact, close = turned(mesh, hint, free), _STAYS
+        contact, close = turned(mesh, hint, free), stays
     last: Floats | None = None
     for _ in range(_ITERATIONS):
         off = probe - contact.moved(free)
@@ -91,7 +94,7 @@ def locate(
         slide = off - height * contact.normal
         if np.abs(slide).max() < close:
             break
-        close = _CLOSE
+        close = found
         # What a step left of the one before is what the next would leave of it: go all the way.
         left = 0.0 if last is None else float(slide @ last) / float(last @ last)
         last, slide = slide, slide / (1.0 - min(_MOST_LEFT, max(-_MOST_LEFT, left)))

@@ -21,6 +21,10 @@ from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.contact import Contact, locate
 
 _TOLERANCE = 1e-5  # N; and a hundred-thousandth of a millimetre of the tips
+# m along the surface, which others may tilt by a third: a contact that stayed where a tick leaves
+# it would leave its tip a fiftieth of a millimetre off the surface.
+_EXACT = 1e-6
+_NEARLY = 1e-2  # N; from here on contacts are found to that
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +74,23 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
     n = len(hands)
     intention = np.array([hand.intention for hand in hands])
     hand_compliance = np.diag([1.0 / hand.stiffness for hand in hands])
-    force, tip = np.zeros(n), intention.copy()
+    force = np.zeros(n)
+    tip: Floats = intention.copy()
     free: list[Floats] = [np.zeros_like(body.mesh.vertices)] * n
     every = np.arange(len(body.mesh.vertices))
     contacts: list[Contact | None] = [None] * n
     response: Response | None = None
+    exact: float | None = None
     for _ in range(200):
         now = [
-            locate(body.mesh, tip[i], free[i], radius=body.contact_radius, hint=contacts[i])
+            locate(
+                body.mesh,
+                tip[i],
+                free[i],
+                radius=body.contact_radius,
+                hint=contacts[i],
+                exact=exact,
+            )
             for i in range(n)
         ]
         response = body.respond([c.load(f) for c, f in zip(now, force, strict=True)], response)
@@ -85,11 +98,12 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
         bias = np.array([_lag(c, response, i, force) for i, c in enumerate(now)])
         depth = np.array([c.normal @ (c.point - intention[i]) for i, c in enumerate(now)]) - bias
         solved = complementarity(response.compliance + hand_compliance, depth)
-        change = np.abs(solved - force).max()
+        change = _largest(solved - force)
         force = solved
         response = body.respond([c.load(f) for c, f in zip(now, force, strict=True)], response)
         normals = np.array([c.normal for c in now])
-        pushed = intention + normals * (force / np.array([h.stiffness for h in hands]))[:, None]
+        stretch = force / np.array([hand.stiffness for hand in hands])
+        pushed: Floats = intention + normals * stretch[:, None]
         # Half steps: with many neighbours the contacts slide to and fro over a face otherwise.
         tip = 0.5 * (tip + pushed)
         free = [
@@ -97,12 +111,18 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
             for i, was in enumerate(free)
         ]
         contacts = list(now)
-        if change < _TOLERANCE and np.abs(pushed - tip).max() < _TOLERANCE * 1e-3:
+        if change < _NEARLY and exact is None:
+            exact = _EXACT
+        elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
             C = response.compliance
             at_rest = np.array([c.normal @ (c.point - t) for c, t in zip(now, tip, strict=True)])
             alone = np.maximum(0.0, at_rest) / np.diag(C)
             return Equilibrium(force, alone, tip, C)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
+
+
+def _largest(change: Floats) -> float:
+    return float(np.abs(change).max(initial=0.0))
 
 
 def _lag(contact: Contact, response: Response, i: int, force: Floats) -> float:

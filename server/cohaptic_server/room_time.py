@@ -63,7 +63,8 @@ def room_coupling(
     root = np.sqrt(np.repeat(near, [span.stop - span.start for span in where]))
     C = compliance * root[:, None] * root
     stiffness = [
-        stiffness_of(user, compliance[span, span]) for user, span in zip(users, where, strict=True)
+        stiffness_of(user, compliance[span, span], others)
+        for user, span, others in zip(users, where, _from_others(C, where), strict=True)
     ]
     S = coupling_matrix(C, stiffness)
     for user, span, K in zip(users, where, stiffness, strict=True):
@@ -73,17 +74,26 @@ def room_coupling(
     return coupling_radius(S)
 
 
-def stiffness_of(user: UserState, C: Floats) -> Floats:
+def _from_others(C: Floats, where: Sequence[slice]) -> list[float]:
+    """Sum of |C| from all others to the normal of each user [m/N]."""
+    rows = [np.abs(C[span.start]) for span in where]
+    return [float(r.sum() - r[span].sum()) for r, span in zip(rows, where, strict=True)]
+
+
+def stiffness_of(user: UserState, C: Floats, others: float = 0.0) -> Floats:
     """K of one hand, no softer than what it will be told, shape (1, 1) or (3, 3) [N/m].
 
     Args:
         user: Whose it is.
         C: Of its contact, shape (1, 1) or (3, 3) [m/N].
+        others: Sum of |C| from the others, by which the paper's laws go [m/N].
     """
     own = float(C[0, 0])
     limit = user.touch.max_stiffness
     if user.touch.fixed_gains is not None:
         limit = min(limit, user.touch.fixed_gains.k_h)
         if user.touch.law is Law.PREDICTIVE:
-            return np.asarray(limit * own * np.linalg.inv(C))
-    return np.asarray(min(1.0, limit * own) * np.linalg.inv(C))
+            return np.asarray(limit * own * np.linalg.inv(C), dtype=np.float64)
+    if user.touch.law is not Law.PREDICTIVE:
+        limit = min(limit, 1.0 / (own + others))
+    return np.asarray(min(1.0, limit * own) * np.linalg.inv(C), dtype=np.float64)

@@ -191,7 +191,11 @@ def test_without_its_lag_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> Non
     trials = [draw(0, i) for i in range(300)]
     assert play(trials, OURS, seconds=8.0).unstable.sum() == 0
     assert play(trials, OURS.without_passivity, seconds=8.0).unstable.sum() == 0
-    monkeypatch.setattr(hands_campaign, "lag_of", lambda _trial, _variant: 0.0)
+
+    def none(_trial: Trial, _variant: Variant) -> float:
+        return 0.0
+
+    monkeypatch.setattr(hands_campaign, "lag_of", none)
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
 
 

@@ -80,6 +80,28 @@ def test_a_hint_speeds_up_and_changes_nothing(
     assert warm.normal == pytest.approx(cold.normal, abs=1e-3)
 
 
+@given(units, st.floats(0.0, 0.01), st.booleans())
+@settings(max_examples=30, deadline=None)
+def test_a_contact_can_be_found_exactly(
+    balloon: Balloon, direction: tuple[float, float, float], depth: float, hinted: bool
+) -> None:
+    """The probe lies on its normal, on a surface that somebody else has dented; with a hint, too,
+    next to which a tick would have let it stay.
+    """
+    mesh, d = balloon.mesh, np.array(direction) / np.linalg.norm(direction)
+    other = locate(mesh, np.array([0.1, 0.0, 0.0]), Still(), radius=0.02)
+    free = balloon.respond([other.load(3.0)]).displacement
+    probe, hint = (0.1 - depth) * d, None
+    if hinted:
+        beside = probe + 4e-5 * np.cross(d, [0.3, 0.5, 0.8])
+        hint = locate(mesh, beside, free, radius=0.02, exact=1e-6)
+    contact = locate(mesh, probe, free, radius=0.02, hint=hint, exact=1e-6)
+    off = probe - contact.moved(free)
+    assert np.abs(off - (off @ contact.normal) * contact.normal).max() < 1e-6
+    usual = locate(mesh, probe, free, radius=0.02, hint=hint)
+    assert contact.point == pytest.approx(usual.point, abs=1e-4)
+
+
 def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
     shift = np.array([0.01, -0.02, 0.005])
     free = np.tile(shift, (len(balloon.mesh.vertices), 1))

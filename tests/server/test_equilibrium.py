@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.vec import Vec3, norm, scale, sub, unit
@@ -18,17 +18,18 @@ from tests.system.spectral import random_compliance
 
 RADIUS = 0.1  # m, of the balloons
 HAND = 400.0  # N/m
-# m; a contact stays where it is while its tip is within 0.06 mm along the surface, which tilts by
-# up to a third here under what the others do.
-CLOSE = 2e-5
+CLOSE = 1e-6  # m; contacts are found to as much along a surface that tilts by up to a third
+EXACT = 1e-7  # m; of contacts here
 seeds = st.integers(0, 2**32 - 1)
+
+
+def side(angle: float) -> Vec3:
+    """A place on the equator [rad]."""
+    return (math.cos(angle), math.sin(angle), 0.0)
+
+
 # Far enough apart that contacts of 3 cm do not lie on each other.
-corners = st.lists(
-    st.sampled_from([(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 5.0, 6)]),
-    min_size=1,
-    max_size=4,
-    unique=True,
-)
+corners = st.lists(st.integers(0, 5).map(side), min_size=1, max_size=4, unique=True)
 
 
 def hand(at: Vec3, depth: float, stiffness: float = HAND) -> RestingHand:
@@ -48,7 +49,7 @@ def height_over(body: Balloon, found: Equilibrium, i: int) -> float:
     height = np.nan
     for _ in range(12):  # contacts follow the surface that follows them
         contacts = [
-            locate(body.mesh, tip, field, radius=body.contact_radius)
+            locate(body.mesh, tip, field, radius=body.contact_radius, exact=EXACT)
             for tip, field in zip(found.tip, free, strict=True)
         ]
         response = body.respond([c.load(f) for c, f in zip(contacts, found.force, strict=True)])
@@ -88,6 +89,8 @@ def test_complementarity_keeps_its_three_conditions_for_a_full_room(n: int, seed
 
 
 @given(corners, st.lists(st.floats(-0.01, 0.02), min_size=4, max_size=4))
+# Where contacts that stay as they may in a tick leave a tip 13 um off.
+@example([side(0), side(1), side(4)], [0.015625] * 4)
 @settings(max_examples=15, deadline=None)
 def test_tips_lie_on_the_surface_they_press_and_over_the_one_they_do_not(
     small_balloon: Balloon, at: list[Vec3], depths: list[float]

@@ -107,14 +107,18 @@ def test_who_is_out_of_reach_couples_with_nobody(room: Room, data: st.DataObject
 
 @given(rooms(2, law=Law.PROPORTIONAL))
 def test_the_papers_laws_are_coupled_with_their_own_dent_too(room: Room) -> None:
+    """With the gains of the row rule, which bear any delay: at most 1 without friction."""
     users, C, where, near = room
     near[:] = 1.0
-    shares: list[float] = [
-        min(1.0, user.touch.max_stiffness * float(C[w.start, w.start]))
-        for user, w in zip(users, where, strict=True)
-    ]
+    others = [np.abs(C[w.start]).sum() - np.abs(C[w.start, w]).sum() for w in where]
+    shares: list[float] = []
+    for user, w, coupled in zip(users, where, others, strict=True):
+        own = float(C[w.start, w.start])
+        shares.append(own * min(user.touch.max_stiffness, 1.0 / (own + float(coupled))))
     found = room_coupling(users, C, where, near)
     assert found >= max(shares) * (1.0 - 1e-9)
+    if len(C) == len(users):
+        assert found <= 1.0 + 1e-9
 
 
 @given(rooms(), st.data())
@@ -126,6 +130,14 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     # One share of the object's stiffness in all directions, of which the law has the normal's.
     share = min(1.0, limit * own[0, 0])
     assert pytest.approx(share * np.eye(len(own)), abs=1e-9) == K @ own
+    # The paper's laws go by what the others do, too.
+    others = data.draw(st.floats(0.0, 0.1))
+    paper = replace(users[i], touch=replace(users[i].touch, law=Law.PI))
+    share = min(limit, 1.0 / (own[0, 0] + others)) * own[0, 0]
+    assert (
+        pytest.approx(share * np.eye(len(own)), abs=1e-9) == stiffness_of(paper, own, others) @ own
+    )
+    assert (stiffness_of(users[i], own, others) == K).all()
     fixed = Gains(data.draw(st.floats(1.0, 1e5)), 0.0)
     told = replace(users[i], touch=replace(users[i].touch, fixed_gains=fixed))
     chosen: float = min(limit, fixed.k_h)

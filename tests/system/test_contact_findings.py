@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,6 +92,9 @@ def test_a_device_softer_than_the_object_is_felt_as_what_it_is(
 # Energy (finding 2)
 
 
+RAIL = DeviceInfo("rail", 100.0, 1e6, 1e3, 1.0)
+
+
 @dataclass
 class Rail:
     """A device that follows a path whatever the force, and adds up the work that it does on it.
@@ -113,7 +116,7 @@ class Rail:
     phase: float
     sign: float = 1.0
     work: float = 0.0
-    info: ClassVar[DeviceInfo] = DeviceInfo("rail", 100.0, 1e6, 1e3, 1.0)
+    info: DeviceInfo = RAIL
     _at: Vec3 = ZERO
     _force: Vec3 = ZERO
     _start: float | None = None

@@ -37,7 +37,8 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
 /** How long the server may be silent after one more patch, which came `gap` after the one before [s]. */
 export function nextPatience(patience: number, gap: number): number {
   const kept = patience * Math.exp(-gap / FORGET_GAPS);
-  return Math.min(LONGEST_PATIENCE, Math.max(PATIENCE * gap, kept));
+  // A longer one is an outage, which says nothing of the link's way.
+  return gap > LONGEST_PATIENCE ? kept : Math.min(LONGEST_PATIENCE, Math.max(PATIENCE * gap, kept));
 }
 
 /**
