@@ -44,7 +44,7 @@ def bounded(wanted: Floats, deepest: Floats) -> Floats:
 
     Args:
         wanted: Of each user, shape (n,) [N].
-        deepest: Force that takes each to the middle of the body, shape (n,) [N].
+        deepest: Force that takes each through the whole body, shape (n,) [N].
     """
     forces = np.minimum(wanted, deepest)
     return np.minimum(forces, level(forces, MAX_SUM))

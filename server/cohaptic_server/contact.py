@@ -23,6 +23,7 @@ from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
 from cohaptic_server.field import Field
 
+_LEAST_FIRM = 0.1  # of a way along the surface: there a contact is found as well as can be
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
 _MOST_LEFT = 0.5  # of a step that is believed to be left by the next
 _CLOSE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
@@ -43,6 +44,8 @@ class Contact:
         corners: Vertices of the faces that have one of them, shape (f, 3).
         shares: Of these faces in the normal: the weights at their corners, shape (f,).
         normal: Outward unit normal of the free surface, averaged over the pressure, shape (3,).
+        firm: How much nearer the probe comes for a way along the surface, 1 on a plane: at an edge
+            under a deep probe the normal turns nearly as fast, and little is left.
     """
 
     foot: Floats
@@ -52,6 +55,7 @@ class Contact:
     corners: Ints
     shares: Floats
     normal: Floats
+    firm: float = 1.0
 
     def load(self, force: float) -> Load:
         """A frictionless press of `force` [N] here."""
@@ -88,25 +92,30 @@ def locate(
         # A hand at rest stays here: only the normal can have turned.
         contact, close = turned(mesh, hint, free), stays
     last: Floats | None = None
+    firm, stretch = 1.0 if hint is None else hint.firm, 1.0
     for _ in range(_ITERATIONS):
         off = probe - contact.moved(free)
         height = float(off @ contact.normal)
         slide = off - height * contact.normal
-        if np.abs(slide).max() < close:
+        left = 0.0 if last is None else float(slide @ last) / float(last @ last)
+        if last is not None and stretch > 0.0:
+            firm = min(1.0, max(_LEAST_FIRM, (1.0 - left) / stretch))
+        # The way that is left is longer than the probe is beside the normal, where little is firm.
+        if np.abs(slide).max() < close * firm:
             break
         close = found
         # What a step left of the one before is what the next would leave of it: go all the way.
-        left = 0.0 if last is None else float(slide @ last) / float(last @ last)
-        last, slide = slide, slide / (1.0 - min(_MOST_LEFT, max(-_MOST_LEFT, left)))
+        stretch = 1.0 / (1.0 - min(_MOST_LEFT, max(-_MOST_LEFT, left)))
         # Above a round body the way along the surface is shorter than it looks from the probe.
         # Below, steps grow shorter towards its middle: beyond that, what is nearest lies on the
         # other side, and a hand that was driven through stays with the wall that it came from.
         if height >= 0.0:
-            slide /= 1.0 + height / mesh.size
+            stretch /= 1.0 + height / mesh.size
         else:
-            slide *= max(0.0, 1.0 + height / mesh.size)
-        contact = _contact_at(mesh, nearest_point(mesh, contact.foot + slide), free, radius)
-    return contact
+            stretch *= max(0.0, 1.0 + height / mesh.size)
+        last, way = slide, stretch * slide
+        contact = _contact_at(mesh, nearest_point(mesh, contact.foot + way), free, radius)
+    return contact if contact.firm == firm else replace(contact, firm=firm)
 
 
 def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:

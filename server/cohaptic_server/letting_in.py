@@ -12,6 +12,8 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.world_state import Release, UserState, WorldState
 
+# Radii of a sphere as large as the body, in which nobody presses deeper: through it and half again.
+DEEPEST = 3.0
 GO = 0.1  # s; lag at most of the force of one who has left
 _NONE = 1e-3  # N; a contact that leaves less behind leaves nothing
 
@@ -61,7 +63,8 @@ def let_in(
         return []
     C = _known(state, found)
     own = np.diag(C)
-    deepest = np.where(np.isfinite(own), body.mesh.size / np.maximum(own, 1e-12), np.inf)
+    reach = DEEPEST * body.mesh.size
+    deepest = np.where(np.isfinite(own), reach / np.maximum(own, 1e-12), np.inf)
     here = np.array([float(user.touch.user not in elsewhere) for user in found])
     was = here * np.array([_before(state, user) for user in found])
     wanted = here * np.array([user.wanted for user in found])

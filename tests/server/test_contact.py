@@ -1,14 +1,20 @@
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.contact import Contact, locate, nearest_on_triangles, pressure, turned
 from cohaptic_server.field import Still
 
+RADIUS = 0.1  # m, of the balloon
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
 )
@@ -100,6 +106,24 @@ def test_a_contact_can_be_found_exactly(
     assert np.abs(off - (off @ contact.normal) * contact.normal).max() < 1e-6
     usual = locate(mesh, probe, free, radius=0.02, hint=hint)
     assert contact.point == pytest.approx(usual.point, abs=1e-4)
+
+
+def test_a_deep_probe_behind_an_edge_is_followed_as_closely_as_any() -> None:
+    """Where the normal turns nearly as fast as the contact slides, being hardly beside the normal
+    would be ten times as far off along the surface: forces a twentieth off, on a block.
+    """
+    vertices, faces = icosphere(4, RADIUS)
+    rim = SurfaceMesh(vertices * [1.0, 1.0, 0.3], faces)  # 9 mm round
+    for depth, beside in itertools.product((0.002, 0.004, 0.006, 0.008), (0.0, 0.002, 0.004)):
+        contact: Contact | None = None
+        probe = np.array([RADIUS - depth, 0.0, 0.0])
+        for k in range(200):  # it comes to rest, in ever smaller steps
+            probe[2] = beside + 0.01 * math.exp(-k / 20)
+            contact = locate(rim, probe, Still(), radius=0.01, hint=contact)
+        assert contact is not None
+        exact = locate(rim, probe, Still(), radius=0.01, exact=1e-8)
+        # 60 um are what a contact may stay beside its place.
+        assert np.linalg.norm(contact.point - exact.point) < 8e-5
 
 
 def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:

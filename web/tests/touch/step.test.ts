@@ -102,5 +102,7 @@ describe("a gain", () => {
 test("a link with long gaps is given twice as long, up to a second, and the gaps are forgotten", () => {
   expect(nextPatience(0, 0.2)).toBeCloseTo(0.4, 9);
   expect(nextPatience(0.4, 0.016)).toBeCloseTo(0.4 * Math.exp(-0.016 / 30), 9);
-  expect(nextPatience(0.4, 3)).toBe(1);
+  expect(nextPatience(0.4, 0.8)).toBe(1);
+  // An outage says nothing of the link's way.
+  expect(nextPatience(0.4, 3)).toBeLessThan(0.4);
 });
