@@ -94,6 +94,6 @@ def stiffness_of(user: UserState, C: Floats, others: float = 0.0) -> Floats:
         limit = min(limit, user.touch.fixed_gains.k_h)
         if user.touch.law is Law.PREDICTIVE:
             return np.asarray(limit * own * np.linalg.inv(C), dtype=np.float64)
-    if user.touch.law is not Law.PREDICTIVE:
+    elif user.touch.law is not Law.PREDICTIVE:
         limit = min(limit, 1.0 / (own + others))
     return np.asarray(min(1.0, limit * own) * np.linalg.inv(C), dtype=np.float64)
