@@ -16,7 +16,7 @@ import math
 import signal
 import struct
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from cohaptic.clock import SystemClock
@@ -136,7 +136,7 @@ class HapticLoop:
         told = command is not None and COMMAND.unpack(command)[1]
         if self._ends == math.inf and (told or now - self._heard > ORPHANED_AFTER):
             # From now on the server counts as silent, so the force fades before the end.
-            self._state = replace(self._state, arrived=-math.inf)
+            self._state = self._state._replace(arrived=-math.inf)
             limits = self._config.limits
             fade = max(limits.fade_time, limits.max_force / FADE_RATE)
             self._ends = now + fade + 0.01

@@ -74,7 +74,7 @@ def at(position: Vec3) -> DeviceSample:
 def engaged(patch: Patch, settings: LoopSettings = SETTINGS, now: float = 10.0) -> LoopState:
     """A loop that got its first patch one tick ago, on a hand that is engaged in full."""
     safety = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, now - PERIOD)
-    return replace(receive(LoopState(), patch, now - TICK, settings), safety=safety)
+    return receive(LoopState(), patch, now - TICK, settings)._replace(safety=safety)
 
 
 def play(
@@ -427,14 +427,14 @@ def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
         now += PERIOD
     now -= PERIOD
     force = scale(state.safety.force, share)
-    state = replace(state, safety=replace(state.safety, scale=share, force=force))
+    state = state._replace(safety=state.safety._replace(scale=share, force=force))
     for tick, (other, periods, silent) in enumerate(arrivals, start=2):
         patch = replace(
             patch, tick=tick, x_free=(0.0, 0.0, other.x_free[2]), u_others=other.u_others
         )
         state = receive(state, patch, now, settings)
         if silent:
-            state = replace(state, arrived=-math.inf)
+            state = state._replace(arrived=-math.inf)
         for _ in range(periods):
             before, now = state.safety.force, now + PERIOD
             state, output = step(state, tip, now, settings)
@@ -495,7 +495,7 @@ def test_a_closed_way_over_a_resting_spring_makes_nothing(
     for _ in range(2):
         state, _ = step(state, at(tip), now, settings)
         now += PERIOD
-    state = replace(state, passivity=replace_owed(state.passivity))
+    state = state._replace(passivity=replace_owed(state.passivity))
     for way in ways + [scale(way, -1.0) for way in reversed(ways)]:
         tip = add(tip, way)
         state, output = step(state, at(tip), now, settings)
@@ -521,7 +521,7 @@ def test_what_a_surface_makes_is_force_more_than_the_body_had_times_way(
     for _ in range(2):
         state, _ = step(state, tip, now, held)
         now += PERIOD
-    state = replace(state, passivity=replace_owed(state.passivity))
+    state = state._replace(passivity=replace_owed(state.passivity))
     # No faster than others may move a hand.
     most = 0.99 * PACE / STIFFNESS
     lift = min(max(lift, -most), most)
