@@ -146,8 +146,8 @@ def friction_step(
     det = c11 * c22 - c12 * c12
     if c11 <= 0.0 or det <= 0.0:  # no body's
         return NO_FRICTION
-    # The compliance of the stiffest direction is at least this.
-    stiffest = det / (c11 + c22)
+    # Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
+    stiffest = det / (0.5 * (c11 + c22) + math.hypot(0.5 * (c11 - c22), c12))
     share = min(share, max_stiffness * stiffest)
     carried, followed = follow_material(state, material, most * stiffest / share)
     way = sub(add(state.stretch, moved), carried)

@@ -263,6 +263,23 @@ def test_no_direction_is_stiffer_than_the_device_renders(
     assert norm(sub(after.force, state.force)) <= limit * norm(way) * (1.0 + 1e-6) + 1e-9
 
 
+@given(ways, normals, compliances(), st.floats(10.0, 1e4))
+def test_a_device_softer_than_the_object_is_used_up_to_its_limit(
+    way: Vec3, n: Vec3, C: Compliance3, limit: float
+) -> None:
+    """In the stiffest direction along the surface the contact is as stiff as the device allows."""
+    frame = tangents(n)
+    along = [[dot(a, times(C, b)) for b in frame] for a in frame]
+    eigenvalues, eigenvectors = np.linalg.eigh(along)
+    one, two = (scale(t, float(x)) for t, x in zip(frame, eigenvectors[:, 0], strict=True))
+    sticks = 1e9  # whatever the way
+    state = rub(NO_FRICTION, ZERO, n, 1.0, C, sticks, max_stiffness=limit)
+    step = scale(add(one, two), norm(way))
+    after = rub(state, step, n, 1.0, C, sticks, max_stiffness=limit)
+    expected = min(limit, 1.0 / eigenvalues[0]) * norm(way)
+    assert norm(sub(after.force, state.force)) == pytest.approx(expected, rel=1e-4, abs=1e-6)
+
+
 @given(paths, normals, forces, compliances(), mus)
 def test_the_force_tells_how_far_the_tip_is_from_its_material(
     path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float

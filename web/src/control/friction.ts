@@ -91,8 +91,8 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   const c22 = dot(times(C, two), two);
   const det = c11 * c22 - c12 * c12;
   if (c11 <= 0 || det <= 0) return NO_FRICTION; // no body's
-  // The compliance of the stiffest direction is at least this.
-  const stiffest = det / (c11 + c22);
+  // Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
+  const stiffest = det / (0.5 * (c11 + c22) + Math.hypot(0.5 * (c11 - c22), c12));
   const share = Math.min(slide.share, max_stiffness * stiffest);
   const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
   const way = sub(add(state.stretch, moved), carried);
