@@ -131,8 +131,7 @@ def test_meshes_and_friction_work_on_it_too(
     """Patches cut from the bent surface; and three loads of a contact, one normal, two along it.
 
     With friction the truth is that of hands that stick. At 20 mm, where the surface tilts under the
-    fingers by 12 degrees, the client's friction is 14 % below it: it forgets what of the way in is
-    along the surface once that has turned.
+    fingers by 12 degrees, the client's friction is 14 % below it; why is not known yet.
     """
     hands = [HandScript(math.pi + math.pi * i, depth=0.02) for i in range(2)]
     session = VirtualSession(rubber)
