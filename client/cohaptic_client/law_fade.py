@@ -1,7 +1,7 @@
 """The law in use, and the way from one law to the next without a step in the force.
 
 When patches come for another law, both run, and the force moves from the one to the other: within
-`FADE_TIME`, and by no more than `FADE_RATE` of itself and `EXTERNAL_RATE` per second.
+`FADE_TIME`, and by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from cohaptic.control.proportional_integral import IntegralState
 from cohaptic_client.safety import EXTERNAL_RATE
 
 FADE_TIME = 0.3  # s
-FADE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
+SHARE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
+LAW_FADE_RATE = 0.5 * EXTERNAL_RATE  # N/s; the rest is the surface's
 _LEAST = 0.05  # N; below it a share of the force would never end
 
 
@@ -107,7 +108,7 @@ def run(
     present = was.normal_force + fade.share * (force.normal_force - was.normal_force)
     step = dt / FADE_TIME
     if gap > 0.0:
-        step = min(step, min(EXTERNAL_RATE, FADE_RATE * max(present, _LEAST)) * dt / gap)
+        step = min(step, min(LAW_FADE_RATE, SHARE_RATE * max(present, _LEAST)) * dt / gap)
     share = min(1.0, fade.share + step)
     mixed = LocalForce(*(a + share * (b - a) for a, b in zip(was, force, strict=True)))
     if share >= 1.0:

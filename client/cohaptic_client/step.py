@@ -21,9 +21,16 @@ from cohaptic.control.friction import (
 from cohaptic.control.geometry import LocalSurface, Sight, Surface, blend, difference, shift
 from cohaptic.control.law import NO_FORCE, Gains, Law, LawSettings, LocalForce, pressed_depth
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
-from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.law_fade import LawFade, Running, run, switch, with_gains
+from cohaptic_client.law_fade import (
+    LAW_FADE_RATE,
+    LawFade,
+    Running,
+    run,
+    switch,
+    with_gains,
+)
 from cohaptic_client.passivity import Passivity, dissipate, given_share, observe
 from cohaptic_client.safety import (
     EXTERNAL_RATE,
@@ -33,9 +40,8 @@ from cohaptic_client.safety import (
     SafetyState,
     guard,
 )
+from cohaptic_client.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 
-# A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
-GAIN_RATE = 10.0  # 1/s
 _NOTHING_OWED = Passivity()
 MOST_CHANGE = 2.0  # of a compliance within one patch; more is a mistake of the patch
 # Times the longest gap between patches of late: so long a silence is the link's way, not an end.
@@ -165,7 +171,7 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
     if state.patch is not None and patch.tick <= state.patch.tick and not silent:
         return state
     surface = settings.surface(patch)
-    gains = Gains(patch.k_h, patch.integral_gain)
+    gains = Gains(min(patch.k_h, settings.max_stiffness), patch.integral_gain)
     gap = now - state.arrived
     patience = next_patience(state.patience, gap) if gap < math.inf else state.patience
     if state.fade is None:
@@ -229,40 +235,53 @@ def step(
         now: Time of this period [s].
         settings: Of the loop.
     """
-    dt = 0.0 if state.safety.now is None else now - state.safety.now
+    dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     # A late period moves the force by no more than two punctual ones.
-    pace = EXTERNAL_RATE * min(dt, 2.0 * settings.limits.period)
+    counted = min(dt, 2.0 * settings.limits.period)
+    pace = EXTERNAL_RATE * counted
     silent = _is_silent(state, now, settings)
     sight = shown(state, sample.position, now, settings)
-    local, wanted, on_body, damped, damping = NO_FORCE, ZERO, ZERO, 0.0, 0.0
+    local, wanted, from_law, damped, damping = NO_FORCE, ZERO, ZERO, 0.0, 0.0
     fade, friction, depth, normal = state.fade, NO_FRICTION, -math.inf, state.normal
     stored = from_body = 0.0
-    C = _compliance(state, dt, settings)
+    C: Compliance3 | None = None
     if sight is not None and state.patch is not None and fade is not None:
         normal = sight.normal
         if state.patch.law is fade.now.law:
             was = fade.now.gains.k_h
-            fade = _with_gains_of_patch(state, fade, sight, now, dt, settings)
+            fade = _with_gains_of_patch(state, fade, sight, now, counted, settings)
             # What a change of gain or a fade of the safety layer moves is not the surface's.
             pace -= abs(fade.now.gains.k_h - was) * max(0.0, state.depth)
         if silent or state.safety.scale < 1.0:
-            pace -= FADE_RATE * min(dt, 2.0 * settings.limits.period)
-        if C is not None:
-            pace *= 0.5  # the other half is the friction's
+            pace -= FADE_RATE * counted
+        if fade.before is not None:
+            pace -= LAW_FADE_RATE * counted
         pace = max(0.0, pace)
+        if settings.friction > 0.0:
+            pace *= 0.5  # the other half is the friction's
+            C = slew_compliance(
+                state.compliance,
+                state.patch.compliance,
+                state.friction,
+                state.normal_force,
+                counted / settings.simulation_period,
+                0.5 * pace,
+            )
         k_h = fade.now.gains.k_h
         moved = sub(sample.position, state.probe)
         if state.normal_force > 0.0 and normal != state.normal:
-            force, own = min(state.normal_force, settings.limits.max_force), k_h * norm(moved)
-            normal, turn = turn_back(state.normal, normal, (pace + own) / force)
-            pace = max(0.0, pace - max(0.0, turn * force - own))
+            if sight.depth > 0.0:
+                force = min(state.normal_force, settings.limits.max_force)
+                normal, pace = slew_normal(state.normal, normal, moved, k_h, force, pace)
+            else:
+                normal = state.normal  # a force that is to go need not turn any more
         moved_in = -dot(normal, moved)
         depth = sight.depth
         if state.sight is not None and state.safety.scale > 0.0:
-            depth = hold_back(state.depth + moved_in, depth, pace / max(k_h, _SOFT))
+            depth = hold_back(state.depth + moved_in, depth, pace / max(k_h, SOFT))
         aside = 0.0 if C is None else normal_shift(state.friction, normal, C)
         pressed = sight if depth - aside == sight.depth else _pressed(sight, depth - aside)
-        fade, local = run(fade, pressed, dt, settings.law)
+        fade, local = run(fade, pressed, counted, settings.law)
         damped = local.normal_force
         if state.sight is not None and settings.max_damping > 0.0:
             damping, damped = dissipate(
@@ -270,7 +289,7 @@ def step(
                 state.passivity.damping,
                 damped,
                 -dot(normal, sample.velocity),
-                dt,
+                counted,
                 settings.max_damping,
             )
         stored = local.stored
@@ -286,13 +305,13 @@ def step(
                 settings.friction,
                 share,
                 settings.max_stiffness,
-                pace,
+                0.5 * pace,
             )
-            on_body = add(scale(normal, local.normal_force), friction.force)
-            stored += _stored_along(friction.force, on_body, C, share)
+            from_law = add(scale(normal, local.normal_force), friction.force)
+            stored += _stored_along(friction.force, from_law, C, friction.share)
             wanted = add(scale(normal, damped), friction.force)
         else:
-            on_body = scale(normal, local.normal_force)
+            from_law = scale(normal, local.normal_force)
             wanted = scale(normal, damped)
         if state.sight is not None:
             from_body = _from_body(state.sight, sight, fade, moved_in, C is not None)
@@ -334,7 +353,7 @@ def step(
     )
     output = Output(
         safety.force,
-        scale(on_body, ratio),
+        on_body(from_law, ratio, settings.limits.max_force),
         local,
         damped - local.normal_force,
         dot(sight.u_others, sight.normal) if sight else 0.0,
@@ -344,49 +363,32 @@ def step(
 
 
 def _turned(state: LoopState) -> Vec3:
-    """From the tip out to where the surface was over it in the last period [m].
+    """From the tip out to where the surface was over it in the last period, for the law [m].
 
     The anchor lies so deep under the tip's way along the surface. Where the surface has turned
     since, a part of that depth is a way along it.
     """
     if state.sight is None or not state.friction.touching:
         return ZERO
-    return scale(state.sight.normal, max(0.0, state.depth))
+    return scale(state.normal, max(0.0, state.depth))
 
 
-_SOFT = 1.0  # N/m; what is softer gives no force that could step
+def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
+    """What the body gets of the law's force: the share that the hand has, and never more [N].
 
-
-def hold_back(depth: float, target: float, most: float) -> float:
-    """Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
-
-    Args:
-        depth: Of the last period, and the way that the hand itself went in since [m].
-        target: Of the probe below the surface that is shown [m].
-        most: Way of the surface in this period [m].
-    """
-    if depth <= 0.0 and target <= 0.0:
-        return target  # out of contact there is no force to move
-    start = max(0.0, depth)  # from where on there is one
-    return min(max(target, start - most), start + most)
-
-
-def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
-    """Direction of the force: what others do to the surface turns it by `most` at most.
+    Damping may take nearly all of the law's force, or double it, and is not the body's affair; and
+    while a force still comes down to the law's, the body has the law's.
 
     Args:
-        normal: Of the last period.
-        target: Of the surface that is shown.
-        most: Turn in this period [rad].
-
-    Returns:
-        Unit normal to be used, and by how much it turned [rad].
+        force: Of the law and the friction [N].
+        ratio: Force that the hand is given over the one that it was to have.
+        max_force: Of the hand [N].
     """
-    change = sub(target, normal)
-    size = norm(change)
-    if size <= most:
-        return target, size
-    return unit(add(normal, scale(change, most / size)), target), most
+    size = norm(force)
+    if not math.isfinite(size):
+        return ZERO
+    share = min(1.0, ratio)
+    return scale(force, max_force / size if size * share > max_force else share)
 
 
 def _pressed(sight: Sight, depth: float) -> Sight:
@@ -395,14 +397,19 @@ def _pressed(sight: Sight, depth: float) -> Sight:
 
 
 def _with_gains_of_patch(
-    state: LoopState, fade: LawFade, sight: Sight, now: float, dt: float, settings: LoopSettings
+    state: LoopState,
+    fade: LawFade,
+    sight: Sight,
+    now: float,
+    counted: float,
+    settings: LoopSettings,
 ) -> LawFade:
     """The law in use with the gains of the newest patch, on the way from those before."""
     assert state.patch is not None
     newest = gains_under(state.patch, sight, settings)
     share = _progress(state, now, settings)
     target = state.k_h_before + share * (newest.k_h - state.k_h_before)
-    k_h = slew_gain(fade.now.gains.k_h, target, dt, state.normal_force)
+    k_h = slew_gain(fade.now.gains.k_h, target, counted, state.normal_force)
     return with_gains(fade, Gains(k_h, newest.integral_gain))
 
 
@@ -447,7 +454,7 @@ def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
     by half. A mesh patch knows it under the probe; the others know their own contact's.
     """
     if not settings.follow:
-        return Gains(patch.k_h, patch.integral_gain)
+        return Gains(min(patch.k_h, settings.max_stiffness), patch.integral_gain)
     least, most = patch.c_ii / MOST_CHANGE, patch.c_ii * MOST_CHANGE
     c_ii = max(MIN_COMPLIANCE, least, min(most, sight.c_ii))
     if patch.law is Law.PREDICTIVE:
@@ -457,20 +464,11 @@ def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
             limit = min(limit, patch.k_h)
         return Gains(min(1.0 / c_ii, limit), patch.integral_gain)
     ratio = patch.c_ii / c_ii
-    k_h = min(patch.k_h * ratio, max(settings.max_stiffness, patch.k_h))
+    k_h = min(patch.k_h * ratio, settings.max_stiffness)
     return Gains(k_h, patch.integral_gain * ratio)
 
 
 _AS_STIFF = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
-
-
-def _compliance(state: LoopState, dt: float, settings: LoopSettings) -> Compliance3 | None:
-    """Compliance that the friction uses, on its way to the newest patch's."""
-    newest = state.patch.compliance if state.patch else None
-    if settings.friction <= 0.0 or newest is None or state.compliance is None:
-        return newest if settings.friction > 0.0 else None
-    s = min(1.0, dt / settings.simulation_period)
-    return Compliance3(*(a + s * (b - a) for a, b in zip(state.compliance, newest, strict=True)))
 
 
 def _is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
@@ -480,19 +478,3 @@ def _is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
     for the others. The local surface is passive by itself: there is no hurry.
     """
     return now - state.arrived > max(settings.limits.silent_after, state.patience)
-
-
-def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
-    """Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
-
-    Args:
-        k_h: In the last period [N/m].
-        target: Where it goes [N/m].
-        dt: Time since the last period [s].
-        force: That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
-    """
-    if target == k_h:
-        return k_h
-    rate = min(GAIN_RATE, 0.5 * EXTERNAL_RATE / force) if force > 0.0 else GAIN_RATE
-    factor = math.exp(min(1.0, rate * dt))
-    return min(max(target, k_h / factor), k_h * factor)

@@ -35,7 +35,8 @@ from cohaptic_client.safety import (
     next_share,
     rate_of,
 )
-from cohaptic_client.step import hold_back, next_patience
+from cohaptic_client.slew import hold_back
+from cohaptic_client.step import next_patience, on_body
 from cohaptic_experiments.compiled import compiled, compiled_in_parallel, on_all_cores, usable
 from cohaptic_server.admission import EFFECT_RATE, behind, bounded, level, shares_of_change
 from cohaptic_server.bodies.mesh import Floats, Ints
@@ -54,6 +55,7 @@ for _function in (
     coulomb.times, coulomb.tangents, coulomb.normal_shift, coulomb.follow_material, friction_step,
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
     dissipate, given_share, observe, next_share, limited, rate_of, hold_back, next_patience,
+    on_body,
     kept, behind, level, bounded, shares_of_change,
 ):  # fmt: skip
     usable(_function)
@@ -147,7 +149,7 @@ def haptics(
     force = [ZERO for _ in range(n)]
     felt = [ZERO for _ in range(n)]  # without the damping
     integral, ramp, depth_before = np.zeros(n), np.zeros(n), np.zeros(n)
-    sticks = [FrictionState(ZERO, ZERO, ZERO, False) for _ in range(n)]
+    sticks = [FrictionState(ZERO, ZERO, ZERO, False, 1.0) for _ in range(n)]
     # The surface of the patch before, the newest, and when that came.
     x_from, x_to = np.zeros((n, 3)), np.zeros((n, 3))
     own_from, own_to = np.zeros((n, 3)), np.zeros((n, 3))
@@ -274,11 +276,11 @@ def haptics(
             if mu > 0.0:
                 part = min(1.0, k_h * c_ii)
                 sticks[i] = friction_step(
-                    sticks[i], way, shown, normal, f, block, mu, part, device[i, 2], own_pace
+                    sticks[i], way, shown, normal, f, block, mu, part, device[i, 2], 0.5 * own_pace
                 )
                 along = sticks[i].force
                 both = add(scale(normal, f), add(scale(normal, f), along))
-                stored += 0.5 * dot(along, times(block, both)) / part
+                stored += 0.5 * dot(along, times(block, both)) / sticks[i].share
             law_force = add(scale(normal, damped), along)
             # A hand is engaged in full when a trial begins, before its first patch.
             quiet = now - arrived[i] > max(silent_after, patience[i]) and arrived[i] >= 0.0
@@ -287,7 +289,7 @@ def haptics(
             rate = rate_of(device[i, 2])
             given = limited(force[i], law_force, faded[i], MAX_FORCE, rate * T)
             ratio = norm(given) / size if size > 0.0 else faded[i]
-            contact = scale(add(scale(normal, f), along), ratio)
+            contact = on_body(add(scale(normal, f), along), ratio, MAX_FORCE)
             if device[i, 0] > 0.0:
                 held = given_share(stored, ratio, faded[i])
                 risen = (shown[0] - dent) - (shown_before[i, 0] - dent_before[i])

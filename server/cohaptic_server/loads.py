@@ -86,7 +86,8 @@ def compliance_between(compliance: Floats, where: Sequence[slice]) -> Floats:
 def floored(compliance: Floats, where: Sequence[slice]) -> Floats:
     """C of all loads of the users, with `MIN_COMPLIANCE` on the diagonal of what gives way less.
 
-    What is held or hard is then a contact like any other, definite, and as stiff as the device.
+    What is held or hard is then a contact like any other, definite, and as stiff as the device. In
+    three directions the smallest eigenvalue counts.
 
     Args:
         compliance: Between all loads, shape (loads or more, loads or more) [m/N].
@@ -95,7 +96,11 @@ def floored(compliance: Floats, where: Sequence[slice]) -> Floats:
     loads = where[-1].stop if where else 0
     C = np.array(compliance[:loads, :loads])
     for span in where:
-        lack = MIN_COMPLIANCE - float(np.diag(C)[span].min())
+        block = C[span, span]
+        lack = MIN_COMPLIANCE - float(np.diag(block).min())
+        if len(block) > 1:
+            least = max(MIN_COMPLIANCE, LEAST_SHARE * float(np.trace(block)))
+            lack = least - float(np.linalg.eigvalsh(block)[0])
         if lack > 0.0:
             C[span, span] += lack * np.eye(span.stop - span.start)
     return C
@@ -116,4 +121,5 @@ def contact_compliance(compliance: Floats, press: Press, span: slice) -> Complia
     return Compliance3(*(float(C[i, j]) for i, j in _ENTRIES))
 
 
+LEAST_SHARE = 1e-4  # of the trace: a direction that hardly gives way, in 32 bits on the wire
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains, Law, LawSettings
 from cohaptic.vec import ZERO
-from cohaptic_client.law_fade import FADE_RATE, FADE_TIME, LawFade, Running, run, switch
+from cohaptic_client.law_fade import FADE_TIME, SHARE_RATE, LawFade, Running, run, switch
 from cohaptic_client.safety import EXTERNAL_RATE
 from tests.strategies import vectors
 
@@ -55,7 +55,7 @@ def test_whatever_follows_whatever_the_force_moves_by_one_percent(
         fade, more = forces(fade, sight, periods)
         seen += more
     for a, b in itertools.pairwise(seen):
-        assert abs(b - a) <= min(EXTERNAL_RATE, FADE_RATE * max(a, b, 0.05)) * T * 1.01
+        assert abs(b - a) <= min(EXTERNAL_RATE, SHARE_RATE * max(a, b, 0.05)) * T * 1.01
 
 
 @given(laws, laws, gains, gains, sights)

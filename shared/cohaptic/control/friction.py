@@ -42,12 +42,14 @@ class FrictionState(NamedTuple):
         material: Displacement by the others of the material that the contact sticks to, as far as
             the force has followed it [m].
         touching: Whether there was contact in the last period.
+        share: Of the body's stiffness that its force has; less where the device is softer.
     """
 
     stretch: Vec3 = ZERO
     force: Vec3 = ZERO
     material: Vec3 = ZERO
     touching: bool = False
+    share: float = 1.0
 
 
 NO_FRICTION = FrictionState()
@@ -60,6 +62,29 @@ def times(C: Compliance3, f: Vec3) -> Vec3:
         C[3] * f[0] + C[1] * f[1] + C[5] * f[2],
         C[4] * f[0] + C[5] * f[1] + C[2] * f[2],
     )
+
+
+def is_definite(C: Compliance3) -> bool:
+    """Whether C can be a body's: each force moves its point along with it (Sylvester's rule)."""
+    xx, yy, zz, xy = C[:4]
+    if not (xx > 0.0 and yy > 0.0 and zz > 0.0):
+        return False
+    return xx * yy - xy * xy > _ROUNDING * xx * yy and _determinant(C) > _ROUNDING * xx * yy * zz
+
+
+# Of the product of the diagonal; the server sends no compliance that is so nearly singular.
+_ROUNDING = 1e-9
+
+
+def least_eigenvalue(C: Compliance3) -> float:
+    """A bound from below for the smallest eigenvalue of a definite C [m/N]."""
+    # The other two have at most the product of two halves of the trace.
+    return 4.0 * _determinant(C) / (C[0] + C[1] + C[2]) ** 2
+
+
+def _determinant(C: Compliance3) -> float:
+    xx, yy, zz, xy, xz, yz = C
+    return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
 def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
@@ -133,7 +158,8 @@ def friction_step(
         C: Contact compliance.
         mu: Coefficient of friction.
         share: Of the body's stiffness that the law may use, K_h C_ii (science 3.3).
-        max_stiffness: That the device renders stably, in any direction [N/m].
+        max_stiffness: That the device renders stably, which no direction along the surface exceeds
+            [N/m].
         most: By how much what the others do may change the force in this period [N].
     """
     if normal_force <= 0.0 or mu <= 0.0 or share <= 0.0:
@@ -146,11 +172,26 @@ def friction_step(
     det = c11 * c22 - c12 * c12
     if c11 <= 0.0 or det <= 0.0:  # no body's
         return NO_FRICTION
+    # Where friction would take the contact point away faster than the finger presses it in, the
+    # contact would wedge, and its force grow without bound.
+    lifts = math.hypot(b1, b2)
+    if mu * lifts > _WEDGE * dot(along_n, normal):
+        mu = _WEDGE * dot(along_n, normal) / lifts
     # Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
     stiffest = det / (0.5 * (c11 + c22) + math.hypot(0.5 * (c11 - c22), c12))
     share = min(share, max_stiffness * stiffest)
+    held = norm(state.force)
+    if state.touching and held > 0.0:
+        # What the gain follows moves the friction too, by half of what may move it.
+        reach = 0.5 * most / held
+        share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
+        most -= held * abs(share / state.share - 1.0)
     carried, followed = follow_material(state, material, most * stiffest / share)
-    way = sub(add(state.stretch, moved), carried)
+    stretch = state.stretch
+    if not state.touching:
+        # A force that is already there began somewhere else: from here the friction is counted.
+        stretch = add(scale(one, -b1), scale(two, -b2))
+    way = sub(add(stretch, moved), carried)
     # As coordinates in the tangent plane: the surface turns under the tip.
     s1, s2 = dot(way, one), dot(way, two)
     r1, r2 = s1 + b1, s2 + b2
@@ -163,7 +204,10 @@ def friction_step(
         s1 = -(c11 * f1 + c12 * f2) / share - b1
         s2 = -(c12 * f1 + c22 * f2) / share - b2
     stretch = add(scale(one, s1), scale(two, s2))
-    return FrictionState(stretch, add(scale(one, f1), scale(two, f2)), followed, True)
+    return FrictionState(stretch, add(scale(one, f1), scale(two, f2)), followed, True, share)
+
+
+_WEDGE = 0.9  # of the way in that friction may take back
 
 
 def tangential(force: Vec3, normal: Vec3, normal_force: float) -> Vec3:

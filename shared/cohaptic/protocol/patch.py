@@ -14,7 +14,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-from cohaptic.control.friction import Compliance3
+from cohaptic.control.friction import Compliance3, is_definite
 from cohaptic.control.law import Law
 from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
@@ -190,6 +190,8 @@ class Patch:
         check_room(self.room, remote=remote)
         for value in self.compliance or ():
             check_range("compliance", value, -MAX_POSITION, MAX_POSITION, remote=remote)
+        if self.compliance is not None and not is_definite(self.compliance):
+            raise wrong("compliance", tuple(self.compliance), "positive definite", remote=remote)
 
 
 def check_room(room: RoomLag, *, remote: bool) -> None:

@@ -89,7 +89,7 @@ def test_while_it_sticks_tip_and_contact_move_alike(
     way: Vec3, n: Vec3, f_n: float, C: Compliance3
 ) -> None:
     """s = -P C (n f_n + f_t)."""
-    state = rub(FrictionState(), way, n, f_n, C, 1e6)
+    state = rub(FrictionState(touching=True), way, n, f_n, C, 1e6)
     body = times(C, add(scale(n, f_n), state.force))
     for t in tangents(n):
         assert dot(state.stretch, t) == pytest.approx(-dot(body, t), abs=1e-12)

@@ -91,7 +91,7 @@ def test_a_normal_that_is_not_one_is_our_mistake() -> None:
 def test_is_as_large_as_is_written() -> None:
     """docs/protocol.md; with friction six numbers more."""
     assert len(GOOD.encode()) == SIZE == 104
-    assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 6)).encode()) == 128
+    assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode()) == 128
 
 
 @given(patches)
@@ -142,7 +142,7 @@ def test_no_number_of_a_patch_is_beyond_its_bounds(
     what: str, kind: str, at: int, value: float, bad: float | None
 ) -> None:
     """A client that believed it would be a danger to its hand."""
-    data = bytearray(replace(GOOD, compliance=Compliance3(*[0.004] * 6)).encode())
+    data = bytearray(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode())
     struct.pack_into(f"<{kind}", data, at, value if bad is None else bad)
     with pytest.raises(RemoteProtocolError, match=what):
         Patch.decode(bytes(data))
@@ -159,6 +159,7 @@ def test_no_number_of_a_patch_is_beyond_its_bounds(
         ({"room": RoomLag(2.0 * MAX_LAG, 1.0, 1.0)}, "lag of the room"),
         ({"room": RoomLag(0.0, 2.0 * MAX_COUPLING, 1.0)}, "coupling of the room"),
         ({"compliance": Compliance3(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)}, "compliance"),
+        ({"compliance": Compliance3(1.0, 1.0, 1.0, 0.0, 1.05, 0.0)}, "positive definite"),
     ],
 )
 def test_we_send_none_either(change: dict[str, Any], words: str) -> None:

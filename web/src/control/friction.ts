@@ -10,6 +10,9 @@
 import type { Compliance3, Vec3 } from "../types";
 import { add, cross, dot, norm, scale, sub, unit, ZERO } from "../vec";
 
+const ROUNDING = 1e-9; // of the product of the diagonal; the server sends none that is so nearly singular
+const WEDGE = 0.9; // of the way in that friction may take back
+
 /** Memory of the sticking contact. */
 export interface FrictionState {
   /** s, the way of the tip over the material since it stuck [m]. */
@@ -20,13 +23,32 @@ export interface FrictionState {
   readonly material: Vec3;
   /** Whether there was contact in the last period. */
   readonly touching: boolean;
+  /** Of the body's stiffness that its force has; less where the device is softer. */
+  readonly share: number;
 }
 
-export const NO_FRICTION: FrictionState = { stretch: ZERO, force: ZERO, material: ZERO, touching: false };
+export const NO_FRICTION: FrictionState = { stretch: ZERO, force: ZERO, material: ZERO, touching: false, share: 1 };
 
 /** C f [m]. */
 export function times([xx, yy, zz, xy, xz, yz]: Compliance3, [x, y, z]: Vec3): Vec3 {
   return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
+}
+
+/** Whether C can be a body's: each force moves its point along with it (Sylvester's rule). */
+export function isDefinite(C: Compliance3): boolean {
+  const [xx, yy, zz, xy] = C;
+  if (!(xx > 0 && yy > 0 && zz > 0)) return false;
+  return xx * yy - xy * xy > ROUNDING * xx * yy && determinant(C) > ROUNDING * xx * yy * zz;
+}
+
+/** A bound from below for the smallest eigenvalue of a definite C [m/N]. */
+export function leastEigenvalue(C: Compliance3): number {
+  // The other two have at most the product of two halves of the trace.
+  return (4 * determinant(C)) / (C[0] + C[1] + C[2]) ** 2;
+}
+
+function determinant([xx, yy, zz, xy, xz, yz]: Compliance3): number {
+  return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
 }
 
 /** Two unit vectors that make a right-handed frame with `normal`. */
@@ -71,7 +93,7 @@ export interface Slide {
   readonly mu: number;
   /** Of the body's stiffness that the law may use, K_h C_ii. */
   readonly share: number;
-  /** That the device renders stably, in any direction [N/m]. */
+  /** That the device renders stably, which no direction along the surface exceeds [N/m]. */
   readonly max_stiffness: number;
   /** By how much what the others do may change the force in this period [N]. */
   readonly most: number;
@@ -79,8 +101,9 @@ export interface Slide {
 
 /** One period of stick and slip. */
 export function frictionStep(state: FrictionState, slide: Slide): FrictionState {
-  const { moved, material, normal, normal_force, C, mu, max_stiffness, most } = slide;
-  if (normal_force <= 0 || mu <= 0) return NO_FRICTION;
+  const { moved, material, normal, normal_force, C, max_stiffness } = slide;
+  let { mu, most } = slide;
+  if (normal_force <= 0 || mu <= 0 || slide.share <= 0) return NO_FRICTION;
   const [one, two] = tangents(normal);
   const along_n = times(C, scale(normal, normal_force));
   const b1 = dot(along_n, one);
@@ -91,11 +114,25 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   const c22 = dot(times(C, two), two);
   const det = c11 * c22 - c12 * c12;
   if (c11 <= 0 || det <= 0) return NO_FRICTION; // no body's
+  // Where friction would take the contact point away faster than the finger presses it in, the contact would wedge,
+  // and its force grow without bound.
+  const lifts = Math.hypot(b1, b2);
+  const pressed_in = WEDGE * dot(along_n, normal);
+  if (mu * lifts > pressed_in) mu = pressed_in / lifts;
   // Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
   const stiffest = det / (0.5 * (c11 + c22) + Math.hypot(0.5 * (c11 - c22), c12));
-  const share = Math.min(slide.share, max_stiffness * stiffest);
+  let share = Math.min(slide.share, max_stiffness * stiffest);
+  const held = norm(state.force);
+  if (state.touching && held > 0) {
+    // What the gain follows moves the friction too, by half of what may move it.
+    const reach = (0.5 * most) / held;
+    share = Math.min(Math.max(share, state.share * (1 - reach)), state.share * (1 + reach));
+    most -= held * Math.abs(share / state.share - 1);
+  }
   const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
-  const way = sub(add(state.stretch, moved), carried);
+  // A force that is already there began somewhere else: from here the friction is counted.
+  const stretch = state.touching ? state.stretch : add(scale(one, -b1), scale(two, -b2));
+  const way = sub(add(stretch, moved), carried);
   // As coordinates in the tangent plane: the surface turns under the tip.
   let s1 = dot(way, one);
   let s2 = dot(way, two);
@@ -113,5 +150,5 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
     s2 = -(c12 * f1 + c22 * f2) / share - b2;
   }
   const at = (a: number, b: number): Vec3 => add(scale(one, a), scale(two, b));
-  return { stretch: at(s1, s2), force: at(f1, f2), material: followed, touching: true };
+  return { stretch: at(s1, s2), force: at(f1, f2), material: followed, touching: true, share };
 }

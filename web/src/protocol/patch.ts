@@ -6,6 +6,7 @@
  * each has bounds.
  */
 
+import { isDefinite } from "../control/friction";
 import type { Compliance3, GeometryName, LawName, RoomLag, Vec3 } from "../types";
 import { norm } from "../vec";
 import { checkFinite, checkRange, checkSize, checkVector, MAX_FORCE, MAX_POSITION, openFrame, ProtocolError, U32 } from "./frame";
@@ -110,4 +111,7 @@ function check(patch: Patch): void {
   checkVector("own_force", patch.own_force, MAX_FORCE, "N");
   checkVector("u_others", patch.u_others, MAX_POSITION, "m");
   for (const c of patch.compliance ?? []) checkRange("compliance", c, -MAX_POSITION, MAX_POSITION);
+  if (patch.compliance !== null && !isDefinite(patch.compliance)) {
+    throw new ProtocolError("compliance", `(${patch.compliance.join(", ")})`, "positive definite");
+  }
 }

@@ -21,7 +21,7 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
   // After a silence it may be another server's: one that was started anew counts from 1.
   const stale = state.patch !== null && patch.tick <= state.patch.tick;
   if (stale && !isSilent(state, now, settings)) return state;
-  const gains: Gains = { k_h: patch.k_h, integral_gain: patch.integral_gain };
+  const gains: Gains = { k_h: Math.min(patch.k_h, settings.max_stiffness), integral_gain: patch.integral_gain };
   const gap = now - state.arrived;
   const patience = gap < Infinity ? nextPatience(state.patience, gap) : state.patience;
   const fade =

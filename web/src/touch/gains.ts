@@ -6,10 +6,8 @@ import { MIN_COMPLIANCE, type Patch } from "../protocol/patch";
 import { progress } from "./arrival";
 import { type LawFade, withGains } from "./law_fade";
 import type { LoopSettings, LoopState, Period } from "./loop";
-import { EXTERNAL_RATE } from "./safety";
+import { slewGain } from "./slew";
 
-// A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
-const GAIN_RATE = 10; // 1/s
 const MOST_CHANGE = 2; // of a compliance within one patch; more is a mistake of the patch
 const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand that has the object's own stiffness, in 32 bits
 
@@ -18,12 +16,12 @@ export function withGainsOfPatch(
   state: LoopState,
   patch: Patch,
   fade: LawFade,
-  { sight, now, dt }: Pick<Period, "sight" | "now" | "dt">,
+  { sight, now, counted }: Pick<Period, "sight" | "now" | "counted">,
   settings: LoopSettings,
 ): LawFade {
   const newest = gainsUnder(patch, sight, settings);
   const target = state.k_h_before + progress(state, now, settings) * (newest.k_h - state.k_h_before);
-  const k_h = slewGain(fade.now.gains.k_h, target, dt, state.normal_force);
+  const k_h = slewGain(fade.now.gains.k_h, target, counted, state.normal_force);
   return withGains(fade, { k_h, integral_gain: newest.integral_gain });
 }
 
@@ -33,7 +31,7 @@ export function withGainsOfPatch(
  */
 export function gainsUnder(patch: Patch, sight: Sight, settings: Pick<LoopSettings, "follow" | "max_stiffness">): Gains {
   const { law, k_h, integral_gain } = patch;
-  if (!settings.follow) return { k_h, integral_gain };
+  if (!settings.follow) return { k_h: Math.min(k_h, settings.max_stiffness), integral_gain };
   const least = patch.c_ii / MOST_CHANGE;
   const most = patch.c_ii * MOST_CHANGE;
   const c_ii = Math.max(MIN_COMPLIANCE, least, Math.min(most, sight.c_ii));
@@ -45,18 +43,7 @@ export function gainsUnder(patch: Patch, sight: Sight, settings: Pick<LoopSettin
   }
   const ratio = patch.c_ii / c_ii;
   return {
-    k_h: Math.min(k_h * ratio, Math.max(settings.max_stiffness, k_h)),
+    k_h: Math.min(k_h * ratio, settings.max_stiffness),
     integral_gain: integral_gain * ratio,
   };
-}
-
-/**
- * Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
- *
- * @param force That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
- */
-export function slewGain(k_h: number, target: number, dt: number, force = 0): number {
-  const rate = force > 0 ? Math.min(GAIN_RATE, (0.5 * EXTERNAL_RATE) / force) : GAIN_RATE;
-  const factor = Math.exp(Math.min(1, rate * dt));
-  return Math.min(Math.max(target, k_h / factor), k_h * factor);
 }

@@ -2,7 +2,7 @@
  * The law in use, and the way from one law to the next without a step in the force.
  *
  * When patches come for another law, both run, and the force moves from the one to the other: within `FADE_TIME`, and
- * by no more than `FADE_RATE` of itself and `EXTERNAL_RATE` per second. `client/cohaptic_client/law_fade.py` in
+ * by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second. `client/cohaptic_client/law_fade.py` in
  * TypeScript.
  */
 
@@ -13,7 +13,8 @@ import type { LawName } from "../types";
 import { EXTERNAL_RATE } from "./safety";
 
 const FADE_TIME = 0.3; // s
-const FADE_RATE = 10; // 1/s; 1 % of the force per millisecond
+const SHARE_RATE = 10; // 1/s; 1 % of the force per millisecond
+export const LAW_FADE_RATE = 0.5 * EXTERNAL_RATE; // N/s; the rest is the surface's
 const LEAST = 0.05; // N; below it a share of the force would never end
 
 /** One law with its memory. */
@@ -82,7 +83,7 @@ export function run(
   const gap = Math.abs(force.normal_force - was.normal_force);
   const present = was.normal_force + fade.share * (force.normal_force - was.normal_force);
   let step = dt / FADE_TIME;
-  if (gap > 0) step = Math.min(step, (Math.min(EXTERNAL_RATE, FADE_RATE * Math.max(present, LEAST)) * dt) / gap);
+  if (gap > 0) step = Math.min(step, (Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST)) * dt) / gap);
   const share = Math.min(1, fade.share + step);
   if (share >= 1) return [{ now, before: null, share: 1 }, force];
   return [{ now, before: { ...old, memory: oldMemory }, share }, mix(was, force, share)];

@@ -67,11 +67,9 @@ export interface DeviceSample {
 export interface Period {
   readonly sample: DeviceSample;
   readonly sight: Sight;
-  /** Of the contact, for its friction; null without. */
-  readonly C: Compliance3 | null;
   readonly now: number;
-  /** Since the last period [s]. */
-  readonly dt: number;
+  /** Since the last period, at most two punctual ones: what time moves the force by [s]. */
+  readonly counted: number;
   /** Whether the server counts as silent. */
   readonly silent: boolean;
 }
@@ -97,6 +95,8 @@ export interface LoopState {
   readonly depth: number;
   /** Of the last period [m]. */
   readonly probe: Vec3;
+  /** Along which the law pressed in the last period, `turnBack`. */
+  readonly normal: Vec3;
   readonly passivity: Passivity;
   /** Memory of the sticking contact. */
   readonly friction: FrictionState;
@@ -118,6 +118,7 @@ export const START: LoopState = {
   sight: null,
   depth: -Infinity,
   probe: ZERO,
+  normal: [0, 0, 1],
   passivity: NOTHING_OWED,
   friction: NO_FRICTION,
   compliance: null,

@@ -7,12 +7,11 @@ import type { Patch } from "../protocol/patch";
 import type { Compliance3, LawName, Vec3 } from "../types";
 import { add, dot, scale, sub, ZERO } from "../vec";
 import { withGainsOfPatch } from "./gains";
-import { type LawFade, run } from "./law_fade";
+import { LAW_FADE_RATE, type LawFade, run } from "./law_fade";
 import type { LoopSettings, LoopState, Period } from "./loop";
 import { dissipate } from "./passivity";
 import { EXTERNAL_RATE, FADE_RATE } from "./safety";
-
-const SOFT = 1; // N/m; what is softer gives no force that could step
+import { holdBack, slewCompliance, slewNormal, SOFT } from "./slew";
 
 /** What they make of it; the safety layer has the last word. */
 export interface Pressed {
@@ -20,6 +19,10 @@ export interface Pressed {
   readonly local: LocalForce;
   readonly friction: FrictionState;
   readonly depth: number;
+  /** Along which the law pressed. */
+  readonly normal: Vec3;
+  /** Of the contact, for its friction; null without. */
+  readonly compliance: Compliance3 | null;
   readonly damping: number;
   /** Normal force with the damping [N]. */
   readonly damped: number;
@@ -36,6 +39,8 @@ export const NOTHING: Pressed = {
   local: NO_FORCE,
   friction: NO_FRICTION,
   depth: -Infinity,
+  normal: [0, 0, 1],
+  compliance: null,
   damping: 0,
   damped: 0,
   wanted: ZERO,
@@ -52,28 +57,39 @@ export function press(
   period: Period,
   settings: LoopSettings,
 ): Pressed {
-  const { sample, sight, C, dt } = period;
-  const { normal } = sight;
+  const { sample, sight, counted } = period;
   const told = patch.law === before.now.law ? withGainsOfPatch(state, patch, before, period, settings) : before;
   const { k_h } = told.now.gains;
-  const pace = paceOf(state, k_h - before.now.gains.k_h, period, settings);
+  let pace = paceOf(state, k_h - before.now.gains.k_h, told, period);
+  let C: Compliance3 | null = null;
+  if (settings.friction > 0) {
+    pace *= 0.5; // the other half is the friction's
+    C = slewCompliance(state, 0.5 * pace, counted, settings.simulation_period);
+  }
   const moved = sub(sample.position, state.probe);
+  let { normal } = sight;
+  if (state.normal_force > 0 && !same(normal, state.normal)) {
+    const force = Math.min(state.normal_force, settings.limits.max_force);
+    // A force that is to go need not turn any more.
+    if (sight.depth <= 0) ({ normal } = state);
+    else [normal, pace] = slewNormal(state.normal, normal, moved, k_h, force, pace);
+  }
   const moved_in = -dot(normal, moved);
   let { depth } = sight;
   if (state.sight !== null && state.safety.scale > 0) {
     depth = holdBack(state.depth + moved_in, depth, pace / Math.max(k_h, SOFT));
   }
   const aside = C === null ? 0 : normalShift(state.friction, normal, C);
-  const [fade, local] = run(told, { ...sight, depth: depth - aside }, dt, settings.law);
+  const [fade, local] = run(told, { ...sight, depth: depth - aside }, counted, settings.law);
   const f = local.normal_force;
   let damping = 0;
   let damped = f;
   if (state.sight !== null && settings.max_damping > 0) {
     const speed_in = -dot(normal, sample.velocity);
-    [damping, damped] = dissipate(state.passivity, f, speed_in, dt, settings.max_damping);
+    [damping, damped] = dissipate(state.passivity, f, speed_in, counted, settings.max_damping);
   }
   const from_body = state.sight === null ? 0 : fromBody(state.sight, sight, fade, moved_in, C !== null);
-  const common = { fade, local, depth, damping, damped, from_body };
+  const common = { fade, local, depth, normal, compliance: C, damping, damped, from_body };
   if (C === null) {
     const [wanted, on_body] = [scale(normal, damped), scale(normal, f)];
     return { ...common, friction: NO_FRICTION, wanted, on_body, stored: local.stored };
@@ -88,46 +104,36 @@ export function press(
     mu: settings.friction,
     share,
     max_stiffness: settings.max_stiffness,
-    most: pace,
+    most: 0.5 * pace,
   });
   const on_body = add(scale(normal, f), friction.force);
-  const stored = local.stored + storedAlong(friction.force, on_body, C, share);
+  const stored = local.stored + storedAlong(friction.force, on_body, C, friction.share);
   return { ...common, friction, wanted: add(scale(normal, damped), friction.force), on_body, stored };
 }
 
 /** By how much what others do may change the force in this period [N]. */
-function paceOf(state: LoopState, gain_change: number, { dt, silent, C }: Period, settings: LoopSettings): number {
-  // A late period moves the force by no more than two punctual ones.
-  const counted = Math.min(dt, 2 * settings.limits.period);
+function paceOf(state: LoopState, gain_change: number, fade: LawFade, { counted, silent }: Period): number {
   let pace = EXTERNAL_RATE * counted;
   // What a change of gain or a fade of the safety layer moves is not the surface's.
   pace -= Math.abs(gain_change) * Math.max(0, state.depth);
   if (silent || state.safety.scale < 1) pace -= FADE_RATE * counted;
-  return Math.max(0, C === null ? pace : 0.5 * pace); // the other half is the friction's
+  if (fade.before !== null) pace -= LAW_FADE_RATE * counted;
+  return Math.max(0, pace);
+}
+
+function same(a: Vec3, b: Vec3): boolean {
+  return a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
 }
 
 /**
- * From the tip out to where the surface was over it in the last period [m].
+ * From the tip out to where the surface was over it in the last period, for the law [m].
  *
  * The anchor lies so deep under the tip's way along the surface. Where the surface has turned since, a part of that
  * depth is a way along it.
  */
 function turned(state: LoopState): Vec3 {
   if (state.sight === null || !state.friction.touching) return ZERO;
-  return scale(state.sight.normal, Math.max(0, state.depth));
-}
-
-/**
- * Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
- *
- * @param depth Of the last period, and the way that the hand itself went in since [m].
- * @param target Of the probe below the surface that is shown [m].
- * @param most Way of the surface in this period [m].
- */
-export function holdBack(depth: number, target: number, most: number): number {
-  if (depth <= 0 && target <= 0) return target; // out of contact there is no force to move
-  const start = Math.max(0, depth); // from where on there is one
-  return Math.min(Math.max(target, start - most), start + most);
+  return scale(state.normal, Math.max(0, state.depth));
 }
 
 /** What the contact's 3x3 spring stores beside its normal one, of a force with a part `along` the surface [J]. */

@@ -5,8 +5,8 @@
  * `arrival.ts`, what a surface does to a hand in `press.ts`, what the loop remembers in `loop.ts`.
  */
 
-import type { Compliance3 } from "../types";
-import { add, dot, norm, scale, sub } from "../vec";
+import type { Vec3 } from "../types";
+import { add, dot, norm, scale, sub, ZERO } from "../vec";
 import { isSilent, shown } from "./arrival";
 import type { DeviceSample, LoopSettings, LoopState, Output } from "./loop";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";
@@ -20,15 +20,16 @@ export function step(
   now: number,
   settings: LoopSettings,
 ): [state: LoopState, output: Output] {
-  const dt = state.safety.now === null ? 0 : now - state.safety.now;
+  const dt = state.safety.now === null ? 0 : Math.max(0, now - state.safety.now);
+  // A late period moves the force by no more than two punctual ones.
+  const counted = Math.min(dt, 2 * settings.limits.period);
   const silent = isSilent(state, now, settings);
   const sight = shown(state, sample.position, now, settings);
-  const C = complianceNow(state, dt, settings);
   const { patch, fade } = state;
   const pressed =
     sight === null || patch === null || fade === null
-      ? { ...NOTHING, fade }
-      : press(state, patch, fade, { sample, sight, C, now, dt, silent }, settings);
+      ? { ...NOTHING, fade, normal: state.normal }
+      : press(state, patch, fade, { sample, sight, now, counted, silent }, settings);
   const { wanted, local } = pressed;
   const safety = guard(state.safety, wanted, now, sample.velocity, silent, settings.limits);
   const size = norm(wanted);
@@ -49,13 +50,14 @@ export function step(
     depth: pressed.depth,
     probe: sample.position,
     passivity,
+    normal: pressed.normal,
     friction: pressed.friction,
-    compliance: C,
+    compliance: pressed.compliance,
     safety,
   };
   const output: Output = {
     force: safety.force,
-    on_body: scale(pressed.on_body, ratio),
+    on_body: onBody(pressed.on_body, ratio, settings.limits.max_force),
     local,
     damping_force: pressed.damped - local.normal_force,
     u_others: sight === null ? 0 : dot(sight.u_others, sight.normal),
@@ -64,14 +66,15 @@ export function step(
   return [after, output];
 }
 
-/** Compliance that the friction uses, on its way to the newest patch's; null without friction. */
-function complianceNow(state: LoopState, dt: number, settings: LoopSettings): Compliance3 | null {
-  const newest = state.patch?.compliance ?? null;
-  if (settings.friction <= 0 || newest === null) return null;
-  const was = state.compliance;
-  if (was === null) return newest;
-  const s = Math.min(1, dt / settings.simulation_period);
-  const [xx, yy, zz, xy, xz, yz] = newest;
-  const mid = (a: number, b: number): number => a + s * (b - a);
-  return [mid(was[0], xx), mid(was[1], yy), mid(was[2], zz), mid(was[3], xy), mid(was[4], xz), mid(was[5], yz)];
+/**
+ * What the body gets of the law's force: the share that the hand has, and never more than the law's.
+ *
+ * Damping may take nearly all of the law's force, or double it, and is not the body's affair; and while a force still
+ * comes down to the law's, the body has the law's.
+ */
+function onBody(force: Vec3, ratio: number, max_force: number): Vec3 {
+  const size = norm(force);
+  if (!Number.isFinite(size)) return ZERO;
+  const share = Math.min(1, ratio);
+  return scale(force, size * share > max_force ? max_force / size : share);
 }

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
 import { nextPatience, receive } from "../../src/touch/arrival";
-import { gainsUnder, slewGain } from "../../src/touch/gains";
+import { gainsUnder } from "../../src/touch/gains";
 import { loopSettings, START } from "../../src/touch/loop";
-import { holdBack } from "../../src/touch/press";
+import { holdBack, slewGain } from "../../src/touch/slew";
 import { step } from "../../src/touch/step";
 import type { LawName } from "../../src/types";
 import { scale, ZERO } from "../../src/vec";

@@ -1,0 +1,122 @@
+"""Slew limits: what the hand's own motion does not cause moves its force no faster than so.
+
+`EXTERNAL_RATE` is for all of it; depth, direction, gain and compliance of a contact each move as
+fast as their share of it allows.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic.control.friction import Compliance3, FrictionState, least_eigenvalue, tangents
+from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
+from cohaptic_client.safety import EXTERNAL_RATE
+
+# A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
+GAIN_RATE = 10.0  # 1/s
+SOFT = 1.0  # N/m; what is softer gives no force that could step, and a gain of 0 would stay 0
+
+
+def hold_back(depth: float, target: float, most: float) -> float:
+    """Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
+
+    Args:
+        depth: Of the last period, and the way that the hand itself went in since [m].
+        target: Of the probe below the surface that is shown [m].
+        most: Way of the surface in this period [m].
+    """
+    if depth <= 0.0 and target <= 0.0:
+        return target  # out of contact there is no force to move
+    start = max(0.0, depth)  # from where on there is one
+    return min(max(target, start - most), start + most)
+
+
+def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
+    """Direction of the force: what others do to the surface turns it by `most` at most.
+
+    Args:
+        normal: Of the last period.
+        target: Of the surface that is shown.
+        most: Turn in this period [rad].
+
+    Returns:
+        Unit normal to be used, and by how much it turned [rad].
+    """
+    along = dot(normal, target)
+    aside = sub(target, scale(normal, along))
+    size = norm(aside)
+    angle = math.atan2(size, along)
+    if angle <= most:
+        return target, angle
+    # To the opposite direction every way is as short as any other.
+    way = scale(aside, 1.0 / size) if size > 1e-9 else tangents(normal)[0]
+    return unit(add(scale(normal, math.cos(most)), scale(way, math.sin(most)))), most
+
+
+def slew_normal(
+    normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, pace: float
+) -> tuple[Vec3, float]:
+    """Direction of the force in this period, and what is left of the pace for its size [N].
+
+    The hand's own way along the surface turns the force as far as that way makes force. Half of the
+    pace is left to the size in any case.
+
+    Args:
+        normal: Of the last period.
+        target: Of the surface that is shown.
+        moved: Way of the hand in this period [m].
+        k_h: Gain in use [N/m].
+        force: On the hand, above 0 [N].
+        pace: By how much what others do may change the force in this period [N].
+    """
+    own = k_h * norm(sub(moved, scale(normal, dot(normal, moved))))
+    normal, turn = turn_back(normal, target, (0.5 * pace + own) / force)
+    return normal, pace - max(0.0, turn * force - own)
+
+
+def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
+    """Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
+
+    Args:
+        k_h: In the last period [N/m].
+        target: Where it goes [N/m].
+        dt: Time since the last period [s].
+        force: That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
+    """
+    if target == k_h:
+        return k_h
+    rate = min(GAIN_RATE, 0.5 * EXTERNAL_RATE / force) if force > 0.0 else GAIN_RATE
+    factor = math.exp(min(1.0, rate * dt))
+    return min(max(target, k_h / factor), max(k_h, SOFT) * factor)
+
+
+def slew_compliance(
+    was: Compliance3 | None,
+    newest: Compliance3 | None,
+    friction: FrictionState,
+    normal_force: float,
+    share: float,
+    most: float,
+) -> Compliance3 | None:
+    """Compliance that the friction uses, on its way to the newest patch's [m/N].
+
+    A patch without one says nothing new of it: a contact that sticks does not let go for that.
+
+    Args:
+        was: Of the last period; None before there was one.
+        newest: Of the newest patch.
+        friction: Memory of the contact.
+        normal_force: In the last period [N].
+        share: Of the way that time alone would go in this period.
+        most: By how much the change of it may change the force in this period [N].
+    """
+    if newest is None or was is None or was == newest or not friction.touching:
+        return newest or was
+    # f = C^-1 x, so a change of C moves it by at most |dC| |f| over the least eigenvalue of C.
+    change = math.sqrt(sum((b - a) ** 2 for a, b in zip(was, newest, strict=True)))
+    force = math.hypot(normal_force, norm(friction.force))
+    if force > 0.0:
+        share = min(share, most * least_eigenvalue(was) / (math.sqrt(2.0) * change * force))
+    if share >= 1.0:
+        return newest
+    return Compliance3(*(a + share * (b - a) for a, b in zip(was, newest, strict=True)))
