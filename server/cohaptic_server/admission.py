@@ -1,10 +1,10 @@
-"""What of the users' forces the body gets in a tick: bounded, behind the room's lag, no faster than
-a hand may be moved by another (science 3.8; finding: nobody jolts anybody).
+"""Limits of the forces that enter the body in a tick: their sum, and how fast they may change.
 
-Hands that press as hands do pass untouched: a press of 6 N within 0.1 s moves a neighbour who
-shares all of the compliance by 60 N/s. Where several together would move somebody faster, those
-who change most are cut down to one level, and nobody who changes less is touched: the one who
-shakes pays.
+A press of 6 N within 0.1 s, as hands press, moves a neighbour who shares all of the compliance by
+60 N/s, and passes untouched. Where several together would move somebody faster, those who change
+most are cut down to one level, and nobody who changes less is touched: the one who shakes pays.
+A contact that is dragged over the body changes what others feel as well, without a change of force:
+that is left to the clients, whose own limit is stricter (`cohaptic_client.slew`).
 """
 
 from __future__ import annotations

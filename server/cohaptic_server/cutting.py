@@ -10,7 +10,7 @@ from cohaptic.control.room import RoomLag
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.mesh import Floats, vec3
 from cohaptic_server.placing import REACH
-from cohaptic_server.world_state import UserState
+from cohaptic_server.world_state import NEGLIGIBLE, UserState
 
 NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
 
@@ -19,7 +19,7 @@ def nearness(user: UserState, point: Floats) -> float:
     """How much a user counts as a neighbour: 1 in contact or about to be, 0 out of reach."""
     height = float(user.contact.normal @ (np.array(user.touch.probe) - point))
     fade = (REACH - height) / (REACH - NEAR)
-    return 1.0 if user.force > 0.0 else min(1.0, max(0.0, fade))
+    return 1.0 if user.force > NEGLIGIBLE else min(1.0, max(0.0, fade))
 
 
 def cut(

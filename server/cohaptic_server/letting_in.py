@@ -10,12 +10,11 @@ import numpy as np
 from cohaptic_server.admission import EFFECT_RATE, behind, bounded, shares_of_change
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.mesh import Floats
-from cohaptic_server.world_state import Release, UserState, WorldState
+from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState
 
 # Radii of a sphere as large as the body, in which nobody presses deeper: through it and half again.
 DEEPEST = 3.0
 GO = 0.1  # s; lag at most of the force of one who has left
-_NONE = 1e-3  # N; a contact that leaves less behind leaves nothing
 
 
 def release(
@@ -35,10 +34,9 @@ def release(
     fading = {old.user for old in left}
     for user in found:
         before = state.users.get(user.touch.user)
-        if before is None or before.force <= _NONE or user.touch.user in fading:
+        if before is None or before.force <= NEGLIGIBLE or user.touch.user in fading:
             continue
-        way = user.contact.foot - before.contact.foot
-        if float(way @ way) > jump * jump:
+        if _is_elsewhere(state, user, jump):
             left.append(Release(user.touch.user, before.press, 1.0))
     return tuple(left)
 
@@ -49,6 +47,8 @@ def let_in(
     found: Sequence[UserState],
     elsewhere: Collection[int],
     dt: float,
+    *,
+    jump: float,
 ) -> list[UserState]:
     """The users with the forces that the body gets: bounded, behind the lag, not too fast.
 
@@ -58,10 +58,11 @@ def let_in(
         found: Everybody's contact and what it wants.
         elsewhere: Users whose force still fades where they were.
         dt: Simulation period N T [s].
+        jump: Way of a contact that no hand makes in a tick [m].
     """
     if not found:
         return []
-    C = _known(state, found)
+    C = _known(state, found, jump)
     own = np.diag(C)
     reach = DEEPEST * body.mesh.size
     deepest = np.where(np.isfinite(own), reach / np.maximum(own, 1e-12), np.inf)
@@ -83,6 +84,8 @@ def let_in(
             for user, c in zip(found, own.tolist(), strict=True)
         ]
     )
+    # Only a hand that feels something can be moved: who holds nothing asks nobody to wait.
+    C[np.maximum(was, asked) <= NEGLIGIBLE] = 0.0
     share = shares_of_change(change, stiffness, C, EFFECT_RATE * dt)
     normal = was + share * (normal - was)
     along = along_was + share[:, None] * (along - along_was)
@@ -97,6 +100,15 @@ def let_in(
             found, here.tolist(), normal.tolist(), along, strict=True
         )
     ]
+
+
+def _is_elsewhere(state: WorldState, user: UserState, jump: float) -> bool:
+    """Whether a contact is new, or too far from where it was for a hand to have gone there."""
+    before = state.users.get(user.touch.user)
+    if before is None:
+        return True
+    way = user.contact.foot - before.contact.foot
+    return float(way @ way) > jump * jump
 
 
 def _before(state: WorldState, user: UserState) -> float:
@@ -129,11 +141,19 @@ def _along(
     return now, was
 
 
-def _known(state: WorldState, found: Sequence[UserState]) -> Floats:
-    """C between users as the last tick found it; infinite where one was not there, (n, n) [m/N]."""
+def _known(state: WorldState, found: Sequence[UserState], jump: float) -> Floats:
+    """C between users as the last tick found it, shape (n, n) [m/N].
+
+    What a user does to others is infinite where it was not there yet, or somewhere else; what they
+    do to it is none, for it holds nothing there yet.
+    """
     row = {number: i for i, number in enumerate(state.users)}
-    at = np.array([row.get(user.touch.user, -1) for user in found])
+    at = np.array(
+        [-1 if _is_elsewhere(state, user, jump) else row[user.touch.user] for user in found]
+    )
     C = np.full((len(found), len(found)), np.inf)
+    C[at < 0] = 0.0
+    np.fill_diagonal(C, np.inf)
     seen = np.flatnonzero(at >= 0)
     C[np.ix_(seen, seen)] = state.coupling[np.ix_(at[seen], at[seen])]
     return C

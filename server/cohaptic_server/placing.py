@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic.control.delay import LoopDelay
+from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
 from cohaptic.vec import scale
 from cohaptic_server.bodies.body import Body
@@ -96,12 +96,19 @@ def _velocity(before: UserState | None, touch: Touch) -> Floats:
 def _measure(
     state: WorldState, before: UserState | None, touch: Touch, *, now: float, dt: float
 ) -> LoopDelay:
-    """The user's loop delay after the sample of this tick, if it is a new one."""
+    """The user's loop delay in this tick: the age of the patch that its force answers.
+
+    A force that is held because no newer one comes grows older tick by tick, and its delay with it.
+    """
     delay = LoopDelay() if before is None else before.delay
-    seen = before is not None and before.touch.seq == touch.seq
-    if seen or not 0 < touch.tick <= state.tick:
+    if not touch.fresh or touch.tick > state.tick:
         return delay
-    return delay.measured((state.tick + 1 - touch.tick) * dt, now)
+    if touch.tick > 0:
+        return delay.measured((state.tick + 1 - touch.tick) * dt, now)
+    # Before its first patch a client can name none. One that presses on and still does not is told
+    # nothing by ours: its loop may have any delay.
+    late = before is not None and before.presence >= 1.0
+    return delay.measured(UNKNOWN, now) if late else delay
 
 
 def _follow(surface: Window, free: Window) -> Window:

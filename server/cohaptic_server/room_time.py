@@ -36,9 +36,10 @@ def find_lag(
         before: Of the last tick.
         dt: Simulation period N T [s].
     """
-    # Who has left, or is silent, closes no loop: its force only fades.
+    # Who has left, is silent, or too slow to take part closes no loop: its force only fades.
     longest, budget = dt, np.inf
-    near = np.array([n * user.touch.fresh for n, user in zip(near, users, strict=True)])
+    closes = [user.touch.fresh and not user.delay.too_long for user in users]
+    near = near * np.array(closes, dtype=np.float64)
     for user, counts in zip(users, near.tolist(), strict=True):
         if counts > 0.0:
             # The client moves to a new patch over one period, which counts as one more.

@@ -26,14 +26,13 @@ from cohaptic_server.loads import compliance_between, contact_compliance, floore
 from cohaptic_server.patch_shape import Sight, look, with_shape
 from cohaptic_server.placing import place
 from cohaptic_server.room_time import find_lag
-from cohaptic_server.world_state import Touch, UserState, WorldState
+from cohaptic_server.world_state import NEGLIGIBLE, Touch, UserState, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 AHEAD = 0.2  # s that a body is told of what will be touched before it is
 # Contact radii on the way of that time: with less a finger presses where it is, with more it is
 # gone before anybody could have used the news.
 _CREEPS, _RUNS = 0.1, 1.0
-_GONE = 1e-3  # N; a force that is less is none
 
 
 def advance(
@@ -56,7 +55,7 @@ def advance(
     present = _carry_over(state, here, step)
     found = [place(body, state, p.touch, p.presence, now=now, dt=dt) for p in present]
     releases = release(state, found, step, jump=_jump(body, dt))
-    placed = let_in(body, state, found, {r.user for r in releases}, dt)
+    placed = let_in(body, state, found, {r.user for r in releases}, dt, jump=_jump(body, dt))
     presses = [user.press for user in placed]
     where = spans(presses)
     loads = [load for press in presses for load in press.loads()]
@@ -145,7 +144,7 @@ def _carry_over(state: WorldState, here: Mapping[int, Touch], step: float) -> li
         presence = user.presence + (step if rises else -step)
         if number in fading:
             presence = 0.0  # until it is gone where it was
-        if number in here or presence > 0.0 or user.force > _GONE:
+        if number in here or presence > 0.0 or user.force > NEGLIGIBLE:
             present.append(_Present(touch, min(1.0, max(0.0, presence))))
     present += [
         _Present(touch, min(1.0, step)) for n, touch in here.items() if n not in state.users

@@ -21,6 +21,9 @@ from cohaptic_server.field import Window
 from cohaptic_server.loads import Press
 from cohaptic_server.patch_shape import Sight
 
+# N; a force that is less is none. Behind a lag a force that was let go never quite ends.
+NEGLIGIBLE = 1e-3
+
 
 @dataclass(frozen=True, slots=True)
 class Touch:

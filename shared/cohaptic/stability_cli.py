@@ -90,6 +90,8 @@ def stability(
         for name, value in (("delay", delay), ("integral_gain", integral_gain), ("b_o", b_o)):
             if value != 0.0:
                 raise SettingError(name, value, "left out with --delays")
+        if area:
+            raise SettingError("area", "on", "left out with --delays")
         C, T = _numbers("compliance", compliance), _numbers("delays", delays)
         answer = room(law, C, T, gain, lag, sim_period)
     text = json.dumps(answer, indent=2)
@@ -104,7 +106,10 @@ def stability(
 def _numbers(name: str, text: str) -> Floats:
     """An array from JSON; raises SettingError with what came."""
     try:
-        return np.array(json.loads(text), dtype=np.float64)
+        value = json.loads(text)
+        if "true" in text or "false" in text:
+            raise ValueError(text)
+        return np.array(value, dtype=np.float64)
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         limit = "numbers as JSON, such as 150 or [150, 120]"
         raise SettingError(name, repr(one_line(text)), limit) from error

@@ -35,7 +35,7 @@ def room(
     Returns:
         `stable`, `spectral_radius` and `growth_rate` [1/s] are those of the exact roots at these
         delays; `coupling`, `lag_needed` [s] and `margin` the theorem's, for all delays up to the
-        longest. A rate or a margin without bound is None.
+        longest. A radius, rate or margin without bound is None.
 
     Raises:
         SettingError: A value is not what it must be, or outside the theorem.
@@ -57,16 +57,16 @@ def room(
     m, longest = coupling_radius(S), float(T.max())
     needed = lag_needed(m, longest)
     if lag is None:
-        lag = needed / SHARE
+        # Without any delay every lag will do, but none: then forces answer each other at once.
+        lag = needed / SHARE if needed > 0.0 or m < 1.0 else sim_period
     elif not 0.0 <= lag <= MAX_LAG:
         raise SettingError("lag", f"{lag:g} s", f"from 0 to {MAX_LAG:g} s")
     rate, edge = growth(S, T, lag), margin(m, longest, lag)
-    # Beyond e^700 there is no number, and nothing to decide.
-    radius = math.exp(min(700.0, rate * sim_period))
+    radius = math.exp(rate * sim_period) if rate * sim_period < 700.0 else math.inf
     return {
         "law": law.value,
         "stable": radius < 1.0,
-        "spectral_radius": radius,
+        "spectral_radius": radius if math.isfinite(radius) else None,
         "growth_rate": rate if math.isfinite(rate) else None,
         "coupling": m,
         "lag": lag,

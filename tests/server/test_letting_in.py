@@ -14,7 +14,7 @@ from cohaptic_server.admission import EFFECT_RATE, MAX_SUM
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.letting_in import DEEPEST, GO, let_in, release
-from cohaptic_server.world_state import Release, UserState, WorldState
+from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState
 from tests.server.touches import contact_at, side, touch, user_of
 
 DT = 1.0 / 60.0  # s
@@ -103,13 +103,13 @@ def test_one_alone_is_let_in_behind_the_lag_and_no_slower(
     of = touch(friction=True)
     was = user_of(of, contact_at(small_balloon, of), force=before, along=np.zeros(3))
     now = replace(was, force=0.0, along=None, wanted=wanted, wanted_along=along(was, rubbed))
-    (found,) = let_in(small_balloon, world([was], lag=lag), [now], (), DT)
+    (found,) = let_in(small_balloon, world([was], lag=lag), [now], (), DT, jump=0.06)
     share = DT / (lag + DT)
     assert found.force == pytest.approx(before + share * (wanted - before))
     assert found.along == pytest.approx(share * along(was, rubbed))
     assert found.presence == 1.0
     (smooth,) = let_in(
-        small_balloon, world([was], lag=lag), [replace(now, wanted_along=None)], (), DT
+        small_balloon, world([was], lag=lag), [replace(now, wanted_along=None)], (), DT, jump=0.06
     )
     assert smooth.along is None
 
@@ -121,10 +121,12 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
 ) -> None:
     was = [at(small_balloon, 1.2 * i, f, i) for i, (f, _) in enumerate(hands, start=1)]
     now = [replace(u, force=0.0, wanted=w) for u, (_, w) in zip(was, hands, strict=True)]
-    found = let_in(small_balloon, world(was, lag=lag, coupled=coupled), now, (), DT)
+    found = let_in(small_balloon, world(was, lag=lag, coupled=coupled), now, (), DT, jump=0.06)
     asked = [f + DT / (lag + DT) * (w - f) for f, w in hands]
     change = np.array([a.force - b.force for a, b in zip(found, was, strict=True)])
-    for i in range(len(hands)):
+    for i, (held, pressed) in enumerate(hands):
+        if max(held, pressed) <= NEGLIGIBLE:
+            continue  # it feels nothing that could be moved
         others = coupled * np.abs(np.delete(change, i)).sum()
         assert others <= EFFECT_RATE * DT * (1.0 + 1e-9)
     for user, (f, _), a in zip(found, hands, asked, strict=True):
@@ -137,13 +139,34 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
             assert user.force == pytest.approx(a)
 
 
+def test_strangers_do_not_hold_up_a_press(small_balloon: Balloon) -> None:
+    """Whoever comes anew, hovers, or rests in the air feels nothing that a press could move."""
+    was = at(small_balloon, 0.0, 2.0)
+    now = replace(was, force=0.0, wanted=8.0)
+    new = replace(at(small_balloon, 2.0, 0.0, 2), wanted=1.0)
+    hovers = at(small_balloon, 1.0, 0.0, 3)
+    state = world([was, hovers], coupled=0.9)
+    found = let_in(small_balloon, state, [now, new, hovers], (), DT, jump=0.06)
+    assert found[0].force == 8.0
+
+
+def test_who_is_elsewhere_all_at_once_moves_nobody_fast(small_balloon: Balloon) -> None:
+    """Its coupling was that of another place, though it carried nothing there."""
+    holds = replace(at(small_balloon, 0.0, 2.0), wanted=2.0)
+    there = at(small_balloon, 1.5, 0.0, 2)
+    beside = replace(at(small_balloon, 0.2, 0.0, 2), wanted=10.0)
+    state = world([holds, there], coupled=0.01)
+    found = let_in(small_balloon, state, [holds, beside], (), DT, jump=0.06)
+    assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
+
+
 def test_a_newcomer_whose_coupling_is_not_known_yet_moves_nobody_fast(
     small_balloon: Balloon,
 ) -> None:
     """It could be at the place of the other."""
     old = at(small_balloon, 0.0, 2.0)
     new = replace(at(small_balloon, 2.0, 0.0, 2), wanted=10.0)
-    found = let_in(small_balloon, world([old]), [replace(old, wanted=2.0), new], (), DT)
+    found = let_in(small_balloon, world([old]), [replace(old, wanted=2.0), new], (), DT, jump=0.06)
     assert found[0].force == 2.0
     assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
@@ -156,10 +179,10 @@ def test_along_and_normal_are_let_in_in_one_share(
     rubbed = mu * pressed
     of = touch(friction=True)
     rough = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
-    still = at(small_balloon, 2.0, 0.0, 2)
+    still = replace(at(small_balloon, 2.0, 1.0, 2), wanted=1.0)
     now = replace(rough, along=None, wanted=pressed, wanted_along=along(rough, rubbed))
     state = world([rough, still], coupled=0.9)
-    found = let_in(small_balloon, state, [now, still], (), DT)[0]
+    found = let_in(small_balloon, state, [now, still], (), DT, jump=0.06)[0]
     assert found.along is not None
     assert found.along * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
     moved = found.force + float(np.linalg.norm(found.along))
@@ -175,7 +198,7 @@ def test_a_body_carries_no_more_than_sixteen_hands_give_along_the_surface_either
         user = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
         users.append(replace(user, wanted=10.0, wanted_along=along(user, 5.0)))
     state = world(users)
-    found = let_in(small_balloon, state, users, (), DT)
+    found = let_in(small_balloon, state, users, (), DT, jump=0.06)
     assert sum(user.force for user in found) == pytest.approx(MAX_SUM)
     for user in found:
         assert user.along is not None
@@ -187,7 +210,7 @@ def test_a_force_that_would_go_through_the_body_is_cut_to_that(
 ) -> None:
     user = at(small_balloon, 0.0, 0.0)
     soft = replace(world([user]), coupling=np.array([[1.0]]))
-    (found,) = let_in(small_balloon, soft, [replace(user, wanted=10.0)], (), DT)
+    (found,) = let_in(small_balloon, soft, [replace(user, wanted=10.0)], (), DT, jump=0.06)
     assert found.force == pytest.approx(DEEPEST * small_balloon.mesh.size)
     assert found.force < 10.0
 
@@ -196,9 +219,9 @@ def test_who_is_elsewhere_is_not_there_until_its_old_force_has_faded(
     small_balloon: Balloon,
 ) -> None:
     user = at(small_balloon, 0.0, 2.0)
-    (found,) = let_in(small_balloon, world([user]), [replace(user, wanted=2.0)], {1}, DT)
+    (found,) = let_in(small_balloon, world([user]), [replace(user, wanted=2.0)], {1}, DT, jump=0.06)
     assert (found.force, found.presence) == (0.0, 0.0)
-    (back,) = let_in(small_balloon, world([found]), [replace(user, wanted=2.0)], (), DT)
+    (back,) = let_in(small_balloon, world([found]), [replace(user, wanted=2.0)], (), DT, jump=0.06)
     assert (back.force, back.presence) == (2.0, 1.0)
 
 
@@ -209,7 +232,7 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
     user = at(small_balloon, 0.0, 2.0)
     user = replace(user, touch=replace(user.touch, fresh=fresh))
     now = replace(user, wanted=0.0)
-    (found,) = let_in(small_balloon, world([user], lag=5.0), [now], (), DT)
+    (found,) = let_in(small_balloon, world([user], lag=5.0), [now], (), DT, jump=0.06)
     lag = 5.0 if fresh else GO
     assert found.force == pytest.approx(2.0 * lag / (lag + DT))
 
@@ -222,11 +245,11 @@ def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: 
     was = replace(was, touch=replace(was.touch, friction=True), along=along(was, 1.0))
     moved = at(small_balloon, angle, 0.0)
     now = replace(moved, touch=was.touch, wanted=2.0, wanted_along=np.zeros(3))
-    (found,) = let_in(small_balloon, world([was], lag=1.0), [now], (), DT)
+    (found,) = let_in(small_balloon, world([was], lag=1.0), [now], (), DT, jump=0.06)
     assert found.along is not None
     assert float(found.along @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(found.along) <= 1.0 + 1e-12
 
 
 def test_nobody_is_let_in_where_nobody_is(small_balloon: Balloon) -> None:
-    assert let_in(small_balloon, WorldState(), [], (), DT) == []
+    assert let_in(small_balloon, WorldState(), [], (), DT, jump=0.06) == []

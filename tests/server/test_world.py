@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.delay import TOO_LONG, UNKNOWN
 from cohaptic.control.gains import PI_SHARE_K, choose_gains, coupled_stiffness
 from cohaptic.control.law import Law
+from cohaptic.control.room import NO_LAG
 from cohaptic.control.room_lag import choose_lag, kept
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
@@ -250,6 +251,45 @@ def test_who_is_too_slow_only_watches(small_balloon: Balloon) -> None:
     assert state.users[1].delay.too_long
     assert (state.users[1].presence, state.users[1].force) == (0.0, 0.0)
     assert patches[1].x_free != ZERO
+
+
+def test_a_force_that_is_held_grows_older_tick_by_tick(small_balloon: Balloon) -> None:
+    """No newer sample comes, as on a link that stalls: that is delay, too."""
+    state, _ = play(small_balloon, [touch()], 2)
+    held = touch(tick=state.tick, seq=8)
+    for k in range(1, 25):
+        state, _ = advance(small_balloon, state, [held], now=0.0, dt=DT)
+        assert state.users[1].delay.counted == pytest.approx(k * DT)
+
+
+def test_who_presses_and_names_no_patch_may_have_any_delay(small_balloon: Balloon) -> None:
+    state, _ = play(small_balloon, [touch(tick=0)], 2 * RISE)
+    assert state.users[1].delay.counted == UNKNOWN
+
+
+@pytest.mark.parametrize("leaves", ["withdraws", "is too slow"])
+def test_who_no_longer_takes_part_holds_nobody_up(small_balloon: Balloon, leaves: str) -> None:
+    """Behind a lag a force that was let go never quite ends; it counts as none all the same."""
+
+    def hands(tick: int, *, here: bool) -> list[Touch]:
+        others = [
+            touch(2 + i, at=side(0.1 * i), tick=tick if here or leaves == "withdraws" else 1)
+            for i in range(3)
+        ]
+        if not here and leaves == "withdraws":
+            others = [replace(of, probe=scale(of.probe, 3.0), force=ZERO) for of in others]
+        return [touch(tick=tick), *others]
+
+    state = WorldState(tick=round(2.0 * TOO_LONG / DT))
+    for k in range(60):
+        now = replace(hands(state.tick, here=True)[0], seq=k)
+        rest = hands(state.tick, here=True)[1:]
+        state, _ = advance(small_balloon, state, [now, *rest], now=k * DT, dt=DT)
+    assert state.room.lag > 0.03
+    for k in range(60, 900):
+        touches = hands(state.tick, here=False)
+        state, _ = advance(small_balloon, state, touches, now=k * DT, dt=DT)
+    assert state.room == NO_LAG
 
 
 @pytest.mark.parametrize(("height", "carried"), [(-0.02, True), (0.028, True), (0.032, False)])

@@ -134,18 +134,6 @@ def margin(coupling: float, longest_delay: float, lag: float) -> float:
     return 1.0 / coupling if coupling > EXACT else math.inf
 
 
-def settle(lagged: float, force: float, lag: float, dt: float) -> float:
-    """A force behind the lag after one simulation period in which `force` came in [N].
-
-    Args:
-        lagged: Before [N].
-        force: That came in [N].
-        lag: tau [s].
-        dt: Simulation period [s].
-    """
-    return force + (lagged - force) * kept(lag, dt)
-
-
 def kept(lag: Lag, dt: float) -> Lag:
     """Share of an old force that is left after a simulation period; 0 without a lag.
 
