@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats, Ints, face_area_vectors
+from cohaptic_server.bodies.mesh import face_area_vectors
 from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.numeric import Floats, Ints
 
 # Centre, half axes [m] and weight of each lobe; negative ones hollow the underside out.
 _LOBES = (

@@ -20,8 +20,8 @@ from cohaptic.protocol.control import FixedGains
 from cohaptic_experiments.measure import swing
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.rig import COMPUTING, SIMULATION_PERIOD, Press, press_at_plane
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.numeric import Floats
 
 K_O = 200.0
 AT_ONCE = -1  # in place of a number of further periods: the server's answer takes no time

@@ -40,7 +40,7 @@ from cohaptic_experiments.outcome import (
     part,
 )
 from cohaptic_experiments.plot_style import FOURTH, PROBE, PROXY, canvas, name_line
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 NAME = "dyad"
 TITLE = "lag that two moving hands need, by five criteria; and three held ones: the theorem's edge"

@@ -30,7 +30,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.room_roots import chebyshev
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 Complexes = npt.NDArray[np.complex128]
 SHORTEST, LONGEST, SCANNED = 1e-3, 1.0, 24  # lags that are looked at [s]

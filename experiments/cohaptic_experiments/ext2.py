@@ -34,8 +34,8 @@ from cohaptic_experiments.recording import Trace, record
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
 
 NAME = "ext2"

@@ -29,7 +29,7 @@ from cohaptic_experiments.outcome import (
     part,
 )
 from cohaptic_experiments.plot_style import FOURTH, GREY, LIGHT, PROBE, PROXY, THIRD, canvas
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 NAME = "fig08"
 TITLE = "stability area of K_h and I N T: eq. (15), lifting, delay, damping, and trials"

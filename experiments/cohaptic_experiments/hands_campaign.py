@@ -29,7 +29,7 @@ from cohaptic_experiments.hands_kernel import (
     all_haptics,
 )
 from cohaptic_experiments.hands_trials import MAX_USERS, Trial
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 Bools = npt.NDArray[np.bool_]
 SWING = 0.05  # share of the largest force

@@ -20,7 +20,7 @@ from cohaptic_experiments.hands_trials import (
     draw,
     slab_coupling,
 )
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 BUDGETS = (0.0, 1.0, 8.0)  # N s/m
 FINGERTIP = 0.01  # m

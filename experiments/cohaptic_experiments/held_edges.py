@@ -15,7 +15,7 @@ import numpy as np
 from cohaptic.control.room_lag import coupling_radius, lag_needed
 from cohaptic.control.room_roots import growth
 from cohaptic_experiments.dyad_criteria import least
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 FREQUENCIES: Floats = np.geomspace(1e-2, 1e3, 600)  # times 1 / T_max
 

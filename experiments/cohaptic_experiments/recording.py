@@ -10,7 +10,7 @@ import numpy as np
 from cohaptic.hands import Intention
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 
 @dataclass(frozen=True, eq=False)

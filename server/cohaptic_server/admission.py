@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic.control.room_lag import kept
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 # N/s by which all others together may change the force on one hand. Fingers that tap reach about
 # 100 N/s on their own force; a neighbour gets the share that it has of their compliance.

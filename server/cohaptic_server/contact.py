@@ -20,8 +20,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
+from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.field import Field
+from cohaptic_server.mesh.nearest import (
+    nearest_point,
+)
+from cohaptic_server.mesh.pressure import pressure, smooth_point
+from cohaptic_server.numeric import Floats, Ints, cross
 
 _LEAST_FIRM = 0.1  # of a way along the surface: there a contact is found as well as can be
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand
@@ -133,26 +138,6 @@ def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Field, radius: float) -> 
     return Contact(foot, point, vertices, weights, corners, shares, normal)
 
 
-def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Floats) -> Floats:
-    """The point of the smooth resting surface over a point of a facet, shape (3,) [m].
-
-    Each vertex under the pressure says where the surface is by its position and its normal; the
-    mean of its normal and the common one makes that exact to second order, so on every quadric.
-
-    Args:
-        mesh: Resting surface.
-        foot: On a facet, shape (3,) [m].
-        vertices: Under the pressure, shape (k,).
-        weights: Share of each, shape (k,).
-    """
-    normals = mesh.normals[vertices]
-    n = weights @ normals
-    n /= math.sqrt(float(n @ n))
-    gap = mesh.vertices[vertices] - foot
-    height = float(weights @ np.einsum("ki,ki->k", gap, 0.5 * (normals + n)))
-    return np.asarray(foot + height * n)
-
-
 def _normal(mesh: SurfaceMesh, corners: Ints, shares: Floats, free: Field) -> Floats:
     """Unit normal of the displaced surface, averaged over the pressure, shape (3,)."""
     moved = mesh.vertices[corners] + free[corners]  # (f, 3, 3)
@@ -161,68 +146,4 @@ def _normal(mesh: SurfaceMesh, corners: Ints, shares: Floats, free: Field) -> Fl
     return np.asarray(normal / math.sqrt(normal @ normal))
 
 
-def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Floats]:
-    """Vertices under a pressure round `point`, and the share of the force on each.
-
-    The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point hands its part
-    to the corners of its face. A radius below the mesh's resolution ends on the nearest point.
-
-    Returns:
-        Vertices (k,) and weights (k,) that sum to 1.
-    """
-    q = mesh.quadrature
-    under = q.tree.query_ball_point(point, radius)
-    if not under:
-        under = [int(q.tree.query(point)[1])]
-    gap = q.points[under] - point
-    profile = np.maximum(1.0 - np.einsum("qi,qi->q", gap, gap) / radius**2, 1e-12)
-    shares = (profile * q.areas[under])[:, None] * q.shares[under]
-    table = np.bincount(q.vertices[under].ravel(), weights=shares.ravel())
-    vertices = np.flatnonzero(table)
-    weights = table[vertices]
-    return vertices, weights / weights.sum()
-
-
-def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
-    """Nearest point of the resting surface, on or next to the face of the nearest sample of it."""
-    face = int(mesh.quadrature.tree.query(p)[1]) // mesh.split**2
-    candidates = nearest_on_triangles(mesh.vertices[mesh.faces[mesh.around[face]]], p)
-    gap = candidates - p
-    return np.asarray(candidates[np.einsum("fi,fi->f", gap, gap).argmin()])
-
-
-def nearest_on_triangles(corners: Floats, p: Floats) -> Floats:
-    """Nearest point of each triangle to `p`.
-
-    The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
-
-    Args:
-        corners: Shape (f, 3, 3) [m].
-        p: Shape (3,) [m].
-
-    Returns:
-        Shape (f, 3) [m].
-    """
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    u, v, w = b - a, c - a, p - a
-    uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
-    wu, wv = _dot(w, u), _dot(w, v)
-    det = np.maximum(uu * vv - uv * uv, 1e-300)
-    s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
-    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
-    foot = a + s[:, None] * u + t[:, None] * v
-    edges = _nearest_on_edges(corners, p)
-    gap = edges - p
-    best = np.einsum("fei,fei->fe", gap, gap).argmin(axis=1)
-    return np.where(inside[:, None], foot, edges[np.arange(len(corners)), best])
-
-
-def _nearest_on_edges(corners: Floats, p: Floats) -> Floats:
-    """Nearest point of each edge of each triangle, shape (f, 3, 3) [m]."""
-    u = corners[:, [1, 2, 0]] - corners
-    along = np.einsum("fei,fei->fe", p - corners, u) / np.einsum("fei,fei->fe", u, u)
-    return np.asarray(corners + np.minimum(np.maximum(along, 0.0), 1.0)[:, :, None] * u)
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return np.asarray(np.einsum("fi,fi->f", a, b))
+REACH = 0.03  # m above the surface: further off a probe carries no force

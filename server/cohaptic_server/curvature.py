@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.numeric import Floats
 
 REACH = 2.5  # contact radii round the contact that the sphere is fitted to
 _SPACINGS = 3.0  # the same in distances between vertices, on a coarse mesh

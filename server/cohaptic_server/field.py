@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from cohaptic_server.bodies.body import Response
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 
 class Field(Protocol):

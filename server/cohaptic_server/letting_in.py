@@ -9,7 +9,7 @@ import numpy as np
 
 from cohaptic_server.admission import EFFECT_RATE, behind, bounded, shares_of_change
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState
 
 # Radii of a sphere as large as the body, in which nobody presses deeper: through it and half again.

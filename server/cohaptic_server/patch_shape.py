@@ -9,9 +9,9 @@ import numpy as np
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server import curvature, neighbourhood
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.contact import Contact
 from cohaptic_server.field import Window
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.touch_mesh import touch_mesh
 
 _AROUND = 0.005  # m beyond the pressure, for a contact that moves before the next tick

@@ -10,7 +10,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.room import RoomLag
 from cohaptic.control.room_lag import choose_lag, coupling_matrix, coupling_radius, margin
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 from cohaptic_server.world_state import UserState
 
 # A lag rises at once, which holds forces where they are. It falls by this much per second, or by as

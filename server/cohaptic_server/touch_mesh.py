@@ -19,7 +19,8 @@ from scipy.spatial import cKDTree
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.numeric import Floats, Ints
 
 APART = 0.7  # contact radii: the least distance between two vertices of a thinned mesh
 _WORTH = 0.75  # of that distance: a mesh with vertices further apart is taken as it is

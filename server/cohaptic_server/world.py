@@ -18,11 +18,11 @@ import numpy as np
 
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.body import Body, Foreseeing
-from cohaptic_server.bodies.mesh import Ints
 from cohaptic_server.cutting import cut, nearness
 from cohaptic_server.field import FreeOf, Window
 from cohaptic_server.letting_in import let_in, release
 from cohaptic_server.loads import compliance_between, contact_compliance, floored, spans
+from cohaptic_server.numeric import Ints
 from cohaptic_server.patch_shape import Sight, look, with_shape
 from cohaptic_server.placing import place
 from cohaptic_server.room_time import find_lag

@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Visitor

@@ -17,7 +17,7 @@ from cohaptic_server.admission import (
     level,
     shares_of_change,
 )
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 ROUNDING = 1e-9  # relative
 demands = hnp.arrays(np.float64, st.integers(1, 16), elements=st.floats(0.0, 100.0))

@@ -9,7 +9,7 @@ from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.column_worker import ColumnWorker
-from cohaptic_server.contact import pressure
+from cohaptic_server.mesh.pressure import pressure
 
 PATIENCE = 30.0  # s
 

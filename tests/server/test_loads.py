@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from cohaptic.control.friction import times
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import vec3
 from cohaptic_server.contact import locate
 from cohaptic_server.field import FreeOf
 from cohaptic_server.loads import (
@@ -20,6 +19,7 @@ from cohaptic_server.loads import (
     floored,
     spans,
 )
+from cohaptic_server.numeric import vec3
 
 angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=4)
 forces = st.floats(0.0, 5.0)

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import Floats, vec3
 from cohaptic_server.contact import locate
 from cohaptic_server.field import Still
+from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.sticking import StickingHand, compliance_of
 from cohaptic_server.world import RELEASE_TIME, advance
 from cohaptic_server.world_state import Touch, WorldState

@@ -19,9 +19,9 @@ from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.admission import EFFECT_RATE
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import vec3
+from cohaptic_server.contact import REACH
 from cohaptic_server.cutting import NEAR
-from cohaptic_server.placing import REACH
+from cohaptic_server.numeric import vec3
 from cohaptic_server.world import RELEASE_TIME, advance
 from cohaptic_server.world_state import Touch, WorldState
 from tests.server.touches import RADIUS, side, touch

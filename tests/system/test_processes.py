@@ -23,10 +23,10 @@ from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
 from cohaptic_client.step import LONGEST_PATIENCE
 from cohaptic_client.step import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene
+from cohaptic_server.numeric import Floats
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 

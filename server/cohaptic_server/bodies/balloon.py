@@ -24,11 +24,13 @@ import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
+from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.numeric import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,12 +140,6 @@ class Balloon:
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
         # C of the steady state: the one within the tick is too stiff to be safe under delay.
         return DenseResponse(x, fields, C, energy)
-
-
-def check_damping(damping: float) -> None:
-    """Refuse a B_o over K_o that is no damping, or so much that hands under delay sway for long."""
-    if not 0.0 <= damping <= 2.0:
-        raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
 
 
 def inflate(settings: BalloonSettings) -> Inflated:

@@ -6,8 +6,8 @@ import itertools
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
+from cohaptic_server.numeric import Floats, Ints
 
 _BEND = 1.8
 

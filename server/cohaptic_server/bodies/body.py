@@ -8,7 +8,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.numeric import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,12 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
-from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.build_rubber import build_rubber_solid
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.progress import Progress
 
 BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
 

@@ -22,8 +22,10 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh, cross
-from cohaptic_server.contact import pressure
+from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.numeric import Floats, Ints, cross
 
 PLACES = 600
 _AROUND = 16  # places that carry a vertex
@@ -279,16 +281,3 @@ def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:
     scale = along / np.maximum(1.0 + cosine, 1e-3)
     across = cross(axis, np.broadcast_to(direction, axis.shape))
     return np.asarray(cosine[:, None] * direction + across + scale[:, None] * axis)
-
-
-def spread_over(points: Floats, count: int) -> Ints:
-    """Points far from each other, each the farthest from those before it, shape (<= count,)."""
-    if len(points) <= count:
-        return np.arange(len(points), dtype=np.int64)
-    chosen = [int(np.argmin(points[:, 0]))]
-    gap = np.full(len(points), np.inf)
-    while len(chosen) < count:
-        off = points - points[chosen[-1]]
-        gap = np.minimum(gap, np.einsum("ni,ni->n", off, off))
-        chosen.append(int(gap.argmax()))
-    return np.array(chosen, dtype=np.int64)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 LEAF = 96  # nodes; smaller leaves mean more and smaller fronts, without gain below this
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.mesh import Floats, Ints
-from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, gradients, volumes
+from cohaptic_server.numeric import Floats, Ints
 
 _CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
 
@@ -46,15 +46,6 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) ->
         blocks += mu * np.einsum("mab,pq->mapbq", trace, np.eye(3))
         total = total + _scatter(blocks, nodes, n)
     return sp.csr_array(total)
-
-
-def gradients(x: Floats, tets: Ints) -> Floats:
-    """Gradients of the barycentric coordinates, shape (m, 4, 3) [1/m]."""
-    edges = x[tets[:, 1:]] - x[tets[:, :1]]
-    g = np.empty((len(tets), 4, 3))
-    g[:, 1:] = np.swapaxes(np.linalg.inv(edges), 1, 2)
-    g[:, 0] = -g[:, 1:].sum(axis=1)
-    return g
 
 
 def _linear_means() -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.dissection import Part, dissect
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

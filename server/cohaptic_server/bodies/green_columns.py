@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.multifrontal import Factor
+from cohaptic_server.numeric import Floats, Ints
 
 _BATCH = 16  # vertices in one solve: more of them cost less each, and hold more memory
 LEAST = 256  # columns that fit whatever the budget: more than one tick of a full room touches

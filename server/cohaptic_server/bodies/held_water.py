@@ -16,8 +16,8 @@ import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 from scipy.sparse import csgraph
 
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.settling import Unstable
+from cohaptic_server.numeric import Floats, Ints
 
 
 def order(faces: Ints, free: npt.NDArray[np.bool_]) -> Ints:

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.tetrahedra import EDGES
+from cohaptic_server.numeric import Floats
 
 # Of a corner, a third of an edge, the middle of a face, the centre. 1 / 10 - 5 e / 27, e,
 # 9 / 10 - 2 e and 32 e / 27, shared out among 4, 12, 4 and 1 points, are of degree 3 for every e;

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.assembly import scatter_matrix, scatter_vector
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

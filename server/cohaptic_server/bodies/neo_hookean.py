@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from scipy.linalg import blas, lapack
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.fronts import Analysis
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 
 class Indefinite(BodyError):

@@ -17,16 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.balloon import check_damping
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.mesh import Floats, SurfaceMesh
+from cohaptic_server.bodies.damping import check_damping, lagged
+from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_tetrahedra import RubberTetrahedra, SolidState
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, Pace, Settled, Settling
 from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
-from cohaptic_server.bodies.viscous import lagged
-from cohaptic_server.contact import pressure
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.numeric import Floats
 
 # One factorisation in a tick of a hand in motion: it is most of what a tick costs.
 _STEPS = 1

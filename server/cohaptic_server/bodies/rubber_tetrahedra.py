@@ -15,15 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.elements import gradients
 from cohaptic_server.bodies.fronts import Analysis, analyse, dofs
 from cohaptic_server.bodies.lattice import bounds, shape_gradients, weights
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
 from cohaptic_server.bodies.refactoring import Indefinite, Refactored
 from cohaptic_server.bodies.settling import Unstable
 from cohaptic_server.bodies.solid_shape import SolidShape
-from cohaptic_server.bodies.tetrahedra import volumes
+from cohaptic_server.bodies.tetrahedra import gradients, volumes
+from cohaptic_server.numeric import Floats, Ints
 
 # Of J that a step leaves at every point, as interior point methods keep off their barrier.
 _LEFT = 0.1

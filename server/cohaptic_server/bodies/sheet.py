@@ -13,7 +13,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import Floats, Ints, cross
 from cohaptic_server.bodies.tension_field import (
     ENTRIES,
     Strained,
@@ -22,6 +21,7 @@ from cohaptic_server.bodies.tension_field import (
     strained,
     stress,
 )
+from cohaptic_server.numeric import Floats, Ints, cross
 
 
 class Sheet:

@@ -15,8 +15,7 @@ from cohaptic_server.bodies.green_columns import GreenColumns
 from cohaptic_server.bodies.multifrontal import Factor
 from cohaptic_server.bodies.solid_shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.tetrahedra import TetMesh
-
-Progress = Callable[[str, float], None]  # a phase, and the share of it that is done
+from cohaptic_server.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)

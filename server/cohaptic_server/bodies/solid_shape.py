@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.rigid import rigid_rank
 from cohaptic_server.bodies.tetrahedra import (
     EDGES,
@@ -17,6 +17,7 @@ from cohaptic_server.bodies.tetrahedra import (
     quadratic,
     quadratic_boundary,
 )
+from cohaptic_server.numeric import Floats, Ints
 
 FINGERTIP = 0.008  # m; radius of the pressure under a finger
 

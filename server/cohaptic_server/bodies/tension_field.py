@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 # Pairs of (p, a), (q, b) kept of the symmetric 6x6 tensor of each triangle.
 ENTRIES = [

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, as CalculiX numbers
 _FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise seen from outside
@@ -115,3 +115,12 @@ def _pieces(tets: Ints, n: int) -> int:
     graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
     count, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
     return int(count)
+
+
+def gradients(x: Floats, tets: Ints) -> Floats:
+    """Gradients of the barycentric coordinates, shape (m, 4, 3) [1/m]."""
+    edges = x[tets[:, 1:]] - x[tets[:, :1]]
+    g = np.empty((len(tets), 4, 3))
+    g[:, 1:] = np.swapaxes(np.linalg.inv(edges), 1, 2)
+    g[:, 0] = -g[:, 1:].sum(axis=1)
+    return g

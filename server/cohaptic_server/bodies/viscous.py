@@ -17,17 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon import check_damping
 from cohaptic_server.bodies.body import Body, Foreseeing, Load, Response
-from cohaptic_server.bodies.mesh import Floats, Ints, SurfaceMesh
+from cohaptic_server.bodies.damping import check_damping
+from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.neighbourhood import vertex_compliance
+from cohaptic_server.numeric import Floats, Ints
 
 _FORGOTTEN = 1e-3  # of the force that a load had; less of it is not carried on
-
-
-def lagged(loads: Floats, carried: Floats, damping: float) -> Floats:
-    """What a viscous body carries in this tick, of loads and what it carried before, any shape."""
-    return np.asarray((loads + damping * carried) / (1.0 + damping))
 
 
 @dataclass(frozen=True, slots=True)

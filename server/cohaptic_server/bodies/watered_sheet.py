@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.held_water import Band, HeldWater
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.sheet import Sheet
 from cohaptic_server.bodies.tension_field import Strained
+from cohaptic_server.numeric import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

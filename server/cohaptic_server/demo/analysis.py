@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.scene import MEASURE
+from cohaptic_server.numeric import Floats
 
 STEP = 0.001  # s; grid on which recordings are laid side by side
 AROUND = 0.5  # s before a press, at rest

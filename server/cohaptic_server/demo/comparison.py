@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import Timeline, mean_over, measured
 from cohaptic_server.demo.drag import RIGHT, true_drag
 from cohaptic_server.demo.lateness import LEAST, felt_delay
 from cohaptic_server.demo.replay import felt_at_once
 from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.numeric import Floats
 
 _REPLAYED = 4  # presses from which delays are found; each is seconds of a body's work
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import Timeline
 from cohaptic_server.demo.lateness import felt_delay
 from cohaptic_server.demo.scene import Scene
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
 from cohaptic_server.sticking import StickingHand, Stuck, compliance_of, solve_sticking, touch_down
 

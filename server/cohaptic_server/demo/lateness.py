@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 LEAST = 0.05  # N; a change that is less is not felt
 _REST = 0.2  # s at either end of a window, from which the change is taken

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.contact import Contact, locate
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
 from cohaptic_server.field import Field, FreeOf, Still, Window
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.placing import FOLLOW
 
 _FINE, _COARSE = 0.01, 0.05  # s between instants, while forces change and while they rest

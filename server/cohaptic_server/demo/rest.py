@@ -12,7 +12,7 @@ from enum import Enum
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 RIPPLE = 0.02  # N peak to peak in a force at rest, a step that no fingertip can tell; or
 RIPPLE_SHARE = 0.01  # this share of it, whichever is more

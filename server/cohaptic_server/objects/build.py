@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.objects.hold import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.store import parts_of, prepared
+from cohaptic_server.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)

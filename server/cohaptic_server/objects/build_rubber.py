@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid import RubberSolid, tick_seconds
-from cohaptic_server.bodies.solid_parts import Progress
 from cohaptic_server.bodies.tetrahedra import TetMesh, quadratic
 from cohaptic_server.objects.hold import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store import prepared
 from cohaptic_server.objects.volume_file import VOLUMES
+from cohaptic_server.progress import Progress
 
 # Tried in turn where the user names none; a surface of many bends needs the longer ones.
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)

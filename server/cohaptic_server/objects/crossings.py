@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from cohaptic_server.bodies.mesh import Floats, Ints, cross
+from cohaptic_server.numeric import Floats, Ints, cross
 
 # Barycentric. Files hold 24 bits of a coordinate, and two triangles next to each other in one plane
 # may seem to cross by that much.

@@ -12,8 +12,8 @@ import tempfile
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.numeric import Floats, Ints
 
 ENVELOPE = 1e-3  # of the diagonal of the box around the surface, for edges of 0.05 of it
 _WIDEST = 0.04

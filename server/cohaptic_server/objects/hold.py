@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.hold_mesh import held_within
 from cohaptic_server.objects.object_file import ObjectFile
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface_checks import edge_counts
 from cohaptic_server.objects.surface_file import read_surface
 

@@ -9,15 +9,16 @@ import numpy as np
 
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.coarse_twin import spread_over
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.natural_frequency import lowest_frequency
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.thickness import is_smooth, thickness
+from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.fill import ENVELOPE
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.quality import Quality, is_smooth, quality, thickness
+from cohaptic_server.objects.quality import Quality, quality
 from cohaptic_server.objects.tick_cost import USERS, TickCost, tick_cost
 
 HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.mesh import Floats, Ints
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill import ENVELOPE, fill
 from cohaptic_server.objects.simplify import count_triangles, simplified
 from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 _HEAD = 2**16  # bytes in which a header must end
 

@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 
 from cohaptic.errors import BodyError, one_line
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 

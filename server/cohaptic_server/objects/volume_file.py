@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cohaptic.errors import BodyError, one_line
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 
 VOLUMES = (".msh", ".vtk", ".vtu")
 

@@ -9,7 +9,7 @@ import numpy as np
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.scene import MAX_CURVATURE, MAX_LOOP_DELAY, MAX_USERS, UserRecord
 from cohaptic.vec import Vec3
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 from cohaptic_server.world_state import UserState, WorldState
 
 

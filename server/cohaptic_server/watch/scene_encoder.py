@@ -14,7 +14,7 @@ from cohaptic.control.room import NO_LAG, RoomLag
 from cohaptic.protocol.scene import UserRecord, encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
-from cohaptic_server.bodies.mesh import Floats
+from cohaptic_server.numeric import Floats
 
 # Two of them are on their way to a watcher, which shall not cost more than 256 kB.
 MAX_SURFACE_BYTES = 96 * 1024

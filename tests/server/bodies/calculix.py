@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.numeric import Floats
 
 CCX = shutil.which("ccx")
 

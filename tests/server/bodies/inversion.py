@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.elements import gradients
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.solid_shape import SolidShape
-from cohaptic_server.bodies.tetrahedra import EDGES
+from cohaptic_server.bodies.tetrahedra import EDGES, gradients
+from cohaptic_server.numeric import Floats
 
 
 def least_volume(shape: SolidShape, x: Floats) -> float:

@@ -11,9 +11,9 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings, inflate
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.contact import locate
+from cohaptic_server.numeric import Floats
 from tests.server.fields import free_of
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(

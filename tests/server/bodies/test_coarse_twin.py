@@ -10,12 +10,14 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin, spread_over
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
 from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.contact import nearest_point, pressure
+from cohaptic_server.mesh.nearest import nearest_point
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.numeric import Floats, Ints
 
 Place = tuple[float, float]  # angles along the ring and round its tube
 

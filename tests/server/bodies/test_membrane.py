@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.numeric import Floats
 
 X, FACES = icosphere(1, 0.1)
 SHEET = Membrane.at_rest(X / 1.5, FACES, mu_h=250.0)

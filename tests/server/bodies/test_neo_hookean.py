@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
+from cohaptic_server.numeric import Floats
 
 RUBBER = NeoHookean.of(2e4, 0.45)
 seeds = st.integers(0, 2**32 - 1)

@@ -13,10 +13,10 @@ from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.enclosed_volume import volume
 from cohaptic_server.bodies.held_water import Band, HeldWater
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon, RubberResponse
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, SETTLED, STEPS
 from cohaptic_server.contact import locate
+from cohaptic_server.numeric import Floats
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 DEEPEST = 10.0  # N, what the simulated devices of the demo can give

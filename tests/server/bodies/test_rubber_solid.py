@@ -13,14 +13,15 @@ from cohaptic_server.bodies import rubber_tetrahedra
 from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.fronts import Analysis
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.refactoring import Refactored
 from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.settling import MAX_MOVE, SETTLED
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
-from cohaptic_server.contact import locate, pressure
+from cohaptic_server.contact import locate
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.numeric import Floats
 from tests.server.bodies.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(

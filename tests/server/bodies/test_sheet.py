@@ -6,9 +6,9 @@ import pytest
 from cohaptic_server.bodies.balloon import BalloonSettings, Inflated, inflate
 from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.sheet import Sheet
+from cohaptic_server.numeric import Floats
 
 SETTINGS = BalloonSettings(subdivisions=1)
 

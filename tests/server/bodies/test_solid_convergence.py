@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.blocks import half_ball
-from cohaptic_server.bodies.mesh import Floats, Ints, face_area_vectors
+from cohaptic_server.bodies.mesh import face_area_vectors
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.numeric import Floats, Ints
 
 A = 0.01  # m, radius of the punch
 FAR = 300 * A  # where the half ball is held: a thousandth of the displacement is lost there

@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.tension_field import (
     ENTRIES,
     Strained,
@@ -16,6 +15,7 @@ from cohaptic_server.bodies.tension_field import (
     strained,
     stress,
 )
+from cohaptic_server.numeric import Floats
 
 seeds = st.integers(0, 2**32 - 1)
 

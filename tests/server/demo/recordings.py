@@ -9,10 +9,10 @@ import numpy as np
 from cohaptic.record import COLUMNS, Row
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.drag import RIGHT, true_drag
 from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
 
 

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.hands import Rhythm
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import (
     AROUND,
     STEP,
@@ -21,6 +20,7 @@ from cohaptic_server.demo.analysis import (
     stretches,
 )
 from cohaptic_server.demo.scene import MEASURE
+from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import blank, save
 
 RHYTHM = Rhythm(4.0)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import Timeline, press_windows
 from cohaptic_server.demo.drag import LEFT, RIGHT, Drag, true_drag
 from cohaptic_server.demo.scene import Scene
+from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import dragged
 
 SCENE = Scene(friction=0.8, duration=9.0)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP
 from cohaptic_server.demo.lateness import LEAST, felt_delay, half_change
+from cohaptic_server.numeric import Floats
 
 SECONDS, PRESS, RAMP = (
     3.0,

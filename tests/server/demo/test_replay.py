@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
 from cohaptic_server.demo.replay import felt_at_once, instants
 from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import played
 
 SCENE = Scene(delay=0.02)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.demo.analysis import STEP
 from cohaptic_server.demo.rest import (
     AT_LIMIT,
@@ -19,6 +18,7 @@ from cohaptic_server.demo.rest import (
     judge_stretch,
     swings,
 )
+from cohaptic_server.numeric import Floats
 
 LIMIT = 10.0  # N
 SECONDS = 4.0  # of a stretch

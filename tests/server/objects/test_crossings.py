@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cohaptic_server.bodies.mesh import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.crossings import count_crossings
 from cohaptic_server.objects.surface_file import merged
 

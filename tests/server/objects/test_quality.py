@@ -7,7 +7,8 @@ from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
-from cohaptic_server.objects.quality import depth_under, is_smooth, quality, thickness
+from cohaptic_server.mesh.thickness import depth_under, is_smooth, thickness
+from cohaptic_server.objects.quality import quality
 
 REGULAR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 

@@ -13,13 +13,14 @@ from cohaptic_server.bodies import solid_parts
 from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.green_columns import Order
 from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_parts import Progress, SolidParts
+from cohaptic_server.bodies.solid_parts import SolidParts
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.objects import store
 from cohaptic_server.objects.arrays import save_arrays
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.surface_checks import SurfaceReport
+from cohaptic_server.progress import Progress
 
 Flags = npt.NDArray[np.bool_]
 SETTINGS = SolidSettings(order=1)

@@ -18,9 +18,9 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import Floats
 from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.watch.gallery import Gallery

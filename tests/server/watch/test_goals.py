@@ -10,7 +10,7 @@ from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.contact import pressure
+from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.watch.green import Superposition, decode_block, encode_block
 from cohaptic_server.watch.records import displacement, records
 from cohaptic_server.watch.scene_encoder import SceneEncoder

@@ -1,0 +1,20 @@
+"""Points spread evenly over a set of points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.numeric import Floats, Ints
+
+
+def spread_over(points: Floats, count: int) -> Ints:
+    """Points far from each other, each the farthest from those before it, shape (<= count,)."""
+    if len(points) <= count:
+        return np.arange(len(points), dtype=np.int64)
+    chosen = [int(np.argmin(points[:, 0]))]
+    gap = np.full(len(points), np.inf)
+    while len(chosen) < count:
+        off = points - points[chosen[-1]]
+        gap = np.minimum(gap, np.einsum("ni,ni->n", off, off))
+        chosen.append(int(gap.argmax()))
+    return np.array(chosen, dtype=np.int64)
