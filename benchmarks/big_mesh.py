@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from cohaptic_server.bodies.soft_ring import held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats
 
 # Vertices of the surface along the ring and round the tube, by thousands of tetrahedra.

@@ -37,9 +37,9 @@ from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.tetrahedra import boundary
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats
 
 PERIOD = 1.0 / 60.0  # s

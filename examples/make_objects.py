@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import face_area_vectors
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 
 # Centre, half axes [m] and weight of each lobe; negative ones hollow the underside out.

@@ -25,7 +25,7 @@ from cohaptic_experiments.recording import Trace
 from cohaptic_experiments.rig import SIMULATION_PERIOD, START, Press, press_at_plane
 from cohaptic_experiments.step_response import table
 from cohaptic_experiments.stiff_balloon import stiff_balloon, stiffness_at_x
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 NAME = "fig11"

@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.colors import Normalize
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from cohaptic_server.bodies.mesh import SurfaceMesh, face_area_vectors
+from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.numeric import Floats
 
 if TYPE_CHECKING:

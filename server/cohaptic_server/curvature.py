@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 REACH = 2.5  # contact radii round the contact that the sphere is fitted to

@@ -24,10 +24,10 @@ from cohaptic.protocol.control import (
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.mesh.touch_mesh import touch_mesh
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.touch_mesh import touch_mesh
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState
 

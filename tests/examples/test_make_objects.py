@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface_checks import examine
 from cohaptic_server.objects.surface_file import read_surface

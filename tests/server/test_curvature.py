@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.contact import locate
 from cohaptic_server.curvature import fit_curvature, reach
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 seeds = st.integers(0, 2**32 - 1)

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.field import Window
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.touch_mesh import touch_mesh
 from cohaptic_server.neighbourhood import (
     REACH,
     choose_vertices,
@@ -22,7 +23,6 @@ from cohaptic_server.neighbourhood import (
     way,
 )
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.touch_mesh import touch_mesh
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])

@@ -12,11 +12,11 @@ from cohaptic.hands import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon import BalloonSettings
-from cohaptic_server.bodies.enclosed_volume import volume
-from cohaptic_server.bodies.mesh import face_area_vectors
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.settling import CHORD, MAX_MOVE
 from cohaptic_server.equilibrium import RestingHand, solve
+from cohaptic_server.mesh.enclosed_volume import volume
+from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.room import describe
 from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down

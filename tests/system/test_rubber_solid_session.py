@@ -14,8 +14,8 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.blocks import grid
 from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.equilibrium import RestingHand, solve
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room import describe
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState

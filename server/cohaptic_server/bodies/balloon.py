@@ -25,11 +25,11 @@ import scipy.sparse.linalg
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping
-from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.rigid import rigid_motions
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.rigid_motions import rigid_motions
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
+from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
 
 _BEND = 1.8

@@ -22,9 +22,9 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints, cross
 
 PLACES = 600

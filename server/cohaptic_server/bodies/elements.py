@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, gradients, volumes
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 from cohaptic_server.numeric import Floats, Ints
 
 _CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes

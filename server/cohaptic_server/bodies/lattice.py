@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from cohaptic_server.bodies.tetrahedra import EDGES
+from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
 # Of a corner, a third of an edge, the middle of a face, the centre. 1 / 10 - 5 e / 27, e,

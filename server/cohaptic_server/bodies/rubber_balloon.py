@@ -28,14 +28,14 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon import BalloonSettings, held_by_base, inflate
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
-from cohaptic_server.bodies.enclosed_volume import volume
 from cohaptic_server.bodies.held_water import Band, order
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.bodies.settling import Settled, Settling
-from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.sheet import Sheet
 from cohaptic_server.bodies.watered_sheet import WateredSheet, WateredState
+from cohaptic_server.mesh.enclosed_volume import volume
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Ints
 
 # Far past its pressure maximum a balloon needs a larger cap held to have no negative mode but the

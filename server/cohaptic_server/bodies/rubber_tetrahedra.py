@@ -21,7 +21,7 @@ from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
 from cohaptic_server.bodies.refactoring import Indefinite, Refactored
 from cohaptic_server.bodies.settling import Unstable
 from cohaptic_server.bodies.solid_shape import SolidShape
-from cohaptic_server.bodies.tetrahedra import gradients, volumes
+from cohaptic_server.mesh.tetrahedra import gradients, volumes
 from cohaptic_server.numeric import Floats, Ints
 
 # Of J that a step leaves at every point, as interior point methods keep off their barrier.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
 
 RING, TUBE = 0.06, 0.025  # m; radius of the middle of the tube, and of the tube

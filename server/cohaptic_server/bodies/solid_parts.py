@@ -14,7 +14,7 @@ from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.green_columns import GreenColumns
 from cohaptic_server.bodies.multifrontal import Factor
 from cohaptic_server.bodies.solid_shape import SolidSettings, SolidShape, shape_of
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.progress import Progress
 
 

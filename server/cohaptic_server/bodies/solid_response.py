@@ -20,7 +20,7 @@ import numpy as np
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin
 from cohaptic_server.bodies.green_columns import GreenColumns
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 EXACT = 1.5  # distances between places of the twin up to which a column counts in full

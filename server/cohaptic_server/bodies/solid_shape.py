@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.rigid import rigid_rank
-from cohaptic_server.bodies.tetrahedra import (
+from cohaptic_server.mesh.rigid_motions import rigid_rank
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.tetrahedra import (
     EDGES,
     TetMesh,
     boundary,

@@ -18,7 +18,7 @@ import numpy as np
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 _INTO = np.array([-1.0, 0.0, 0.0])  # the way a press moves the plate

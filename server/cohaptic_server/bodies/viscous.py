@@ -19,7 +19,7 @@ import numpy as np
 
 from cohaptic_server.bodies.body import Body, Foreseeing, Load, Response
 from cohaptic_server.bodies.damping import check_damping
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 

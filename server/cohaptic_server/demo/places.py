@@ -18,10 +18,10 @@ from cohaptic.errors import BodyError
 from cohaptic.hands import Place
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.bodies.mesh import SurfaceMesh
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_server.bodies.mesh import SurfaceMesh, face_area_vectors
+from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 
 _SMOOTH = 0.82  # cosine of 35 degrees

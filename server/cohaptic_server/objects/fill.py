@@ -12,7 +12,7 @@ import tempfile
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
 
 ENVELOPE = 1e-3  # of the diagonal of the box around the surface, for edges of 0.05 of it

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 if TYPE_CHECKING:

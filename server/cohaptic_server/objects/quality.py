@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.tetrahedra import EDGES, TetMesh, gradients, volumes
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from cohaptic_server.bodies.coarse_twin import CoarseTwin
 from cohaptic_server.bodies.multifrontal import Factor
 from cohaptic_server.bodies.solid_parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.cache import damaged, fetch, keep, place
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
 from cohaptic_server.objects.surface_checks import SurfaceReport

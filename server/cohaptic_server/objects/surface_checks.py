@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
-from cohaptic_server.bodies.enclosed_volume import volume
+from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.crossings import count_crossings
 

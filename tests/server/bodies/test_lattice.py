@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.lattice import bounds, lattice, shape_gradients, weights
-from cohaptic_server.bodies.tetrahedra import EDGES
+from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
 POWERS = [p for p in itertools.product(range(4), repeat=4) if sum(p) == 3]

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.rigid import rigid_motions
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 
 X, FACES = icosphere(1, 0.1)

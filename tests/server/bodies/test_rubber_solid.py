@@ -18,9 +18,9 @@ from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.settling import MAX_MOVE, SETTLED
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.bodies.tetrahedra import TetMesh
 from cohaptic_server.contact import locate
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from tests.server.bodies.inversion import least_volume
 

@@ -13,13 +13,13 @@ from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.green_columns import GreenColumns
-from cohaptic_server.bodies.rigid import rigid_motions
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import stiffness_of
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.contact import locate
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats
 

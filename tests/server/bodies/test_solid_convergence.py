@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.blocks import half_ball
-from cohaptic_server.bodies.mesh import face_area_vectors
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 
 A = 0.01  # m, radius of the punch

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.mesh import face_area_vectors
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.contact import locate
+from cohaptic_server.mesh.surface import face_area_vectors
 from tests.server.fields import free_of
 
 

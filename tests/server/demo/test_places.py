@@ -7,13 +7,13 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.demo.places import Standing, is_open, stand, supported
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, truth
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import hold_mesh
 from cohaptic_server.objects.hold import held_in

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.objects.picture import draw
 
 MESH = SurfaceMesh(*icosphere(2, 0.05))

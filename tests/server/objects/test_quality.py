@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.blocks import block
-from cohaptic_server.bodies.mesh import SurfaceMesh
-from cohaptic_server.bodies.shapes import icosphere
-from cohaptic_server.bodies.tetrahedra import TetMesh, boundary
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.mesh.thickness import depth_under, is_smooth, thickness
 from cohaptic_server.objects.quality import quality
 

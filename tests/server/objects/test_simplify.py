@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.enclosed_volume import volume
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.enclosed_volume import volume
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.objects import object_file
 from cohaptic_server.objects.object_file import ObjectFile, prepare
 from cohaptic_server.objects.simplify import count_triangles, simplified

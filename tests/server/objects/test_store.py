@@ -15,7 +15,7 @@ from cohaptic_server.bodies.green_columns import Order
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import SolidParts
 from cohaptic_server.bodies.solid_shape import SolidSettings
-from cohaptic_server.bodies.tetrahedra import TetMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects import store
 from cohaptic_server.objects.arrays import save_arrays
 from cohaptic_server.objects.object_file import ObjectFile, Prepared

@@ -14,7 +14,7 @@ import scipy.sparse.linalg
 
 from cohaptic_server.bodies.balloon import BalloonSettings, held_by_base, inflate
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
 

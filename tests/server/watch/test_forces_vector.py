@@ -14,8 +14,8 @@ import pytest
 
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.mesh import FINE, SurfaceMesh
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import FINE, SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.watch.green import decode_block, encode_block, green_source
 

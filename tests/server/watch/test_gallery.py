@@ -18,8 +18,8 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_server.bodies.balloon import Balloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room import Room
 from cohaptic_server.settings import ServerSettings

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
 
 RADIUS = 0.1  # m
 C_II = 0.004  # m/N

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.scene_surface import Surface
 from cohaptic.protocol.traversal import Traversal
-from cohaptic_server.bodies.shapes import icosphere
 from cohaptic_server.bodies.spring import plate
+from cohaptic_server.mesh.icosphere import icosphere
 
 Faces = list[tuple[int, int, int]]
 

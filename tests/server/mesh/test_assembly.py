@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.assembly import scatter_matrix, scatter_vector
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.mesh.icosphere import icosphere
 
 X, FACES = icosphere(1, 0.1)
 N, M = len(X), len(FACES)

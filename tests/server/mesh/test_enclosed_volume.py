@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.enclosed_volume import volume, volume_gradient, volume_hessian
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 
 X, FACES = icosphere(1, 0.1)

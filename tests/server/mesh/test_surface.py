@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.mesh import SurfaceMesh, face_area_vectors
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 
 X, FACES = icosphere(2, 0.1)
 MESH = SurfaceMesh(X, FACES)

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.enclosed_volume import volume
-from cohaptic_server.bodies.mesh import SurfaceMesh, face_area_vectors
-from cohaptic_server.bodies.shapes import icosphere
+from cohaptic_server.mesh.enclosed_volume import volume
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 
 
 @pytest.mark.parametrize(("subdivisions", "n"), [(1, 42), (2, 162), (3, 642)])

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.mesh import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 APART = 0.7  # contact radii: the least distance between two vertices of a thinned mesh

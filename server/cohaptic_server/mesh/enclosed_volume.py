@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.mesh.assembly import scatter_matrix, scatter_vector
 from cohaptic_server.numeric import Floats, Ints
 
 
