@@ -16,11 +16,11 @@ import time
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from cohaptic_server.bodies.soft_ring import held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.soft_ring import held, ring
 
 # Vertices of the surface along the ring and round the tube, by thousands of tetrahedra.
 SIZES = {1: (20, 12), 5: (32, 20), 20: (72, 32), 137: (160, 96)}

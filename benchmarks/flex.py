@@ -35,12 +35,12 @@ from threadpoolctl import threadpool_limits
 
 from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
 
 PERIOD = 1.0 / 60.0  # s
 DEPTH = 0.002  # m

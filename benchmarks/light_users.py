@@ -25,7 +25,7 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import Vec3, dot, scale, sub
-from cohaptic_server.bodies.soft_ring import RING, TUBE
+from cohaptic_server.testing.soft_ring import RING, TUBE
 
 PERIOD = 1.0 / 60.0  # s
 DEPTH, RHYTHM = 0.008, 2.0  # m, s

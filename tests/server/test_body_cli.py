@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from cohaptic.errors import CohapticError
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.body_cli import body
+from cohaptic_server.testing.blocks import block
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 HOLD = ["--fix", "z <= 0%", "--order", "1"]

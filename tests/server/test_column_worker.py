@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.testing.blocks import block
 
 PATIENCE = 30.0  # s
 

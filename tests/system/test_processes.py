@@ -22,11 +22,11 @@ from cohaptic_client.passivity import MAX_DAMPING
 from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
 from cohaptic_client.step import LONGEST_PATIENCE
 from cohaptic_client.step import PATIENCE as PATIENCE_OF_LOOP
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 

@@ -11,12 +11,12 @@ from cohaptic.control.law import Law
 from cohaptic.hands import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.blocks import grid
 from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room import describe
+from cohaptic_server.testing.blocks import grid
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState
 from tests.server.bodies.inversion import least_volume

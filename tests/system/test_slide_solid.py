@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from cohaptic_experiments.slide_solid import ServedSolid, slide
-from cohaptic_server.bodies.soft_ring import held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import make_parts
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.mesh.touch_mesh import touch_mesh
+from cohaptic_server.testing.soft_ring import held, ring
 
 
 @pytest.mark.parametrize(("speed", "delay"), [(0.2, 0.0), (0.02, 0.0), (0.2, 0.15)])

@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
-from cohaptic_server.bodies.soft_ring import RING, TUBE, held, ring
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.testing.blocks import block
+from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
 
 Place = tuple[float, float]  # angles along the ring and round its tube
 

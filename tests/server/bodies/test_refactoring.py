@@ -6,11 +6,11 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.fronts import analyse
 from cohaptic_server.bodies.refactoring import Indefinite, Refactored
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 
 
 def held_block(cells: tuple[int, int, int], nu: float) -> tuple[sp.csr_array, Floats]:

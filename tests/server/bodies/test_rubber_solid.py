@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies import rubber_tetrahedra
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.fronts import Analysis
 from cohaptic_server.bodies.refactoring import Refactored
@@ -22,6 +21,7 @@ from cohaptic_server.contact import locate
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 from tests.server.bodies.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.green_columns import GreenColumns
@@ -22,6 +21,7 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3

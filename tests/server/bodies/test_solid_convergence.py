@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.blocks import half_ball
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.testing.blocks import half_ball
 
 A = 0.01  # m, radius of the punch
 FAR = 300 * A  # where the half ball is held: a thousandth of the displacement is lost there

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.green_columns import GreenColumns, Order
 from cohaptic_server.bodies.solid import RISE, STAYS, Solid
@@ -16,6 +15,7 @@ from cohaptic_server.bodies.solid_response import SolidResponse
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 from tests.server.bodies.test_coarse_twin import Place, places, soft_ring, touch, twin
 
 DOWN = np.array([0.0, 0.0, -1.0])

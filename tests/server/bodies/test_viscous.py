@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.contact import locate
 from cohaptic_server.neighbourhood import vertex_compliance
+from cohaptic_server.testing.blocks import block
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 

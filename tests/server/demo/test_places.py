@@ -5,7 +5,6 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
@@ -15,6 +14,7 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 
 
 @pytest.fixture(scope="module")

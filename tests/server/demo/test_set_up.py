@@ -8,13 +8,13 @@ import pytest
 import typer
 
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.cli import serve
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.testing.blocks import block
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 

@@ -14,12 +14,12 @@ from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
 from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.soft_ring import ring
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.touch_mesh import TouchMesh, thinned, touch_mesh
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.testing.soft_ring import ring
 
 RADIUS = 0.1  # m
 BALL = SurfaceMesh(*icosphere(4, RADIUS))  # vertices 7 mm apart

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.surface_checks import SurfaceReport
+from cohaptic_server.testing.blocks import block
 
 WANTED = ObjectFile(Path("a.stl"), "z <= 0%", material=SolidSettings(order=1), scale=0.001)
 GOOD = SurfaceReport(0, 0, 0, 1, 1e6, 100.0)

@@ -8,7 +8,6 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.catalogue import build_body
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
@@ -20,6 +19,7 @@ from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.surface_checks import examine
 from cohaptic_server.objects.surface_file import read_surface
+from cohaptic_server.testing.blocks import block
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")

@@ -10,7 +10,6 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies import solid_parts
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.green_columns import Order
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_parts import SolidParts
@@ -21,6 +20,7 @@ from cohaptic_server.objects.arrays import save_arrays
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.surface_checks import SurfaceReport
 from cohaptic_server.progress import Progress
+from cohaptic_server.testing.blocks import block
 
 Flags = npt.NDArray[np.bool_]
 SETTINGS = SolidSettings(order=1)

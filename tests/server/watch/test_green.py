@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.blocks import block
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 from cohaptic_server.watch.green import (
     GreenSource,
     decode_block,

@@ -1,0 +1,1 @@
+"""Shapes to press on in tests and benchmarks."""
