@@ -19,8 +19,8 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.scheduling import stand_back
 from cohaptic_server.bodies.green_columns import Column, Order, solve_columns
-from cohaptic_server.bodies.multifrontal import Factor
 from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Ints
 
 BATCH = 24  # vertices in one solve; a fingertip covers so many on a mesh that resolves it

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_server.bodies.multifrontal import Factor
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Floats, Ints
 
 _BATCH = 16  # vertices in one solve: more of them cost less each, and hold more memory

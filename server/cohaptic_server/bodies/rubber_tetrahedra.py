@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.fronts import Analysis, analyse, dofs
 from cohaptic_server.bodies.lattice import bounds, shape_gradients, weights
 from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
-from cohaptic_server.bodies.refactoring import Indefinite, Refactored
 from cohaptic_server.bodies.settling import Unstable
 from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.cholesky.refactor import Indefinite, Refactored
+from cohaptic_server.cholesky.symbolic import Analysis, analyse, dofs
 from cohaptic_server.mesh.tetrahedra import gradients, volumes
 from cohaptic_server.numeric import Floats, Ints
 

@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.coarse_twin import CoarseTwin
-from cohaptic_server.bodies.multifrontal import Factor
 from cohaptic_server.bodies.solid_parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.cache import damaged, fetch, keep, place
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare

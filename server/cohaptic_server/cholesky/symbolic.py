@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.dissection import Part, dissect
+from cohaptic_server.cholesky.dissection import Part, dissect
 from cohaptic_server.numeric import Floats, Ints
 
 

@@ -23,8 +23,8 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.dissection import Part, dissect
-from cohaptic_server.bodies.fronts import borders_of, dofs, graph_of
+from cohaptic_server.cholesky.dissection import Part, dissect
+from cohaptic_server.cholesky.symbolic import borders_of, dofs, graph_of
 from cohaptic_server.numeric import Floats, Ints
 
 AnyFloats = npt.NDArray[np.float32 | np.float64]

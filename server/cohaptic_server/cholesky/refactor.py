@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import blas, lapack
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.fronts import Analysis
+from cohaptic_server.cholesky.symbolic import Analysis
 from cohaptic_server.numeric import Floats
 
 

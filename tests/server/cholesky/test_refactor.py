@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.elements import stiffness
-from cohaptic_server.bodies.fronts import analyse
-from cohaptic_server.bodies.refactoring import Indefinite, Refactored
+from cohaptic_server.cholesky.refactor import Indefinite, Refactored
+from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 

@@ -1,0 +1,1 @@
+"""The sparse Cholesky factorisation: ordered, analysed, factored, and factored anew."""
