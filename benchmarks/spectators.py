@@ -41,7 +41,7 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic_server.app import CohapticServer
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.watch.green import Superposition, encode_block
 from cohaptic_server.watch.records import displacement, records

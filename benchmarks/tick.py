@@ -27,9 +27,9 @@ import solid_ticks
 from big_mesh import SIZES
 from cohaptic.control.law import Law
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.contact import Contact, locate
 from cohaptic_server.world import advance
 from cohaptic_server.world_state import Touch, WorldState

@@ -28,7 +28,7 @@ from cohaptic_experiments.outcome import (
 from cohaptic_experiments.plot_style import GREY, PROBE, PROXY, THIRD, canvas
 from cohaptic_experiments.ring import REACHED, Played, play
 from cohaptic_experiments.virtual_session import PERIOD
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
 NAME = "crowd"
 TITLE = "2 to 16 users: steady forces against the truth, and the time that they take"

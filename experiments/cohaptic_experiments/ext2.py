@@ -32,7 +32,7 @@ from cohaptic_experiments.outcome import (
 from cohaptic_experiments.plot_style import GREY, PROBE, PROXY, canvas
 from cohaptic_experiments.recording import Trace, record
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
 from cohaptic_server.numeric import Floats

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.contact import locate
 from cohaptic_server.equilibrium import complementarity

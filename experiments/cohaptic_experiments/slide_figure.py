@@ -27,7 +27,7 @@ from cohaptic_experiments.outcome import (
 )
 from cohaptic_experiments.plot_style import PROBE, PROXY, THIRD, canvas
 from cohaptic_experiments.slide import SlideResult, measure
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
 NAME = "slide"
 TITLE = "sliding over the balloon: error of the force with plane, sphere and mesh patches"

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.contact import locate
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.browser.chromium import open_browser
 from tests.browser.room import SOON, Room
 from tests.browser.visitor import CLOCK, SMALL, Look, Visitor, visitor_of

@@ -13,7 +13,7 @@ import pytest
 from cohaptic.hands import Hand
 from cohaptic.protocol.scene import UserRecord
 from cohaptic.vec import add, scale
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.equilibrium import RestingHand, solve
 from tests.browser.conftest import Open
 from tests.browser.room import Room

@@ -13,7 +13,7 @@ from cohaptic.control.law import Law
 from cohaptic_client.safety import EXTERNAL_RATE
 from cohaptic_experiments.ring import APPROACH, REACHED, play, reached, ring
 from cohaptic_experiments.virtual_session import PERIOD
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
 
 @given(st.floats(0.05, 1.5), st.floats(0.02, 1.0))

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
 
 @pytest.fixture(scope="session")

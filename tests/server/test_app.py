@@ -39,7 +39,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import Vec3, norm
 from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.listener import MAX_INBOUND_BYTES
 from cohaptic_server.outbox import MAX_EVENTS

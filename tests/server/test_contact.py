@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import Contact, locate, turned
 from cohaptic_server.field import Still
 from cohaptic_server.mesh.icosphere import icosphere

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.curvature import fit_curvature, reach
 from cohaptic_server.mesh.icosphere import icosphere

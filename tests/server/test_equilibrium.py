@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.vec import Vec3, norm, scale, sub, unit
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
 from cohaptic_server.numeric import Floats

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.field import FreeOf, Still, Window
 from cohaptic_server.numeric import Floats, Ints

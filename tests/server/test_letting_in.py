@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.room import RoomLag
 from cohaptic_server.admission import EFFECT_RATE, MAX_SUM
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.letting_in import DEEPEST, GO, let_in, release
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import times
 from cohaptic.protocol.patch import MIN_COMPLIANCE
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.field import FreeOf
 from cohaptic_server.loads import (

@@ -13,7 +13,7 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.surfaces import SurfaceMaker
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import locate
 from cohaptic_server.patch_shape import look
 from cohaptic_server.room import Room

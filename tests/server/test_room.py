@@ -12,7 +12,7 @@ from cohaptic.protocol.control import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import norm
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world import RELEASE_TIME

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.contact import Contact
 from cohaptic_server.numeric import Floats
 from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down

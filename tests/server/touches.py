@@ -12,7 +12,7 @@ from cohaptic.control.delay import LoopDelay
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import FULL_BUDGET
 from cohaptic.vec import Vec3, scale, unit
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.contact import Contact, locate
 from cohaptic_server.world_state import Touch, UserState
 

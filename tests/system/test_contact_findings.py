@@ -19,7 +19,7 @@ from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.passivity import MAX_DAMPING, dissipate, observe
 from cohaptic_client.safety import EXTERNAL_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 
 STEP = EXTERNAL_RATE * PERIOD  # N in a haptic period that nothing of the hand's own explains

@@ -10,7 +10,7 @@ import pytest
 
 from cohaptic.hands import HandScript, Rhythm
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
 from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down

@@ -18,7 +18,7 @@ from cohaptic.protocol.frame import MAX_FORCE
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm, scale
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 
 MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
 Attack = Callable[[int, int], tuple[Vec3, Vec3]]  # attacker, tick -> probe [m], force [N]

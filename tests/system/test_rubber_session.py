@@ -11,9 +11,9 @@ from cohaptic.control.law import Law
 from cohaptic.hands import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.balloon import BalloonSettings
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
-from cohaptic_server.bodies.settling import CHORD, MAX_MOVE
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.newton import CHORD, MAX_MOVE
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors

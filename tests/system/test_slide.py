@@ -9,7 +9,7 @@ import pytest
 
 from cohaptic.vec import norm, sub
 from cohaptic_experiments.slide import CLEARANCE, GuidedHand, Way, measure, true_forces
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.build import build_solid

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body, DenseResponse, Load, Response
 from cohaptic_server.bodies.solid import Solid
 from cohaptic_server.mesh.surface import SurfaceMesh

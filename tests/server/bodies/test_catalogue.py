@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.catalogue import BODIES, build_body
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Timeline, press_windows
 from cohaptic_server.demo.drag import LEFT, RIGHT, Drag, true_drag
 from cohaptic_server.demo.scene import Scene

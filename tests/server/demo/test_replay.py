@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
 from cohaptic_server.demo.replay import felt_at_once, instants
 from cohaptic_server.demo.scene import Scene, truth

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cohaptic.report import TouchStatus
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, evaluate

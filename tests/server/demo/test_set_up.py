@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import typer
 
-from cohaptic_server.bodies.balloon import Balloon
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid_shape import SolidSettings
 from cohaptic_server.cli import serve
 from cohaptic_server.demo.scene import Scene

@@ -13,7 +13,7 @@ from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.mesh.tetrahedra import boundary

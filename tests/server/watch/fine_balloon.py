@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from cohaptic_server.bodies.balloon import BalloonSettings, held_by_base, inflate
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings, held_by_base, inflate
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import FINE, SurfaceMesh

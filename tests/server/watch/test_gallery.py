@@ -16,7 +16,7 @@ from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import FINEST
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.mesh.icosphere import icosphere

@@ -8,7 +8,7 @@ import numpy as np
 
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.watch.green import Superposition, decode_block, encode_block

@@ -39,7 +39,7 @@ from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
-from cohaptic_server.bodies.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.watch.green import decode_block, green_source
 from cohaptic_server.watch.page import FOLDER
 from cohaptic_server.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.tension_field import (
+from cohaptic_server.bodies.balloon.membrane import Membrane
+from cohaptic_server.bodies.balloon.tension_field import (
     ENTRIES,
     Strained,
     energy_density,

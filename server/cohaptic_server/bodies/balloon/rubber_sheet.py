@@ -12,8 +12,8 @@ import itertools
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.tension_field import (
+from cohaptic_server.bodies.balloon.membrane import Membrane
+from cohaptic_server.bodies.balloon.tension_field import (
     ENTRIES,
     Strained,
     energy_density,

@@ -23,9 +23,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping
-from cohaptic_server.bodies.membrane import Membrane
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.rigid_motions import rigid_motions

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.balloon import BalloonSettings, inflate
-from cohaptic_server.bodies.held_water import Band, HeldWater, order
-from cohaptic_server.bodies.settling import Unstable
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings, inflate
+from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater, order
+from cohaptic_server.bodies.newton import Unstable
 from cohaptic_server.mesh.enclosed_volume import volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.held_water import Band, HeldWater
-from cohaptic_server.bodies.sheet import Sheet
-from cohaptic_server.bodies.tension_field import Strained
+from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater
+from cohaptic_server.bodies.balloon.rubber_sheet import Sheet
+from cohaptic_server.bodies.balloon.tension_field import Strained
 from cohaptic_server.numeric import Floats, Ints
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings, inflate
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings, inflate
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.contact import locate
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient

@@ -25,14 +25,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.balloon import BalloonSettings, held_by_base, inflate
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings, held_by_base, inflate
+from cohaptic_server.bodies.balloon.constant_volume_solver import Band, order
+from cohaptic_server.bodies.balloon.filled_sheet import WateredSheet, WateredState
+from cohaptic_server.bodies.balloon.membrane import Membrane
+from cohaptic_server.bodies.balloon.rubber_sheet import Sheet
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
-from cohaptic_server.bodies.held_water import Band, order
-from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.settling import Settled, Settling
-from cohaptic_server.bodies.sheet import Sheet
-from cohaptic_server.bodies.watered_sheet import WateredSheet, WateredState
+from cohaptic_server.bodies.newton import Settled, Settling
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh

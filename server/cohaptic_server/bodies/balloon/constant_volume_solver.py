@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 from scipy.sparse import csgraph
 
-from cohaptic_server.bodies.settling import Unstable
+from cohaptic_server.bodies.newton import Unstable
 from cohaptic_server.numeric import Floats, Ints
 
 

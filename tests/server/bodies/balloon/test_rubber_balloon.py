@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies import watered_sheet
-from cohaptic_server.bodies.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon import filled_sheet as watered_sheet
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.held_water import Band, HeldWater
-from cohaptic_server.bodies.rubber_balloon import RubberBalloon, RubberResponse
-from cohaptic_server.bodies.settling import CHORD, MAX_MOVE, SETTLED, STEPS
+from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, SETTLED, STEPS
 from cohaptic_server.contact import locate
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats

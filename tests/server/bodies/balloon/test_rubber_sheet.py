@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.balloon import BalloonSettings, Inflated, inflate
-from cohaptic_server.bodies.membrane import Membrane
-from cohaptic_server.bodies.sheet import Sheet
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings, Inflated, inflate
+from cohaptic_server.bodies.balloon.membrane import Membrane
+from cohaptic_server.bodies.balloon.rubber_sheet import Sheet
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats

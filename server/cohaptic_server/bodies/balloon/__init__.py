@@ -1,0 +1,1 @@
+"""The balloon, linear and of rubber: a membrane round a volume that stays."""
