@@ -24,8 +24,8 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring

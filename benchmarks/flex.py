@@ -35,7 +35,7 @@ from threadpoolctl import threadpool_limits
 
 from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import boundary

@@ -24,9 +24,9 @@ from threadpoolctl import threadpool_limits
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, dot, scale, sub
-from cohaptic_server.bodies.elements import stiffness
 from cohaptic_server.bodies.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world import advance

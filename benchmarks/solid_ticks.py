@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world import advance

@@ -16,7 +16,7 @@ import numpy as np
 from cohaptic_experiments.slide import Way, felt_along, true_forces
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.room import describe
 
 _BRINGS = 6  # ticks between two batches of columns

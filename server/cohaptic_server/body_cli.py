@@ -12,7 +12,7 @@ from rich.table import Table
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.cache import folder
 from cohaptic_server.objects.inspection import Inspection

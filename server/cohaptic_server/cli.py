@@ -16,8 +16,8 @@ from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.catalogue import BODIES, build_body
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.listener import page_address

@@ -18,8 +18,8 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from cohaptic.scheduling import stand_back
-from cohaptic_server.bodies.green_columns import Column, Order, solve_columns
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.green_columns import Column, Order, solve_columns
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Ints
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 
 SOLID = SolidSettings()
 

@@ -5,8 +5,8 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.testing.blocks import block

@@ -12,7 +12,7 @@ from cohaptic.hands import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room import describe

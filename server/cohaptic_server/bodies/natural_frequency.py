@@ -15,8 +15,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.elements import stiffness
-from cohaptic_server.bodies.solid_shape import SolidSettings, SolidShape
+from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
+from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from cohaptic_server.bodies.lattice import bounds, shape_gradients, weights
 from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
 from cohaptic_server.bodies.newton import Unstable
-from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.refactor import Indefinite, Refactored
 from cohaptic_server.cholesky.symbolic import Analysis, analyse, dofs
 from cohaptic_server.mesh.tetrahedra import gradients, volumes

@@ -20,7 +20,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
 from cohaptic_server.bodies.catalogue import BODIES
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import TRACE, picture, traced
 from cohaptic_server.demo.processes import DemoFailed, Stage

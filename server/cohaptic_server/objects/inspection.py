@@ -10,8 +10,8 @@ import numpy as np
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.natural_frequency import lowest_frequency
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.bodies.solid.shape import SolidShape
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill import ENVELOPE, fill

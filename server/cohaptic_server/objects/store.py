@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.coarse_twin import CoarseTwin
-from cohaptic_server.bodies.solid_parts import SolidParts, make_parts
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.far_field import CoarseTwin
+from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.cache import damaged, fetch, keep, place

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from cohaptic.clock import Clock
 from cohaptic.control.law import Law
 from cohaptic.vec import Vec3
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world import advance

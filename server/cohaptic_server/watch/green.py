@@ -16,7 +16,7 @@ import numpy as np
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body, DenseResponse, Load, Response
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 

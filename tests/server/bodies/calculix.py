@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import Floats
 
 CCX = shutil.which("ccx")

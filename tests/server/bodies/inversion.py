@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.bodies.solid_shape import SolidShape
+from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.mesh.tetrahedra import EDGES, gradients
 from cohaptic_server.numeric import Floats
 

@@ -13,8 +13,8 @@ from cohaptic_server.bodies import rubber_tetrahedra
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.newton import MAX_MOVE, SETTLED
 from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.refactor import Refactored
 from cohaptic_server.cholesky.symbolic import Analysis
 from cohaptic_server.contact import locate

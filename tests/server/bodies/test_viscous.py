@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.contact import locate
 from cohaptic_server.neighbourhood import vertex_compliance

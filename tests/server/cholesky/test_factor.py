@@ -8,8 +8,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.solid_parts import stiffness_of
-from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
+from cohaptic_server.bodies.solid.parts import stiffness_of
+from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.arrays import load_arrays, save_arrays

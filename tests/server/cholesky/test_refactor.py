@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.elements import stiffness
+from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.refactor import Indefinite, Refactored
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats

@@ -6,8 +6,8 @@ import pytest
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.demo.places import Standing, is_open, stand, supported
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, truth
 from cohaptic_server.mesh.icosphere import icosphere

@@ -9,7 +9,7 @@ import typer
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli import serve
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up

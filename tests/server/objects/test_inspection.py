@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.object_file import ObjectFile, Prepared

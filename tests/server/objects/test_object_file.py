@@ -9,8 +9,8 @@ import trimesh
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.catalogue import build_body
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
 from cohaptic_server.numeric import Floats, Ints

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies import solid_parts
-from cohaptic_server.bodies.green_columns import Order
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_parts import SolidParts
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid import parts as solid_parts
+from cohaptic_server.bodies.solid.green_columns import Order
+from cohaptic_server.bodies.solid.parts import SolidParts
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects import store
 from cohaptic_server.objects.arrays import save_arrays

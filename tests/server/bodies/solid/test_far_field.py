@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.far_field import CoarseTwin, make_twin
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over

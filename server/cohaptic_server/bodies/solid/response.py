@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.coarse_twin import Carried, CoarseTwin
-from cohaptic_server.bodies.green_columns import GreenColumns
+from cohaptic_server.bodies.solid.far_field import Carried, CoarseTwin
+from cohaptic_server.bodies.solid.green_columns import GreenColumns
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 

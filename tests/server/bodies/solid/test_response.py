@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.green_columns import GreenColumns, Order
-from cohaptic_server.bodies.solid import RISE, STAYS, Solid
-from cohaptic_server.bodies.solid_parts import SolidParts
-from cohaptic_server.bodies.solid_response import SolidResponse
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.green_columns import GreenColumns, Order
+from cohaptic_server.bodies.solid.parts import SolidParts
+from cohaptic_server.bodies.solid.response import SolidResponse
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import RISE, STAYS, Solid
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from tests.server.bodies.test_coarse_twin import Place, places, soft_ring, touch, twin
+from tests.server.bodies.solid.test_far_field import Place, places, soft_ring, touch, twin
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -144,7 +144,7 @@ def test_what_is_ahead_is_found_after_what_is_touched() -> None:
 
 
 def test_columns_that_are_in_use_stay_and_others_go(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohaptic_server.bodies.green_columns.LEAST", 40)
+    monkeypatch.setattr("cohaptic_server.bodies.solid.green_columns.LEAST", 40)
     mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
     settings = SolidSettings(contact_radius=0.02)
     small = Solid(mesh, mesh.vertices[:, 2] < 0.01, settings)

@@ -22,11 +22,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
-from cohaptic_server.bodies.green_columns import Column, GreenColumns, Order
-from cohaptic_server.bodies.solid_parts import SolidParts, factor_of
-from cohaptic_server.bodies.solid_response import GONE, Pushed, SolidResponse, Spot
-from cohaptic_server.bodies.solid_shape import SolidSettings, shape_of
+from cohaptic_server.bodies.solid.far_field import CoarseTwin, make_twin
+from cohaptic_server.bodies.solid.green_columns import Column, GreenColumns, Order
+from cohaptic_server.bodies.solid.parts import SolidParts, factor_of
+from cohaptic_server.bodies.solid.response import GONE, Pushed, SolidResponse, Spot
+from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.coarse_twin import CoarseTwin, make_twin
-from cohaptic_server.bodies.elements import stiffness
-from cohaptic_server.bodies.green_columns import GreenColumns
-from cohaptic_server.bodies.solid_shape import SolidSettings, SolidShape, shape_of
+from cohaptic_server.bodies.solid.far_field import CoarseTwin, make_twin
+from cohaptic_server.bodies.solid.green_columns import GreenColumns
+from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
+from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.progress import Progress

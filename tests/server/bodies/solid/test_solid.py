@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.elements import stiffness
-from cohaptic_server.bodies.green_columns import GreenColumns
-from cohaptic_server.bodies.solid import Solid
-from cohaptic_server.bodies.solid_parts import stiffness_of
-from cohaptic_server.bodies.solid_shape import SolidSettings
+from cohaptic_server.bodies.solid.green_columns import GreenColumns
+from cohaptic_server.bodies.solid.parts import stiffness_of
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.contact import locate
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.pressure import pressure
@@ -122,7 +122,7 @@ def test_the_compliance_of_all_surface_vertices_is_symmetric_and_definite(order:
 
 
 def test_a_small_cache_gives_the_same_and_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohaptic_server.bodies.green_columns.LEAST", 10)
+    monkeypatch.setattr("cohaptic_server.bodies.solid.green_columns.LEAST", 10)
     roomy, tight = small(), small.__wrapped__()
     tight.columns = GreenColumns(tight.columns.factor, tight.shape.place, 1)
     most = 10
@@ -206,7 +206,7 @@ def test_an_object_held_nowhere_or_everywhere_is_refused(
 
 def test_chunks_of_the_assembly_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     body = small(2, 0.3)
-    monkeypatch.setattr("cohaptic_server.bodies.elements._CHUNK", 7)
+    monkeypatch.setattr("cohaptic_server.bodies.solid.stiffness._CHUNK", 7)
     again = stiffness(body.shape.tets, body.shape.elements, len(body.shape.nodes), 1e4, 0.3)
     assert abs(again - stiffness_of(body.shape, body.settings)).max() < 1e-12 * abs(again).max()
 
