@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, dot, scale, sub
-from cohaptic_server.bodies.rubber_solid import RubberSolid
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor

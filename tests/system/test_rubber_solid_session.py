@@ -11,7 +11,7 @@ from cohaptic.control.law import Law
 from cohaptic.hands import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.tetrahedra import TetMesh

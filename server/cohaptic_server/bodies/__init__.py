@@ -1,1 +1,1 @@
-"""Elastic bodies, one per file, behind the Protocol in `body.py`. No I/O."""
+"""Deformable bodies: how displacement answers the forces of contacts."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
 from cohaptic_server.objects.hold import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
+from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean, Strained, strained
 from cohaptic_server.numeric import Floats
 
 RUBBER = NeoHookean.of(2e4, 0.45)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.lattice import bounds, shape_gradients, weights
-from cohaptic_server.bodies.neo_hookean import NeoHookean, Strained, strained
 from cohaptic_server.bodies.newton import Unstable
+from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean, Strained, strained
+from cohaptic_server.bodies.rubber_solid.quadrature import bounds, shape_gradients, weights
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.refactor import Indefinite, Refactored
 from cohaptic_server.cholesky.symbolic import Analysis, analyse, dofs

@@ -9,10 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies import rubber_tetrahedra
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.newton import MAX_MOVE, SETTLED
-from cohaptic_server.bodies.rubber_solid import RubberSolid, RubberSolidResponse
+from cohaptic_server.bodies.rubber_solid import rubber_tetrahedra
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.refactor import Refactored

@@ -19,9 +19,9 @@ import numpy.typing as npt
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
-from cohaptic_server.bodies.neo_hookean import NeoHookean
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, Pace, Settled, Settling
-from cohaptic_server.bodies.rubber_tetrahedra import RubberTetrahedra, SolidState
+from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
+from cohaptic_server.bodies.rubber_solid.rubber_tetrahedra import RubberTetrahedra, SolidState
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh

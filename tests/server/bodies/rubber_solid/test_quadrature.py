@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.lattice import bounds, lattice, shape_gradients, weights
+from cohaptic_server.bodies.rubber_solid.quadrature import bounds, lattice, shape_gradients, weights
 from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
