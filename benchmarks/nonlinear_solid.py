@@ -29,8 +29,8 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 PERIOD = 1.0 / 60.0  # s
 SPEED = 0.1  # m/s along the ring

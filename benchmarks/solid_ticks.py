@@ -24,8 +24,8 @@ from cohaptic.control.law import Law
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 from flex import DEPTH, TooLarge, compiled, step
 from memory import read_time
 

@@ -46,8 +46,8 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.watch.green import Superposition, encode_block
 from cohaptic_server.watch.records import displacement, records
 from cohaptic_server.watch.scene_encoder import SceneEncoder
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 PERIOD = 1.0 / 60.0  # s
 WARM_UP = 1.0  # s at the start of a phase that do not count

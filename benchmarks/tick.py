@@ -30,9 +30,9 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.contact import Contact, locate
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.contact import Contact, locate
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 PERIOD = 1.0 / 60.0  # s
 

@@ -38,8 +38,8 @@ from cohaptic_client.safety import (
 from cohaptic_client.slew import hold_back
 from cohaptic_client.step import next_patience, on_body
 from cohaptic_experiments.compiled import compiled, compiled_in_parallel, on_all_cores, usable
-from cohaptic_server.admission import EFFECT_RATE, behind, bounded, level, shares_of_change
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, level, shares_of_change
 
 T = 1e-3  # s
 PRESS_TIME = 0.3  # s

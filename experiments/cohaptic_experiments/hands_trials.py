@@ -17,9 +17,9 @@ import numpy as np
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.contact import locate
-from cohaptic_server.equilibrium import complementarity
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.equilibrium import complementarity
 
 MAX_USERS = 8
 APART = 0.04  # m between contacts on the balloon: two diameters of a fingertip

@@ -8,7 +8,7 @@ import numpy as np
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.contact import locate
+from cohaptic_server.world.contact import locate
 
 K_O = 1000.0  # N/m, of Fig. 11
 

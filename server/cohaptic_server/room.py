@@ -25,11 +25,11 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.mesh.touch_mesh import touch_mesh
-from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.neighbourhood import vertex_compliance
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 STALE_AFTER = 0.5  # s without a sample: the user's force is let go until the next one
 REPLACE_AFTER = 2.0  # s without a sample: another client may take the name over

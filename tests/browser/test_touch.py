@@ -14,7 +14,7 @@ from cohaptic.hands import Hand
 from cohaptic.protocol.scene import UserRecord
 from cohaptic.vec import add, scale
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.equilibrium import RestingHand, solve
+from cohaptic_server.world.equilibrium import RestingHand, solve
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import AZIMUTH

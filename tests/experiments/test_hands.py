@@ -37,8 +37,8 @@ from cohaptic_experiments.hands_trials import (
 from cohaptic_experiments.hands_wide import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.admission import bounded, shares_of_change
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.world.force_limits import bounded, shares_of_change
 
 OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)

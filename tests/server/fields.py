@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic_server.bodies.body import Response
-from cohaptic_server.field import FreeOf
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.displacement_field import FreeOf
 
 
 def free_of(response: Response, i: int, force: float) -> Floats:

@@ -15,7 +15,7 @@ from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world import RELEASE_TIME
+from cohaptic_server.world.tick import RELEASE_TIME
 from tests.server.peers import hello, sample
 
 

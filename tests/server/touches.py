@@ -13,8 +13,8 @@ from cohaptic.control.law import Law
 from cohaptic.control.room_lag import FULL_BUDGET
 from cohaptic.vec import Vec3, scale, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import Contact, locate
-from cohaptic_server.world_state import Touch, UserState
+from cohaptic_server.world.contact import Contact, locate
+from cohaptic_server.world.state import Touch, UserState
 
 RADIUS = 0.1  # m, of the balloons
 NOWHERE = Contact(

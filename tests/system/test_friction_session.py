@@ -13,7 +13,12 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
-from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down
+from cohaptic_server.world.sticking_equilibrium import (
+    StickingHand,
+    Stuck,
+    solve_sticking,
+    touch_down,
+)
 
 MU = 1.0  # rubber on rubber; the truth says whether it is enough
 APART = math.radians(30.0)

@@ -14,14 +14,19 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE
-from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.room import describe
-from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.equilibrium import RestingHand, solve
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.sticking_equilibrium import (
+    StickingHand,
+    Stuck,
+    solve_sticking,
+    touch_down,
+)
+from cohaptic_server.world.tick import advance
 
 DT = 1.0 / 60.0  # s
 

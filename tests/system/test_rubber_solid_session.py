@@ -13,12 +13,12 @@ from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.equilibrium import RestingHand, solve
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room import describe
 from cohaptic_server.testing.blocks import grid
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.equilibrium import RestingHand, solve
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 from tests.server.bodies.inversion import least_volume
 
 DT = 1.0 / 60.0  # s

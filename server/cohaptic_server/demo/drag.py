@@ -21,7 +21,13 @@ from cohaptic_server.demo.lateness import felt_delay
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room import describe
-from cohaptic_server.sticking import StickingHand, Stuck, compliance_of, solve_sticking, touch_down
+from cohaptic_server.world.sticking_equilibrium import (
+    StickingHand,
+    Stuck,
+    compliance_of,
+    solve_sticking,
+    touch_down,
+)
 
 LEFT, RIGHT = 0, 1
 

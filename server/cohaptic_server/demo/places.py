@@ -23,8 +23,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
-from cohaptic_server.neighbourhood import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.neighbourhood import vertex_compliance
 
 _LOOKED_AT = 400  # places, spread over the surface
 _PRESSED = 6  # of them, to find what feels the press

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.contact import Contact, locate
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
-from cohaptic_server.field import Field, FreeOf, Still, Window
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.placing import FOLLOW
+from cohaptic_server.world.contact import Contact, locate
+from cohaptic_server.world.contact_tracking import FOLLOW
+from cohaptic_server.world.displacement_field import Field, FreeOf, Still, Window
 
 _FINE, _COARSE = 0.01, 0.05  # s between instants, while forces change and while they rest
 _CHANGE = 1.0  # s after a press began in which the forces at once have changed

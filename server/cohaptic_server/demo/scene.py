@@ -10,8 +10,8 @@ from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.hands import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.equilibrium import Equilibrium, RestingHand, solve
 from cohaptic_server.room import describe
+from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve
 
 PRESS_DEPTH = 0.02  # m that the first user wants to press into the body; the others half of it
 DRAG = 0.006  # m that a hand with friction drags: felt beside it, and no finger slips at mu = 0.6

@@ -13,8 +13,8 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 USERS = (1, 8)
 _TICKS = 31

@@ -12,7 +12,7 @@ from cohaptic_server.room import Room, describe
 from cohaptic_server.watch.records import displacement, records
 from cohaptic_server.watch.scene_encoder import SceneEncoder
 from cohaptic_server.watch.watcher import Watcher
-from cohaptic_server.world_state import WorldState
+from cohaptic_server.world.state import WorldState
 
 
 class Gallery:

@@ -10,7 +10,7 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.scene import MAX_CURVATURE, MAX_LOOP_DELAY, MAX_USERS, UserRecord
 from cohaptic.vec import Vec3
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world_state import UserState, WorldState
+from cohaptic_server.world.state import UserState, WorldState
 
 
 def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:

@@ -9,8 +9,8 @@ import pytest
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.contact import locate
 from cohaptic_server.testing.blocks import block
+from cohaptic_server.world.contact import locate
 from tests.server.bodies import calculix
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.spring import Spring, SpringSettings
-from cohaptic_server.contact import locate
 from cohaptic_server.mesh.surface import face_area_vectors
+from cohaptic_server.world.contact import locate
 from tests.server.fields import free_of
 
 

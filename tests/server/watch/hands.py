@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
 
 PERIOD = 1.0 / 60.0  # s
 

@@ -27,8 +27,8 @@ from cohaptic_server.watch.gallery import Gallery
 from cohaptic_server.watch.records import displacement, records
 from cohaptic_server.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
 from cohaptic_server.watch.watcher import Watcher
-from cohaptic_server.world import advance
-from cohaptic_server.world_state import WorldState
+from cohaptic_server.world.state import WorldState
+from cohaptic_server.world.tick import advance
 from tests.server.peers import hello
 from tests.server.watch.hands import PERIOD, motion, touches
 

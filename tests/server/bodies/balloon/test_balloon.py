@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings, inflate
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.contact import locate
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import locate
 from tests.server.fields import free_of
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(

@@ -14,9 +14,9 @@ from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWate
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, SETTLED, STEPS
-from cohaptic_server.contact import locate
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import locate
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 DEEPEST = 10.0  # N, what the simulated devices of the demo can give

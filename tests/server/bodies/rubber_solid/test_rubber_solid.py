@@ -17,11 +17,11 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.refactor import Refactored
 from cohaptic_server.cholesky.symbolic import Analysis
-from cohaptic_server.contact import locate
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
+from cohaptic_server.world.contact import locate
 from tests.server.bodies.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(

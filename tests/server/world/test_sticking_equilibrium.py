@@ -11,9 +11,14 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.contact import Contact
 from cohaptic_server.numeric import Floats
-from cohaptic_server.sticking import StickingHand, Stuck, solve_sticking, touch_down
+from cohaptic_server.world.contact import Contact
+from cohaptic_server.world.sticking_equilibrium import (
+    StickingHand,
+    Stuck,
+    solve_sticking,
+    touch_down,
+)
 
 RADIUS = 0.1  # m, of the balloons
 HAND = 400.0  # N/m

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import Vec3, norm, scale, sub, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import locate
-from cohaptic_server.equilibrium import Equilibrium, RestingHand, complementarity, solve
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, complementarity, solve
 from tests.server.fields import free_of
 from tests.system.spectral import random_compliance
 

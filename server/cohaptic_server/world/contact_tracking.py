@@ -8,10 +8,10 @@ from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
 from cohaptic.vec import scale
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.contact import REACH, locate
-from cohaptic_server.field import Field, FreeOf, Still, Window
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world_state import Touch, UserState, WorldState
+from cohaptic_server.world.contact import REACH, locate
+from cohaptic_server.world.displacement_field import Field, FreeOf, Still, Window
+from cohaptic_server.world.state import Touch, UserState, WorldState
 
 _AT_ONCE = 0.001  # s between two samples that say nothing of a velocity
 _SMOOTHING = 0.3  # share of a new velocity in the running mean

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cohaptic_server.admission import EFFECT_RATE, behind, bounded, shares_of_change
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState
+from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, shares_of_change
+from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState, WorldState
 
 # Radii of a sphere as large as the body, in which nobody presses deeper: through it and half again.
 DEEPEST = 3.0

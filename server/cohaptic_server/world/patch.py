@@ -8,9 +8,9 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.gains import choose_gains
 from cohaptic.control.room import RoomLag
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic_server.contact import REACH
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world_state import NEGLIGIBLE, UserState
+from cohaptic_server.world.contact import REACH
+from cohaptic_server.world.state import NEGLIGIBLE, UserState
 
 NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
 

@@ -20,10 +20,10 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.contact import Contact, locate, turned
-from cohaptic_server.field import Field, FreeOf, Still
-from cohaptic_server.loads import Press, spans
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import Contact, locate, turned
+from cohaptic_server.world.displacement_field import Field, FreeOf, Still
+from cohaptic_server.world.loads import Press, spans
 
 _TOLERANCE = 1e-7  # N
 _NEWTON = 50

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.room import RoomLag
-from cohaptic_server.admission import EFFECT_RATE, MAX_SUM
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.letting_in import DEEPEST, GO, let_in, release
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world_state import NEGLIGIBLE, Release, UserState, WorldState
+from cohaptic_server.world.applied_forces import DEEPEST, GO, let_in, release
+from cohaptic_server.world.force_limits import EFFECT_RATE, MAX_SUM
+from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState, WorldState
 from tests.server.touches import contact_at, side, touch, user_of
 
 DT = 1.0 / 60.0  # s

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import locate
-from cohaptic_server.field import Still
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.sticking import StickingHand, compliance_of
-from cohaptic_server.world import RELEASE_TIME, advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.displacement_field import Still
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.sticking_equilibrium import StickingHand, compliance_of
+from cohaptic_server.world.tick import RELEASE_TIME, advance
 
 DT = 1.0 / 60.0  # s
 TICKS = 3 * round(RELEASE_TIME / DT)

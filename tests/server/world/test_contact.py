@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import Contact, locate, turned
-from cohaptic_server.field import Still
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.nearest import nearest_on_triangles
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.world.contact import Contact, locate, turned
+from cohaptic_server.world.displacement_field import Still
 
 RADIUS = 0.1  # m, of the balloon
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(

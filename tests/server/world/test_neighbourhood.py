@@ -11,18 +11,18 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.field import Window
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.touch_mesh import touch_mesh
-from cohaptic_server.neighbourhood import (
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.displacement_field import Window
+from cohaptic_server.world.neighbourhood import (
     REACH,
     choose_vertices,
     cut_neighbourhood,
     vertex_compliance,
     way,
 )
-from cohaptic_server.numeric import Floats, Ints
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])

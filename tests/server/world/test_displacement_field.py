@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import locate
-from cohaptic_server.field import FreeOf, Still, Window
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.displacement_field import FreeOf, Still, Window
 
 vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
 

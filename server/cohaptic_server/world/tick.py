@@ -18,15 +18,15 @@ import numpy as np
 
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.body import Body, Foreseeing
-from cohaptic_server.cutting import cut, nearness
-from cohaptic_server.field import FreeOf, Window
-from cohaptic_server.letting_in import let_in, release
-from cohaptic_server.loads import compliance_between, contact_compliance, floored, spans
 from cohaptic_server.numeric import Ints
-from cohaptic_server.patch_shape import Sight, look, with_shape
-from cohaptic_server.placing import place
-from cohaptic_server.room_time import find_lag
-from cohaptic_server.world_state import NEGLIGIBLE, Touch, UserState, WorldState
+from cohaptic_server.world.applied_forces import let_in, release
+from cohaptic_server.world.contact_tracking import place
+from cohaptic_server.world.displacement_field import FreeOf, Window
+from cohaptic_server.world.loads import compliance_between, contact_compliance, floored, spans
+from cohaptic_server.world.patch import cut, nearness
+from cohaptic_server.world.patch_geometry import Sight, look, with_shape
+from cohaptic_server.world.room_lag import find_lag
+from cohaptic_server.world.state import NEGLIGIBLE, Touch, UserState, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 AHEAD = 0.2  # s that a body is told of what will be touched before it is

@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 from cohaptic.control.friction import times
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import locate
-from cohaptic_server.field import FreeOf
-from cohaptic_server.loads import (
+from cohaptic_server.numeric import vec3
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.displacement_field import FreeOf
+from cohaptic_server.world.loads import (
     Press,
     compliance_between,
     contact_compliance,
     floored,
     spans,
 )
-from cohaptic_server.numeric import vec3
 
 angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=4)
 forces = st.floats(0.0, 5.0)

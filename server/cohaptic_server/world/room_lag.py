@@ -11,7 +11,7 @@ from cohaptic.control.room import RoomLag
 from cohaptic.control.room_lag import choose_lag, coupling_matrix, coupling_radius, margin
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world_state import UserState
+from cohaptic_server.world.state import UserState
 
 # A lag rises at once, which holds forces where they are. It falls by this much per second, or by as
 # much as itself, so that what was still to come does not come all at once.

@@ -15,8 +15,8 @@ import numpy as np
 from cohaptic.control.friction import Compliance3, tangents
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.contact import Contact
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import Contact
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,13 +20,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.field import Field
 from cohaptic_server.mesh.nearest import (
     nearest_point,
 )
 from cohaptic_server.mesh.pressure import pressure, smooth_point
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints, cross
+from cohaptic_server.world.displacement_field import Field
 
 _LEAST_FIRM = 0.1  # of a way along the surface: there a contact is found as well as can be
 _ITERATIONS = 20  # each shortens the way by depth / radius of curvature; two follow a moving hand

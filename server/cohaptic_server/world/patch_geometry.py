@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic_server import curvature, neighbourhood
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.contact import Contact
-from cohaptic_server.field import Window
 from cohaptic_server.mesh.touch_mesh import touch_mesh
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world import curvature, neighbourhood
+from cohaptic_server.world.contact import Contact
+from cohaptic_server.world.displacement_field import Window
 
 _AROUND = 0.005  # m beyond the pressure, for a contact that moves before the next tick
 _SPACINGS = 3.0  # the same in distances between vertices

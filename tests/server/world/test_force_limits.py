@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from cohaptic_server.admission import (
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.force_limits import (
     EFFECT_RATE,
     MAX_SUM,
     MOST_COUPLED,
@@ -17,7 +18,6 @@ from cohaptic_server.admission import (
     level,
     shares_of_change,
 )
-from cohaptic_server.numeric import Floats
 
 ROUNDING = 1e-9  # relative
 demands = hnp.arrays(np.float64, st.integers(1, 16), elements=st.floats(0.0, 100.0))

@@ -14,14 +14,14 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import locate
-from cohaptic_server.patch_shape import look
 from cohaptic_server.room import Room
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world_state import Touch
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.patch_geometry import look
+from cohaptic_server.world.state import Touch
 from tests.server.fields import free_of
-from tests.server.test_world import play
 from tests.server.touches import RADIUS, side, touch
+from tests.server.world.test_tick import play
 
 angles = st.floats(-math.pi, math.pi)
 

@@ -16,8 +16,8 @@ from cohaptic.control.room_lag import FULL_BUDGET, choose_lag, lag_needed
 from cohaptic.control.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room_time import FALL, find_lag, room_coupling, stiffness_of
-from cohaptic_server.world_state import UserState
+from cohaptic_server.world.room_lag import FALL, find_lag, room_coupling, stiffness_of
+from cohaptic_server.world.state import UserState
 from tests.server.touches import touch, user_of
 
 DT = 1.0 / 60.0  # s

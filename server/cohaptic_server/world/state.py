@@ -15,11 +15,11 @@ from cohaptic.control.room import RoomLag
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Response
-from cohaptic_server.contact import Contact
-from cohaptic_server.field import Window
-from cohaptic_server.loads import Press
 from cohaptic_server.numeric import Floats
-from cohaptic_server.patch_shape import Sight
+from cohaptic_server.world.contact import Contact
+from cohaptic_server.world.displacement_field import Window
+from cohaptic_server.world.loads import Press
+from cohaptic_server.world.patch_geometry import Sight
 
 # N; a force that is less is none. Behind a lag a force that was let go never quite ends.
 NEGLIGIBLE = 1e-3

@@ -17,8 +17,8 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.contact import Contact, locate
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import Contact, locate
 
 _TOLERANCE = 1e-5  # N; and a hundred-thousandth of a millimetre of the tips
 # m along the surface, which others may tilt by a third: a contact that stayed where a tick leaves

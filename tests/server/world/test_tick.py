@@ -17,13 +17,13 @@ from cohaptic.control.room_lag import choose_lag, kept
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
-from cohaptic_server.admission import EFFECT_RATE
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.contact import REACH
-from cohaptic_server.cutting import NEAR
 from cohaptic_server.numeric import vec3
-from cohaptic_server.world import RELEASE_TIME, advance
-from cohaptic_server.world_state import Touch, WorldState
+from cohaptic_server.world.contact import REACH
+from cohaptic_server.world.force_limits import EFFECT_RATE
+from cohaptic_server.world.patch import NEAR
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import RELEASE_TIME, advance
 from tests.server.touches import RADIUS, side, touch
 
 DT = 1.0 / 60.0  # s

@@ -15,10 +15,10 @@ import numpy as np
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.field import Window
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.touch_mesh import TouchMesh, touch_mesh
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.displacement_field import Window
 
 # Round the contact, and the width of the client's weights on top.
 REACH = 0.04  # m
