@@ -14,11 +14,11 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.build import build
-from cohaptic_server.objects.cache import folder
 from cohaptic_server.objects.inspection import Inspection
 from cohaptic_server.objects.inspection import inspect as look
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.picture import draw
+from cohaptic_server.objects.store.cache import folder
 from cohaptic_server.progress_bar import progress_bar
 from cohaptic_server.solid_options import (
     SOLID,

@@ -11,8 +11,8 @@ import pytest
 
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface_checks import examine
-from cohaptic_server.objects.surface_file import read_surface
+from cohaptic_server.objects.surface.checks import examine
+from cohaptic_server.objects.surface.surface_file import read_surface
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SMALL = 300_000  # bytes

@@ -19,7 +19,6 @@ from rich.live import Live
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
-from cohaptic_server.bodies.catalogue import BODIES
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import TRACE, picture, traced
@@ -29,6 +28,7 @@ from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
 from cohaptic_server.demo.summary import show
 from cohaptic_server.listener import page_address
+from cohaptic_server.objects.catalogue import BODIES
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.solid_options import (
     SOLID,

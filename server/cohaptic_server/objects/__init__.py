@@ -1,1 +1,1 @@
-"""From a file that somebody brings to a solid body: read, check, fill with tetrahedra, hold."""
+"""Objects that a user brings: from a file to a body that a tick can afford."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.objects.hold import check_said, held_in
+from cohaptic_server.objects.fix_rule import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.store import parts_of, prepared
+from cohaptic_server.objects.store.store import parts_of, prepared
 from cohaptic_server.progress import Progress
 
 

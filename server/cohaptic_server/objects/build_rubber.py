@@ -8,9 +8,9 @@ from dataclasses import replace
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
-from cohaptic_server.objects.hold import check_said, held_in
+from cohaptic_server.objects.fix_rule import check_said, held_in
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.store import prepared
+from cohaptic_server.objects.store.store import prepared
 from cohaptic_server.objects.volume_file import VOLUMES
 from cohaptic_server.progress import Progress
 

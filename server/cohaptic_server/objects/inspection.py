@@ -16,9 +16,9 @@ from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.fill import ENVELOPE
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.quality import Quality, quality
+from cohaptic_server.objects.tetrahedralise import ENVELOPE
 from cohaptic_server.objects.tick_cost import USERS, TickCost, tick_cost
 
 HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass

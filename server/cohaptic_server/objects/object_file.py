@@ -11,10 +11,10 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.fill import ENVELOPE, fill
-from cohaptic_server.objects.simplify import count_triangles, simplified
-from cohaptic_server.objects.surface_checks import SurfaceReport, examine, facing_outwards
-from cohaptic_server.objects.surface_file import SURFACES, read_surface
+from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface.simplify import count_triangles, simplified
+from cohaptic_server.objects.surface.surface_file import SURFACES, read_surface
+from cohaptic_server.objects.tetrahedralise import ENVELOPE, fill
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 
 KINDS = SURFACES + VOLUMES

@@ -12,7 +12,7 @@ from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Floats
-from cohaptic_server.objects.arrays import load_arrays, save_arrays
+from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 from cohaptic_server.testing.blocks import block
 
 Problem = tuple[sp.csr_array, Floats]

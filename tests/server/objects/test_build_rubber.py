@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.catalogue import build_body
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
 

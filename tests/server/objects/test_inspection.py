@@ -11,7 +11,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.surface_checks import SurfaceReport
+from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.testing.blocks import block
 
 WANTED = ObjectFile(Path("a.stl"), "z <= 0%", material=SolidSettings(order=1), scale=0.001)

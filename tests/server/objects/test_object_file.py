@@ -8,7 +8,6 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.catalogue import build_body
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
@@ -16,9 +15,10 @@ from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import object_file
 from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.surface_checks import examine
-from cohaptic_server.objects.surface_file import read_surface
+from cohaptic_server.objects.surface.checks import examine
+from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.testing.blocks import block
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")

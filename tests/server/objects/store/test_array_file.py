@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic.errors import BodyError
-from cohaptic_server.objects import arrays as module
-from cohaptic_server.objects.arrays import load_arrays, save_arrays
+from cohaptic_server.objects.store import array_file as module
+from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
 KINDS = st.sampled_from(["f8", "f4", "i8", "i4", "?", "u1"]).map(np.dtype)
 ARRAYS = KINDS.flatmap(lambda kind: hnp.arrays(kind, hnp.array_shapes(min_dims=0, min_side=0)))

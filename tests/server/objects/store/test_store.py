@@ -15,10 +15,10 @@ from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.objects import store
-from cohaptic_server.objects.arrays import save_arrays
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.surface_checks import SurfaceReport
+from cohaptic_server.objects.store import store
+from cohaptic_server.objects.store.array_file import save_arrays
+from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 from cohaptic_server.testing.blocks import block
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface_checks import edge_counts
-from cohaptic_server.objects.surface_file import read_surface
+from cohaptic_server.objects.surface.checks import edge_counts
+from cohaptic_server.objects.surface.surface_file import read_surface
 
 MOST = 100_000  # triangles; a rough one does
 _AT_ONCE = 2**21  # pairs of a point and a triangle

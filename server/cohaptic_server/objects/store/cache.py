@@ -18,7 +18,7 @@ from typing import Any
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.objects.arrays import load_arrays, save_arrays
+from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
 SUFFIX = ".arrays"
 LIMIT = 20.0  # GB, unless COHAPTIC_CACHE_GB says otherwise

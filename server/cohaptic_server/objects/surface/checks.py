@@ -10,7 +10,7 @@ import scipy.sparse.csgraph
 
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.crossings import count_crossings
+from cohaptic_server.objects.surface.self_intersections import count_crossings
 
 
 @dataclass(frozen=True, slots=True)

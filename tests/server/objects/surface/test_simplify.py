@@ -11,8 +11,8 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.objects import object_file
 from cohaptic_server.objects.object_file import ObjectFile, prepare
-from cohaptic_server.objects.simplify import count_triangles, simplified
-from cohaptic_server.objects.surface_checks import examine
+from cohaptic_server.objects.surface.checks import examine
+from cohaptic_server.objects.surface.simplify import count_triangles, simplified
 
 BALL = icosphere(3, 0.05)
 

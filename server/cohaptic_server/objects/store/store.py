@@ -18,9 +18,9 @@ from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.objects.cache import damaged, fetch, keep, place
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
-from cohaptic_server.objects.surface_checks import SurfaceReport
+from cohaptic_server.objects.store.cache import damaged, fetch, keep, place
+from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
 _FORM = 3  # raised when what is stored, or how it is made, changes

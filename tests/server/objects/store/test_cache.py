@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.objects.cache import fetch, keep, limit, make_room, place
+from cohaptic_server.objects.store.cache import fetch, keep, limit, make_room, place
 
 ARRAYS = {"a": np.arange(1000.0)}  # 8 kB
 

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.crossings import count_crossings
-from cohaptic_server.objects.surface_file import merged
+from cohaptic_server.objects.surface.self_intersections import count_crossings
+from cohaptic_server.objects.surface.surface_file import merged
 
 MAKE: Any = trimesh.creation
 Surface = tuple[Floats, Ints]

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects import hold_mesh
-from cohaptic_server.objects.hold import held_in
-from cohaptic_server.objects.hold_mesh import held_within, inside
+from cohaptic_server.objects import fix_mesh as hold_mesh
+from cohaptic_server.objects.fix_mesh import held_within, inside
+from cohaptic_server.objects.fix_rule import held_in
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from cohaptic.errors import SettingError
 from cohaptic_server.numeric import Floats
-from cohaptic_server.objects.hold_mesh import held_within
+from cohaptic_server.objects.fix_mesh import held_within
 from cohaptic_server.objects.object_file import ObjectFile
 
 GRAMMAR = 'like "z < 10%", "z < 10% or z > 90%", "x >= 2cm and y < 0.01m"'

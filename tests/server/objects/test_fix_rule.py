@@ -5,7 +5,7 @@ import numpy.typing as npt
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.objects.hold import held_by
+from cohaptic_server.objects.fix_rule import held_by
 
 Flags = npt.NDArray[np.bool_]
 X = np.stack(np.meshgrid(*[np.linspace(0.0, 0.1, 11)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -1,0 +1,1 @@
+"""Triangle surfaces from files: read, checked, simplified."""
