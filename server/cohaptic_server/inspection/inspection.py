@@ -9,17 +9,17 @@ import numpy as np
 
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.natural_frequency import lowest_frequency
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.inspection.natural_frequency import lowest_frequency
+from cohaptic_server.inspection.tet_quality import Quality, quality
+from cohaptic_server.inspection.tick_cost import USERS, TickCost, tick_cost
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.quality import Quality, quality
 from cohaptic_server.objects.tetrahedralise import ENVELOPE
-from cohaptic_server.objects.tick_cost import USERS, TickCost, tick_cost
 
 HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass
 _RIGID = 1e-9  # m/N; a place softer than this is not held

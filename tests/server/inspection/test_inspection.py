@@ -8,8 +8,8 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.inspection.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.object_file import ObjectFile, Prepared
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.testing.blocks import block

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cohaptic_server.inspection.tet_quality import quality
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.mesh.thickness import depth_under, is_smooth, thickness
-from cohaptic_server.objects.quality import quality
 from cohaptic_server.testing.blocks import block
 
 REGULAR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
+from cohaptic_server.inspection.picture import draw
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.objects.picture import draw
 
 MESH = SurfaceMesh(*icosphere(2, 0.05))
 HEIGHT = MESH.vertices[:, 2]
