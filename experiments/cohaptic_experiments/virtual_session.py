@@ -26,7 +26,7 @@ from cohaptic_client.safety import SafetyLimits, rate_of
 from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.room import Room, describe
+from cohaptic_server.room.room import Room, describe
 from cohaptic_server.settings import ServerSettings
 
 PERIOD = 0.001  # s

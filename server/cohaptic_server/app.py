@@ -27,12 +27,12 @@ from cohaptic.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.connection import Connection
 from cohaptic_server.listener import listen
-from cohaptic_server.room import REPLACE_AFTER, Room
-from cohaptic_server.session import ServerSession
+from cohaptic_server.room.latency import Data
+from cohaptic_server.room.room import REPLACE_AFTER, Room
+from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.watch.audience import Gallery
+from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.watch.gallery import Gallery
-from cohaptic_server.watch.latency import Data
-from cohaptic_server.watch.watcher import Watcher
 from cohaptic_server.web import Web
 
 log = logging.getLogger("cohaptic.server")

@@ -10,9 +10,9 @@ from websockets.asyncio.server import ServerConnection, broadcast
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import FrameKind
-from cohaptic_server.session import ServerSession
-from cohaptic_server.watch.latency import Data, UserLatency
-from cohaptic_server.watch.watcher import Watcher
+from cohaptic_server.room.latency import Data, UserLatency
+from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.watch.watcher import Watcher
 
 
 class Connection:

@@ -42,9 +42,9 @@ from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.listener import MAX_INBOUND_BYTES
-from cohaptic_server.outbox import MAX_EVENTS
-from cohaptic_server.room import REPLACE_AFTER
-from cohaptic_server.session import HELLO_TIMEOUT
+from cohaptic_server.room.outbox import MAX_EVENTS
+from cohaptic_server.room.room import REPLACE_AFTER
+from cohaptic_server.room.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello, hello_text, sample, text
 

@@ -14,7 +14,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room import Room
+from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.patch_geometry import look

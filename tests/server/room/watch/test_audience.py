@@ -21,12 +21,12 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room import Room
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.watch.audience import Gallery
+from cohaptic_server.room.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
+from cohaptic_server.room.watch.user_records import displacement, records
+from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.watch.gallery import Gallery
-from cohaptic_server.watch.records import displacement, records
-from cohaptic_server.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
-from cohaptic_server.watch.watcher import Watcher
 from cohaptic_server.world.state import WorldState
 from cohaptic_server.world.tick import advance
 from tests.server.peers import hello

@@ -22,8 +22,8 @@ from cohaptic.protocol.control_watch import (
     decode_watch_control,
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic_server.outbox import MAX_EVENTS
-from cohaptic_server.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
+from cohaptic_server.room.outbox import MAX_EVENTS
+from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
 from tests.server.peers import hello_text, sample
 
 WATCHING = Watching(

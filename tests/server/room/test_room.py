@@ -13,7 +13,7 @@ from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room import REPLACE_AFTER, STALE_AFTER, Room, describe
+from cohaptic_server.room.room import REPLACE_AFTER, STALE_AFTER, Room, describe
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
 from tests.server.peers import hello, sample
@@ -240,7 +240,7 @@ def test_each_user_gets_the_geometry_that_it_asked_for(small_balloon: Balloon) -
 def test_a_body_with_too_many_vertices_has_no_mesh_patches(
     small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cohaptic_server.room.MAX_VERTICES", 100)
+    monkeypatch.setattr("cohaptic_server.room.room.MAX_VERTICES", 100)
     where = room(small_balloon)
     asked = hello().model_copy(update={"geometry": "mesh"})
     with pytest.raises(RemoteProtocolError, match="plane or sphere: the body has 162 vertices"):

@@ -22,8 +22,8 @@ from cohaptic.protocol.control import (
 from cohaptic.protocol.control_watch import Watch
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic_server.outbox import MAX_EVENTS
-from cohaptic_server.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
+from cohaptic_server.room.outbox import MAX_EVENTS
+from cohaptic_server.room.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
 from tests.client.plane import PLANE
 from tests.server.peers import hello, hello_text, sample, text
 from tests.strategies import patches

@@ -22,8 +22,8 @@ from cohaptic.protocol.control_watch import (
     Watching,
     decode_client_message,
 )
-from cohaptic_server.outbox import MAX_EVENTS, Outbox
-from cohaptic_server.session import close_frame
+from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
+from cohaptic_server.room.session import close_frame
 
 IN_FLIGHT = 2  # scenes that may be unacknowledged: one on its way, one being drawn
 SLOW_AFTER = 2.0  # s

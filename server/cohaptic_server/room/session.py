@@ -27,7 +27,7 @@ from cohaptic.protocol.control import (
 )
 from cohaptic.protocol.control_watch import ClientMessage, Watch, decode_client_message
 from cohaptic.protocol.patch import Patch
-from cohaptic_server.outbox import MAX_EVENTS, Outbox
+from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 
 HELLO_TIMEOUT = 5.0  # s
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.outbox import MAX_EVENTS, Outbox
+from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 
 # What happens at an outbox, in any order: an event, a patch, or a chance to write.
 happenings = st.lists(st.sampled_from(["event", "patch", "clear", "blocked"]), max_size=300)

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.watch.latency import UserLatency
+from cohaptic_server.room.latency import UserLatency
 
 steps = st.lists(
     st.tuples(

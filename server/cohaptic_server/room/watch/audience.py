@@ -8,10 +8,10 @@ from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.control_watch import WatchedUser, Watching
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
-from cohaptic_server.room import Room, describe
-from cohaptic_server.watch.records import displacement, records
-from cohaptic_server.watch.scene_encoder import SceneEncoder
-from cohaptic_server.watch.watcher import Watcher
+from cohaptic_server.room.room import Room, describe
+from cohaptic_server.room.watch.scene_encoder import SceneEncoder
+from cohaptic_server.room.watch.user_records import displacement, records
+from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.world.state import WorldState
 
 

@@ -1,0 +1,1 @@
+"""What pages get that watch: one scene a tick, encoded once for all of them."""
