@@ -19,6 +19,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.column_worker import ColumnWorker
+from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.listener import page_address
 from cohaptic_server.objects.catalogue import BODIES, build_body
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
@@ -37,7 +38,6 @@ from cohaptic_server.solid_options import (
     Simplify,
     Young,
 )
-from cohaptic_server.watch.origins import LOOPBACK
 
 SWITCH_INTERVAL = 5e-4  # s between two threads of Python
 

@@ -9,12 +9,12 @@ from websockets.http11 import Response
 
 from cohaptic.clock import Clock
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.http.green_functions import green_source, model_name
+from cohaptic_server.http.origins import may_connect
+from cohaptic_server.http.page_files import load_page
+from cohaptic_server.http.routes import Answer, GreenWanted, Request, Site, green_block, text
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.watch.green import green_source, model_name
 from cohaptic_server.watch.green_blocks import GreenBlocks
-from cohaptic_server.watch.http import Answer, GreenWanted, Request, Site, green_block, text
-from cohaptic_server.watch.origins import may_connect
-from cohaptic_server.watch.page import load_page
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
 _PATIENCE = 4.0  # s for a block to be solved, after which the page asks again

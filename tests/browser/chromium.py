@@ -11,7 +11,7 @@ from typing import NoReturn
 import pytest
 from playwright.sync_api import Browser, Playwright
 
-from cohaptic_server.watch.page import has_page, load_page
+from cohaptic_server.http.page_files import has_page, load_page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 # WebGL in software, the same on every machine; no news of its own over the network.

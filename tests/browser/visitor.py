@@ -11,7 +11,7 @@ from typing import Literal
 from playwright.sync_api import Browser, ConsoleMessage, Page, Response
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.watch.http import POLICY
+from cohaptic_server.http.routes import POLICY
 
 PATIENCE = 45.0  # s; far more than anything here takes on an idle machine
 POLL = 40  # ms between two looks

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 
-from cohaptic_server.watch.page import has_page, load_page
+from cohaptic_server.http.page_files import has_page, load_page
 
 
 def open_page(address: str) -> bool:

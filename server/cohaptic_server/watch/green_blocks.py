@@ -10,7 +10,7 @@ import asyncio
 from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 
-from cohaptic_server.watch.green import GreenSource, encode_block
+from cohaptic_server.http.green_functions import GreenSource, encode_block
 
 _KEPT_BYTES = 64 * 2**20
 _MAX_WAITING = 64  # solves that wait for their turn: more than a hand has vertices under it

@@ -14,10 +14,10 @@ import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
+from cohaptic_server.http.green_functions import decode_block, encode_block, green_source
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import FINE, SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.watch.green import decode_block, encode_block, green_source
 
 FILE = Path(__file__).parents[2] / "vectors" / "forces.json"
 # Of two sizes, and with a radius below the mesh's resolution.

@@ -40,9 +40,9 @@ from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.http.green_functions import decode_block, green_source
+from cohaptic_server.http.page_files import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
-from cohaptic_server.watch.green import decode_block, green_source
-from cohaptic_server.watch.page import FOLDER
 from tests.server.test_app import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
 
 AGES = 6.0 * PATIENCE  # s; for a test that moves the clock

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.watch.origins import LOOPBACK, may_connect
+from cohaptic_server.http.origins import LOOPBACK, may_connect
 
 
 @pytest.mark.parametrize(

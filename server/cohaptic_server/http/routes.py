@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cohaptic_server.watch.page import INDEX, PageFile
+from cohaptic_server.http.page_files import INDEX, PageFile
 
 # The page needs nothing from elsewhere and no code but its files; websockets of other hosts are
 # allowed since a page may be pointed at another server.

@@ -14,16 +14,16 @@ from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.blocks import block
-from cohaptic_server.watch.green import (
+from cohaptic_server.http.green_functions import (
     GreenSource,
     decode_block,
     encode_block,
     green_source,
     model_name,
 )
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
 from cohaptic_server.watch.green_blocks import GreenBlocks
 
 PATIENCE = 10.0  # s

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.watch.http import (
+from cohaptic_server.http.page_files import PageFile, has_page, load_page
+from cohaptic_server.http.routes import (
     NOT_BUILT,
     POLICY,
     Answer,
@@ -16,7 +17,6 @@ from cohaptic_server.watch.http import (
     Site,
     green_block,
 )
-from cohaptic_server.watch.page import PageFile, has_page, load_page
 
 MODEL = "0123456789abcdef" * 2
 HTML = b"<!doctype html>" + b" " * 200
