@@ -23,11 +23,11 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
-from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.column_worker import ColumnWorker
+from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
 
 _SETTLE = 5.0  # s after the last user came

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.column_worker import ColumnWorker
+from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance

@@ -40,12 +40,12 @@ from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS, tune
-from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.http.green_functions import Superposition, encode_block
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
 

@@ -13,18 +13,18 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.interrupt import until_interrupted
 from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
-from cohaptic_server.app import CohapticServer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.http.origins import LOOPBACK
-from cohaptic_server.listener import page_address
 from cohaptic_server.objects.catalogue import BODIES, build_body
 from cohaptic_server.objects.object_file import KINDS, ObjectFile
 from cohaptic_server.progress_bar import progress_bar
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.column_worker import ColumnWorker
+from cohaptic_server.shell.listener import page_address
+from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.solid_options import (
     SOLID,
     ContactRadius,

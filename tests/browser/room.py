@@ -20,7 +20,7 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.report import TouchStatus
 from cohaptic_server.demo.processes import Process
-from cohaptic_server.listener import page_address
+from cohaptic_server.shell.listener import page_address
 
 SOON = 10.0  # s; a scene comes at once
 _LOG = itertools.count()

@@ -27,9 +27,9 @@ from cohaptic_server.demo.result import evaluate
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
 from cohaptic_server.demo.summary import show
-from cohaptic_server.listener import page_address
 from cohaptic_server.objects.catalogue import BODIES
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.shell.listener import page_address
 from cohaptic_server.solid_options import (
     SOLID,
     ContactRadius,

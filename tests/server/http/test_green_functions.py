@@ -23,8 +23,8 @@ from cohaptic_server.http.green_functions import (
 )
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
+from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.watch.green_blocks import GreenBlocks
 
 PATIENCE = 10.0  # s
 

@@ -7,8 +7,8 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.column_worker import ColumnWorker
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.testing.blocks import block
 
 PATIENCE = 30.0  # s

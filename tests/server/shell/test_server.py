@@ -38,14 +38,14 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import Vec3, norm
-from cohaptic_server.app import CLOSE_TIMEOUT, CohapticServer
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.listener import MAX_INBOUND_BYTES
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.room import REPLACE_AFTER
 from cohaptic_server.room.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.listener import MAX_INBOUND_BYTES
+from cohaptic_server.shell.server import CLOSE_TIMEOUT, CohapticServer
 from tests.server.peers import hello, hello_text, sample, text
 
 SIMULATION_HZ = 200.0  # the fastest: more happens in a test of a tenth of a second

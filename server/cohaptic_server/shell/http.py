@@ -14,7 +14,7 @@ from cohaptic_server.http.origins import may_connect
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.routes import Answer, GreenWanted, Request, Site, green_block, text
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.watch.green_blocks import GreenBlocks
+from cohaptic_server.shell.green_blocks import GreenBlocks
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
 _PATIENCE = 4.0  # s for a block to be solved, after which the page asks again

@@ -14,7 +14,7 @@ from cohaptic.errors import SettingError
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.web import DOWNLOAD_TIMEOUT
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 _EVERYWHERE = ("0.0.0.0", "::")

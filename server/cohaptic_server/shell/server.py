@@ -25,15 +25,15 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.statistics import Tally
 from cohaptic.transport import tune
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.connection import Connection
-from cohaptic_server.listener import listen
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.room import REPLACE_AFTER, Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Gallery
 from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.web import Web
+from cohaptic_server.shell.connection import Connection
+from cohaptic_server.shell.http import Web
+from cohaptic_server.shell.listener import listen
 
 log = logging.getLogger("cohaptic.server")
 

@@ -1,0 +1,1 @@
+"""The only part with sockets, processes and a clock: it decides nothing."""
