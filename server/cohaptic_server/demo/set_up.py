@@ -9,12 +9,12 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.demo.places import Standing, stand
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.objects.catalogue import BODIES, build_body
 from cohaptic_server.objects.fix_rule import held_in
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.progress_bar import progress_bar
 
 BALLOON = "balloon"
 FIX = "z < 15%"  # of an object, unless the user says otherwise: it stands on its foot

@@ -10,7 +10,7 @@ import typer
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.cli import serve
+from cohaptic_server.cli.serve import serve
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
 from cohaptic_server.objects.object_file import ObjectFile

@@ -20,17 +20,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.report import TouchStatus
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.demo.browser import open_page
-from cohaptic_server.demo.live_view import TRACE, picture, traced
-from cohaptic_server.demo.processes import DemoFailed, Stage
-from cohaptic_server.demo.result import evaluate
-from cohaptic_server.demo.scene import Scene
-from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
-from cohaptic_server.demo.summary import show
-from cohaptic_server.objects.catalogue import BODIES
-from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.shell.listener import page_address
-from cohaptic_server.solid_options import (
+from cohaptic_server.cli.object_options import (
     SOLID,
     ContactRadius,
     Edge,
@@ -43,6 +33,16 @@ from cohaptic_server.solid_options import (
     Simplify,
     Young,
 )
+from cohaptic_server.demo.browser import open_page
+from cohaptic_server.demo.live_view import TRACE, picture, traced
+from cohaptic_server.demo.processes import DemoFailed, Stage
+from cohaptic_server.demo.result import evaluate
+from cohaptic_server.demo.scene import Scene
+from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
+from cohaptic_server.demo.summary import show
+from cohaptic_server.objects.catalogue import BODIES
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.shell.listener import page_address
 
 _REFRESH = 0.1  # s
 _GATHER = 45.0  # s for every client to be there and engaged

@@ -17,15 +17,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.http.origins import LOOPBACK
-from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.object_file import KINDS, ObjectFile
-from cohaptic_server.progress_bar import progress_bar
-from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.column_worker import ColumnWorker
-from cohaptic_server.shell.listener import page_address
-from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.solid_options import (
+from cohaptic_server.cli.object_options import (
     SOLID,
     ContactRadius,
     Edge,
@@ -38,6 +30,14 @@ from cohaptic_server.solid_options import (
     Simplify,
     Young,
 )
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.http.origins import LOOPBACK
+from cohaptic_server.objects.catalogue import BODIES, build_body
+from cohaptic_server.objects.object_file import KINDS, ObjectFile
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.column_worker import ColumnWorker
+from cohaptic_server.shell.listener import page_address
+from cohaptic_server.shell.server import CohapticServer
 
 SWITCH_INTERVAL = 5e-4  # s between two threads of Python
 

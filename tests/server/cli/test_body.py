@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cohaptic.errors import CohapticError
-from cohaptic_server.body_cli import body
+from cohaptic_server.cli.body import body
 from cohaptic_server.testing.blocks import block
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")

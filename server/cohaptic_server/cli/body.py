@@ -13,14 +13,7 @@ from rich.table import Table
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.inspection.inspection import Inspection
-from cohaptic_server.inspection.inspection import inspect as look
-from cohaptic_server.inspection.picture import draw
-from cohaptic_server.objects.build import build
-from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.store.cache import folder
-from cohaptic_server.progress_bar import progress_bar
-from cohaptic_server.solid_options import (
+from cohaptic_server.cli.object_options import (
     SOLID,
     ContactRadius,
     Edge,
@@ -33,6 +26,13 @@ from cohaptic_server.solid_options import (
     Simplify,
     Young,
 )
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.inspection.inspection import Inspection
+from cohaptic_server.inspection.inspection import inspect as look
+from cohaptic_server.inspection.picture import draw
+from cohaptic_server.objects.build import build
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.cache import folder
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
