@@ -22,12 +22,12 @@ from cohaptic.hands import Hand, HandScript, Rhythm
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.statistics import Tally
 from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.haptics import HapticProcess
-from cohaptic_client.loop_config import LoopConfig, silent_after
-from cohaptic_client.loop_process import COMMAND, HapticLoop
-from cohaptic_client.passivity import MAX_DAMPING
-from cohaptic_client.safety import SafetyLimits
-from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.loop.config import LoopConfig, silent_after
+from cohaptic_client.loop.handle import HapticProcess
+from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.passivity import MAX_DAMPING
+from cohaptic_client.loop.process import COMMAND, HapticLoop
+from cohaptic_client.loop.safety import SafetyLimits
 
 TICK = 1.0 / 60.0  # s
 FIGURES = ("late_p50", "late_p99", "cost_p50", "missed")

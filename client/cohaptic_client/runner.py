@@ -25,15 +25,15 @@ from cohaptic.report import TouchStatus
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.haptics import HapticProcess, TipSample
 from cohaptic_client.link import Data, Link
-from cohaptic_client.loop_config import LoopConfig, haptic_period, law_settings, silent_after
+from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
+from cohaptic_client.loop.handle import HapticProcess, TipSample
+from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.passivity import device_damping_limit
+from cohaptic_client.loop.safety import SafetyLimits, rate_of
 from cohaptic_client.pacing import Pacer
-from cohaptic_client.passivity import device_damping_limit
-from cohaptic_client.safety import SafetyLimits, rate_of
 from cohaptic_client.session import ClientSession
 from cohaptic_client.settings import ClientSettings
-from cohaptic_client.shared_slot import SharedMemory
 from cohaptic_client.timing import LinkTiming
 
 HEARTBEAT = 0.1  # s

@@ -12,7 +12,7 @@ from cohaptic.hands import HandScript
 from cohaptic.link import LinkSettings
 from cohaptic.protocol.control import FixedGains, GeometryName
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.loop_config import haptic_period
+from cohaptic_client.loop.config import haptic_period
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_experiments.outcome import (
     Check,
     Number,

@@ -25,9 +25,9 @@ from cohaptic.control.proportional_integral import (
 )
 from cohaptic.control.room_lag import kept
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
-from cohaptic_client.loop_config import RELEASE_TIME
-from cohaptic_client.passivity import dissipate, given_share, observe
-from cohaptic_client.safety import (
+from cohaptic_client.loop.config import RELEASE_TIME
+from cohaptic_client.loop.passivity import dissipate, given_share, observe
+from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
     FADE_RATE,
     SafetyLimits,
@@ -35,8 +35,8 @@ from cohaptic_client.safety import (
     next_share,
     rate_of,
 )
-from cohaptic_client.slew import hold_back
-from cohaptic_client.step import next_patience, on_body
+from cohaptic_client.loop.slew import hold_back
+from cohaptic_client.loop.step import next_patience, on_body
 from cohaptic_experiments.compiled import compiled, compiled_in_parallel, on_all_cores, usable
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, level, shares_of_change

@@ -13,7 +13,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.hands import Hand, HandScript, Intention
 from cohaptic.protocol.control import FixedGains
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.recording import Trace, record
 from cohaptic_experiments.virtual_session import VirtualSession

@@ -17,7 +17,7 @@ from cohaptic.hands import HandScript
 from cohaptic.protocol.control import GeometryName
 from cohaptic.vec import Vec3, add, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats

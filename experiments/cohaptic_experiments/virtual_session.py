@@ -19,12 +19,12 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.loop_config import law_settings, silent_after
+from cohaptic_client.loop.config import law_settings, silent_after
+from cohaptic_client.loop.passivity import MAX_DAMPING
+from cohaptic_client.loop.safety import SafetyLimits, rate_of
+from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_client.pacing import Pacer
-from cohaptic_client.passivity import MAX_DAMPING
-from cohaptic_client.safety import SafetyLimits, rate_of
-from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
-from cohaptic_client.surfaces import SurfaceMaker
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.room import Room, describe
 from cohaptic_server.settings import ServerSettings

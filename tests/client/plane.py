@@ -6,8 +6,8 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.hands import Hand, Intention
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import ZERO
-from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.safety import SafetyLimits
 
 STIFFNESS = 250.0  # N/m
 DEPTH = 0.01  # m below the plane is what the hand wants

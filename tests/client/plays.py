@@ -16,9 +16,9 @@ from cohaptic.hands import Hand, HandState, move
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop_config import law_settings, silent_after
-from cohaptic_client.safety import Mode, SafetyLimits
-from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.config import law_settings, silent_after
+from cohaptic_client.loop.safety import Mode, SafetyLimits
+from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
 
 T = 0.001  # s
 TICK, DELAY = 16, 0.03  # periods between ticks; from a tick to the arrival of its patch [s]

@@ -21,8 +21,8 @@ from cohaptic.report import TouchStatus
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import runner
 from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.loop_config import haptic_period
-from cohaptic_client.passivity import device_damping_limit
+from cohaptic_client.loop.config import haptic_period
+from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.runner import Client, Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import PERIOD, Visit, plane_server
@@ -33,7 +33,7 @@ TAKEN = Error(code=CloseCode.NAME_TAKEN.value, message="name is 'left'; expected
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Where the clients' shared memory is; nothing may stay behind there."""
-    monkeypatch.setattr("cohaptic_client.shared_slot._IN_MEMORY", str(tmp_path))
+    monkeypatch.setattr("cohaptic_client.loop.memory._IN_MEMORY", str(tmp_path))
     yield tmp_path
     assert list(tmp_path.iterdir()) == []
 

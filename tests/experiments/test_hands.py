@@ -13,7 +13,7 @@ from cohaptic.control.friction import Compliance3, FrictionState, friction_step
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
 from cohaptic.hands import Hand, HandScript, Intention
-from cohaptic_client.passivity import dissipate
+from cohaptic_client.loop.passivity import dissipate
 from cohaptic_experiments import hands_campaign
 from cohaptic_experiments.compiled import compiled
 from cohaptic_experiments.hands import FAR_OFF, RULES, STEP, run

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_experiments.ring import APPROACH, REACHED, play, reached, ring
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings

@@ -16,8 +16,8 @@ from cohaptic.protocol.control import GeometryName
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.passivity import MAX_DAMPING, dissipate, observe
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.passivity import MAX_DAMPING, dissipate, observe
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
@@ -170,7 +170,7 @@ def count(
         made[0] += work + stored - from_body
         return observe(owed, work, stored, from_body, dt)
 
-    monkeypatch.setattr("cohaptic_client.step.observe", counting)
+    monkeypatch.setattr("cohaptic_client.loop.step.observe", counting)
     users = [
         # So little may it damp that it only looks on.
         session.join(f"user{i}", HandScript(), seed=i, device=rail, max_damping=1e-12, **join)

@@ -18,10 +18,10 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic.hands import Hand
 from cohaptic.report import TouchStatus
-from cohaptic_client.passivity import MAX_DAMPING
-from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
-from cohaptic_client.step import LONGEST_PATIENCE
-from cohaptic_client.step import PATIENCE as PATIENCE_OF_LOOP
+from cohaptic_client.loop.passivity import MAX_DAMPING
+from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
+from cohaptic_client.loop.step import LONGEST_PATIENCE
+from cohaptic_client.loop.step import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene

@@ -10,7 +10,7 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.hands import Hand, HandScript, Rhythm
 from cohaptic.protocol.control import FixedGains
-from cohaptic_client.safety import EXTERNAL_RATE, FADE_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.room.room import describe

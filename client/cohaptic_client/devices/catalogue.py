@@ -6,7 +6,7 @@ from cohaptic.errors import SettingError
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
-from cohaptic_client.loop_config import LoopConfig
+from cohaptic_client.loop.config import LoopConfig
 
 _INFO = {"simulated": SimulatedDevice.info, "spacemouse": SpaceMouse.info}
 

@@ -4,7 +4,7 @@ A press of 6 N within 0.1 s, as hands press, moves a neighbour who shares all of
 60 N/s, and passes untouched. Where several together would move somebody faster, those who change
 most are cut down to one level, and nobody who changes less is touched: the one who shakes pays.
 A contact that is dragged over the body changes what others feel as well, without a change of force:
-that is left to the clients, whose own limit is stricter (`cohaptic_client.slew`).
+that is left to the clients, whose own limit is stricter (`cohaptic_client.loop.slew`).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
  * Takes out the energy that the server's side makes; silent until some is made (science 3.4, 3.9).
  *
  * A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et al. 2010), for
- * a predictive port; `client/cohaptic_client/passivity.py` has the argument. In each period
+ * a predictive port; `client/cohaptic_client/loop/passivity.py` has the argument. In each period
  *
  *     made = work on the hand + what the local spring stores more - what the body gave,
  *

@@ -1,7 +1,7 @@
 /**
  * The last thing before the device: limits that hold whatever law, network or device did.
  *
- * One function, applied once; `client/cohaptic_client/safety.py` in TypeScript. A force that is not finite, a stalled
+ * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. A force that is not finite, a stalled
  * loop or a hand that moves too fast lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only
  * after the hand has been out of the object. A silent server fades the force; its return raises it again. What is left
  * is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as one that comes.

@@ -1,7 +1,7 @@
 /**
  * Slew limits: what the hand's own motion does not cause moves its force no faster than so.
  *
- * `client/cohaptic_client/slew.py` in TypeScript: `EXTERNAL_RATE` is for all of it; depth, direction, gain and
+ * `client/cohaptic_client/loop/slew.py` in TypeScript: `EXTERNAL_RATE` is for all of it; depth, direction, gain and
  * compliance of a contact each move as fast as their share of it allows.
  */
 

@@ -1,7 +1,7 @@
 /**
  * One period of the haptic loop as a pure function.
  *
- * `client/cohaptic_client/step.py` in TypeScript, for planes and spheres: what a patch does when it arrives is in
+ * `client/cohaptic_client/loop/step.py` in TypeScript, for planes and spheres: what a patch does when it arrives is in
  * `arrival.ts`, what a surface does to a hand in `press.ts`, what the loop remembers in `loop.ts`.
  */
 

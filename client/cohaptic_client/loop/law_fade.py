@@ -19,7 +19,7 @@ from cohaptic.control.law import (
     pressed_depth,
 )
 from cohaptic.control.proportional_integral import IntegralState
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 FADE_TIME = 0.3  # s
 SHARE_RATE = 10.0  # 1/s; 1 % of the force per millisecond

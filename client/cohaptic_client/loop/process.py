@@ -1,6 +1,6 @@
 """The haptic loop: a process of its own, so that nothing of the network can delay it.
 
-    python -m cohaptic_client.loop_process CONFIG
+    python -m cohaptic_client.loop.process CONFIG
 
 It reads the device, runs `step`, writes the force, and exchanges newest values with the network
 process through shared memory. It ends when told to, or when the network process is gone; the last
@@ -29,11 +29,11 @@ from cohaptic.statistics import Tally
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
-from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.safety import FADE_RATE
-from cohaptic_client.shared_slot import SharedMemory
-from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
-from cohaptic_client.surfaces import SurfaceMaker
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.safety import FADE_RATE
+from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.surfaces import SurfaceMaker
 
 COMMAND = struct.Struct("<Q?")  # heartbeat, stop
 SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body

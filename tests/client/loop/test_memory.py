@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.patch import SIZE as PATCH_BYTES
 from cohaptic.record import COLUMNS, Row
-from cohaptic_client.loop_process import COMMAND, SAMPLE
-from cohaptic_client.shared_slot import RING_ROWS, RowRing, SharedMemory, Slot
+from cohaptic_client.loop.memory import RING_ROWS, RowRing, SharedMemory, Slot
+from cohaptic_client.loop.process import COMMAND, SAMPLE
 
 CAPACITY = 64
 payloads = st.binary(max_size=CAPACITY)
@@ -121,7 +121,7 @@ def test_rubbish_in_the_memory_is_no_value() -> None:
 
 WRITER = """
 import sys
-from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.loop.memory import SharedMemory
 memory = SharedMemory(sys.argv[1])
 n = 0
 while memory.command.read() is None:

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains, Law, LawSettings
 from cohaptic.vec import ZERO
-from cohaptic_client.law_fade import FADE_TIME, SHARE_RATE, LawFade, Running, run, switch
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.law_fade import FADE_TIME, SHARE_RATE, LawFade, Running, run, switch
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 from tests.strategies import vectors
 
 T = 0.001  # s

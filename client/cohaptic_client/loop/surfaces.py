@@ -7,7 +7,7 @@ from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import scale
-from cohaptic_client.step import flat_surface
+from cohaptic_client.loop.step import flat_surface
 
 
 class SurfaceMaker:

@@ -17,11 +17,11 @@ from cohaptic.errors import DeviceError
 from cohaptic.record import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.spacemouse import open_spacemouse
-from cohaptic_client.haptics import HapticProcess
-from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.loop_process import ORPHANED_AFTER, SAMPLE
-from cohaptic_client.safety import FADE_RATE
-from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.handle import HapticProcess
+from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.process import ORPHANED_AFTER, SAMPLE
+from cohaptic_client.loop.safety import FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
 
 CLOCK = SystemClock()
@@ -137,7 +137,7 @@ def test_neither_a_process_nor_a_file_stays_behind() -> None:
 
 def test_without_its_parents_heartbeat_it_fades_and_ends(bench: Bench) -> None:
     """As when the network process was killed: no word to stop, no beat, no patch, no clean-up."""
-    command = [sys.executable, "-m", "cohaptic_client.loop_process", bench.config.to_json()]
+    command = [sys.executable, "-m", "cohaptic_client.loop.process", bench.config.to_json()]
     started = CLOCK.now()
     with subprocess.Popen(command, stdin=subprocess.DEVNULL) as orphan:
         assert orphan.wait(PATIENCE) == 0

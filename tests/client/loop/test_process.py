@@ -19,12 +19,12 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.record import Row
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client import loop_process
 from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
-from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.loop_process import COMMAND, SAMPLE, HapticLoop, status_json
-from cohaptic_client.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
-from cohaptic_client.shared_slot import SharedMemory, Slot
+from cohaptic_client.loop import process as loop_process
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.memory import SharedMemory, Slot
+from cohaptic_client.loop.process import COMMAND, SAMPLE, HapticLoop, status_json
+from cohaptic_client.loop.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 
 CLOCK = SystemClock()

@@ -10,7 +10,7 @@ import math
 
 from cohaptic.control.friction import Compliance3, FrictionState, least_eigenvalue, tangents
 from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
-from cohaptic_client.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 # A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
 GAIN_RATE = 10.0  # 1/s

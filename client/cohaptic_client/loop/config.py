@@ -10,7 +10,7 @@ from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import Hand, Intention, Rhythm
 from cohaptic.vec import Vec3
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.loop.safety import SafetyLimits
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_client.passivity import (
+from cohaptic_client.loop.passivity import (
     FORGET,
     MAX_DAMPING,
     RAMP,

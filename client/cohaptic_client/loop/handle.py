@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from cohaptic.errors import DeviceError
 from cohaptic.record import Row
 from cohaptic.vec import Vec3
-from cohaptic_client.loop_config import LoopConfig
-from cohaptic_client.loop_process import COMMAND, SAMPLE
-from cohaptic_client.safety import FADE_RATE
-from cohaptic_client.shared_slot import SharedMemory
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.process import COMMAND, SAMPLE
+from cohaptic_client.loop.safety import FADE_RATE
 
 _GRACE = 2.0  # s for the loop to end by itself once the force has faded
 
@@ -51,7 +51,7 @@ class HapticProcess:
         self._last: TipSample | None = None
         self.stopping = False
         self.status: dict[str, object] = {}
-        command = [sys.executable, "-m", "cohaptic_client.loop_process", config.to_json()]
+        command = [sys.executable, "-m", "cohaptic_client.loop.process", config.to_json()]
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
 
     def give_patch(self, frame: bytes) -> None:

@@ -23,7 +23,7 @@ from cohaptic.control.law import NO_FORCE, Gains, Law, LawSettings, LocalForce, 
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.law_fade import (
+from cohaptic_client.loop.law_fade import (
     LAW_FADE_RATE,
     LawFade,
     Running,
@@ -31,8 +31,8 @@ from cohaptic_client.law_fade import (
     switch,
     with_gains,
 )
-from cohaptic_client.passivity import Passivity, dissipate, given_share, observe
-from cohaptic_client.safety import (
+from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
+from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
     FADE_RATE,
     NEVER_ENGAGED,
@@ -40,7 +40,7 @@ from cohaptic_client.safety import (
     SafetyState,
     guard,
 )
-from cohaptic_client.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
+from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 
 _NOTHING_OWED = Passivity()
 MOST_CHANGE = 2.0  # of a compliance within one patch; more is a mistake of the patch

@@ -15,10 +15,10 @@ from cohaptic.control.law import NO_FORCE, Law
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.passivity import Passivity
-from cohaptic_client.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState
-from cohaptic_client.slew import GAIN_RATE
-from cohaptic_client.step import (
+from cohaptic_client.loop.passivity import Passivity
+from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState
+from cohaptic_client.loop.slew import GAIN_RATE
+from cohaptic_client.loop.step import (
     FORGET_GAPS,
     LONGEST_PATIENCE,
     MOST_CHANGE,

@@ -11,8 +11,8 @@ from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.hands import Hand, Intention, Rhythm
-from cohaptic_client.loop_config import LoopConfig, haptic_period, silent_after
-from cohaptic_client.safety import SafetyLimits
+from cohaptic_client.loop.config import LoopConfig, haptic_period, silent_after
+from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG
 from tests.strategies import vectors
 

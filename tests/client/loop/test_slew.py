@@ -18,9 +18,9 @@ from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.passivity import Passivity
-from cohaptic_client.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState, rate_of
-from cohaptic_client.slew import (
+from cohaptic_client.loop.passivity import Passivity
+from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState, rate_of
+from cohaptic_client.loop.slew import (
     GAIN_RATE,
     hold_back,
     slew_compliance,
@@ -28,7 +28,7 @@ from cohaptic_client.slew import (
     slew_normal,
     turn_back,
 )
-from cohaptic_client.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
 from tests.client.plane import PLANE
 from tests.strategies import normals, vectors
 

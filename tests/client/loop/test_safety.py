@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
-from cohaptic_client.safety import (
+from cohaptic_client.loop.safety import (
     FADE_RATE,
     LEAST_RATE,
     OWN_SPEED,
