@@ -23,8 +23,8 @@ from cohaptic.link import LinkSettings
 from cohaptic.protocol.control import FixedGains, GeometryName
 from cohaptic.vec import Vec3
 from cohaptic.view import status_view
+from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
-from cohaptic_client.runner import Client
 from cohaptic_client.settings import ClientSettings
 
 _REFRESH = 0.1  # s

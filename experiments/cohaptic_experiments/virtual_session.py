@@ -24,7 +24,7 @@ from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
 from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
 from cohaptic_client.loop.surfaces import SurfaceMaker
-from cohaptic_client.pacing import Pacer
+from cohaptic_client.network.pacing import Pacer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.room import Room, describe
 from cohaptic_server.settings import ServerSettings

@@ -23,8 +23,8 @@ from cohaptic.control.stability_area import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
 from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
 from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState, guard
-from cohaptic_client.pacing import Pacer
-from cohaptic_client.timing import LinkTiming
+from cohaptic_client.network.pacing import Pacer
+from cohaptic_client.network.timing import LinkTiming
 
 T, PERIOD = 0.001, 0.016  # s
 

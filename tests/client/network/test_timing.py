@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_client.timing import WINDOW, LinkTiming
+from cohaptic_client.network.timing import WINDOW, LinkTiming
 
 ways = st.floats(0.0, 0.5)
 offsets = st.floats(-1e5, 1e5)

@@ -16,7 +16,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import ServerLost
 from cohaptic.link import LinkSettings
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic_client.link import Data, Delayed, Link
+from cohaptic_client.network.link import Data, Delayed, Link
 
 CLOCK = SystemClock()
 NOW = LinkSettings()

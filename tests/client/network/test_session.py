@@ -25,7 +25,7 @@ from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import SIZE, Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic_client.session import ALLOWED, ClientSession, Event, State
+from cohaptic_client.network.session import ALLOWED, ClientSession, Event, State
 from tests.client.plane import PLANE
 from tests.strategies import contact_samples, patches
 

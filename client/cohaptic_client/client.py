@@ -25,16 +25,16 @@ from cohaptic.report import TouchStatus
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.link import Data, Link
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import SharedMemory
 from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
-from cohaptic_client.pacing import Pacer
-from cohaptic_client.session import ClientSession
+from cohaptic_client.network.link import Data, Link
+from cohaptic_client.network.pacing import Pacer
+from cohaptic_client.network.session import ClientSession
+from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
-from cohaptic_client.timing import LinkTiming
 
 HEARTBEAT = 0.1  # s
 RETRY = 0.5  # s between attempts to reach a server

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_client.pacing import GAIN, TARGET_WAIT, Pacer
+from cohaptic_client.network.pacing import GAIN, TARGET_WAIT, Pacer
 
 ROUNDING = 1e-6  # s; clocks of some hours in doubles, times the ticks of a run
 SETTLED = 1e-4  # s; a tenth of a haptic period

@@ -1,0 +1,1 @@
+"""Towards the server: protocol, pacing, time, delay lines."""
