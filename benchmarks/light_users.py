@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import GeometryName, Hello, encode_control
+from cohaptic.protocol.messages import GeometryName, Hello, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL

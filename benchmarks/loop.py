@@ -18,9 +18,9 @@ import time
 
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law, LawSettings
-from cohaptic.hands import Hand, HandScript, Rhythm
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic.statistics import Tally
+from cohaptic.simulated.hand import Hand, HandScript, Rhythm
+from cohaptic.status.quantiles import Tally
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess

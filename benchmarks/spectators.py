@@ -32,14 +32,14 @@ from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, encode_control
-from cohaptic.protocol.control_watch import EncodingName, Watch
 from cohaptic.protocol.frame import FrameKind
+from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
-from cohaptic.transport import WEBSOCKET_OPTIONS, tune
+from cohaptic.protocol.watch_messages import EncodingName, Watch
+from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.http.green_functions import Superposition, encode_block
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder

@@ -40,7 +40,7 @@ def test_the_loops_process_starts_without_heavy_libraries() -> None:
 
 def test_the_client_starts_without_the_servers_libraries() -> None:
     code = (
-        "import cohaptic.cli, sys; cohaptic.cli.build_app('touch');"
+        "import cohaptic.cli.app, sys; cohaptic.cli.app.build_app('touch');"
         "print([m for m in ('scipy', 'trimesh', 'cohaptic_server') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -17,12 +17,12 @@ from rich.live import Live
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.hands import HandScript, Place, Rhythm
-from cohaptic.interrupt import run
-from cohaptic.link import LinkSettings
-from cohaptic.protocol.control import FixedGains, GeometryName
+from cohaptic.protocol.messages import FixedGains, GeometryName
+from cohaptic.runtime.interrupt import run
+from cohaptic.simulated.delay_line import LinkSettings
+from cohaptic.simulated.hand import HandScript, Place, Rhythm
+from cohaptic.status.table import status_view
 from cohaptic.vec import Vec3
-from cohaptic.view import status_view
 from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings

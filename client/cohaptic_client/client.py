@@ -16,12 +16,12 @@ from typing import Any
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, RemoteProtocolError, ServerLost
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import BodyInfo, Hello, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.messages import BodyInfo, Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.record import Row
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
+from cohaptic.status.row import Row
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device import DeviceInfo

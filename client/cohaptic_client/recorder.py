@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic.record import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row
 
 MAX_SECONDS = 300.0  # older rows are given up: a recording of any length has bounded memory
 

@@ -8,9 +8,9 @@ from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.hands import HandScript
-from cohaptic.link import LinkSettings
-from cohaptic.protocol.control import FixedGains, GeometryName
+from cohaptic.protocol.messages import FixedGains, GeometryName
+from cohaptic.simulated.delay_line import LinkSettings
+from cohaptic.simulated.hand import HandScript
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.loop.config import haptic_period
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.hands import HandScript, Intention
+from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic_experiments.measure import settling_time, swing
 from cohaptic_experiments.outcome import (
     Number,

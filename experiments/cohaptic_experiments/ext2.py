@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
-from cohaptic.hands import HandScript, Intention, Rhythm
+from cohaptic.simulated.hand import HandScript, Intention, Rhythm
 from cohaptic_experiments.outcome import (
     Check,
     Options,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.measure import growth_per_tick, settling_time
 from cohaptic_experiments.outcome import Check, Options, Outcome, Progress, near
 from cohaptic_experiments.rig import SIMULATION_PERIOD, Press, press_at_plane

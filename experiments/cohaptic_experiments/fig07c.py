@@ -5,7 +5,7 @@ The clamp comes slowly, so that the oscillation begins small and its growth can 
 
 from __future__ import annotations
 
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.measure import growth_per_tick, swing
 from cohaptic_experiments.outcome import Options, Outcome, Progress, at_least, near
 from cohaptic_experiments.rig import SIMULATION_PERIOD, Press, press_at_plane

@@ -17,7 +17,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.measure import swing
 from cohaptic_experiments.mesh_picture import COLORS, draw_mesh
 from cohaptic_experiments.outcome import (

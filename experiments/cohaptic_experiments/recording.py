@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.hands import Intention
+from cohaptic.simulated.hand import Intention
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
 from cohaptic_server.numeric import Floats

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.hands import Hand, HandScript, Intention
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
+from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.recording import Trace, record

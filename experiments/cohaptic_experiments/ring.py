@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.control.law import Law
-from cohaptic.hands import HandScript
+from cohaptic.simulated.hand import HandScript
 from cohaptic_experiments.measure import swing
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.body import Body

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic.control.law import Law
-from cohaptic.hands import HandScript
-from cohaptic.protocol.control import GeometryName
+from cohaptic.protocol.messages import GeometryName
+from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3, add, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.loop.safety import SafetyLimits

@@ -14,7 +14,7 @@ from dataclasses import astuple, fields
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cohaptic.protocol.control import GeometryName
+from cohaptic.protocol.messages import GeometryName
 from cohaptic_experiments.outcome import (
     Check,
     Number,

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.hands import HandScript, Intention
-from cohaptic.link import DelayLine, LinkSettings
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import FixedGains, GeometryName, Hello, SetLaw
+from cohaptic.protocol.messages import FixedGains, GeometryName, Hello, SetLaw
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.simulated.delay_line import DelayLine, LinkSettings
+from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.simulated import SimulatedDevice

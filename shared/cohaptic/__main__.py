@@ -1,5 +1,5 @@
 """`python -m cohaptic` is the command line `cohaptic`."""
 
-from cohaptic.cli import main
+from cohaptic.cli.app import main
 
 main()

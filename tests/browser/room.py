@@ -12,13 +12,13 @@ from pathlib import Path
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from cohaptic.protocol.control import encode_control
-from cohaptic.protocol.control_watch import Watch
+from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
-from cohaptic.report import TouchStatus
+from cohaptic.protocol.watch_messages import Watch
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
 

@@ -19,7 +19,7 @@ import sys
 import cohaptic.protocol.version as version
 version.PROTOCOL_VERSION += 1
 version.SUBPROTOCOL = f"{version.FAMILY}{version.PROTOCOL_VERSION}"
-from cohaptic.cli import main
+from cohaptic.cli.app import main
 sys.exit(main())
 """
 MARKUP = "<img src=x onerror=alert(1)>"

@@ -10,8 +10,8 @@ import math
 
 import pytest
 
-from cohaptic.hands import Hand
 from cohaptic.protocol.scene import UserRecord
+from cohaptic.simulated.hand import Hand
 from cohaptic.vec import add, scale
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.world.equilibrium import RestingHand, solve

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cohaptic.control.law import Law, LawSettings
-from cohaptic.hands import Hand, Intention
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.safety import SafetyLimits

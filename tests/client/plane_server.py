@@ -13,7 +13,7 @@ from websockets.typing import Subprotocol
 
 from cohaptic.clock import SystemClock
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     ClientControl,
     Error,

@@ -12,8 +12,8 @@ from typing import Any
 from cohaptic.control.friction import Compliance3, times
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.hands import Hand, HandState, move
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.simulated.hand import Hand, HandState, move
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.config import law_settings, silent_after

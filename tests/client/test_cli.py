@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.cli import main
+from cohaptic.cli.app import main
 
 
 @pytest.fixture(autouse=True)

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from cohaptic.errors import CloseCode, RemoteProtocolError, ServerLost
-from cohaptic.hands import HandScript
-from cohaptic.protocol.control import Bye, Error, GeometryName, Hello
+from cohaptic.protocol.messages import Bye, Error, GeometryName, Hello
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.record import Row
-from cohaptic.report import TouchStatus
+from cohaptic.simulated.hand import HandScript
+from cohaptic.status.report import TouchStatus
+from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
 from cohaptic_client.client import Client, Refused

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.record import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.recorder import MAX_SECONDS, Recorder
 
 SLOW = 0.1  # Hz; 30 rows are the longest recording

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic.protocol.control import Hello, decode_client_control, encode_control
+from cohaptic.protocol.messages import Hello, decode_client_control, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_client.settings import ClientSettings
 

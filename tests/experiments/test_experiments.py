@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-import cohaptic.cli
+import cohaptic.cli.app
 from cohaptic.errors import SettingError
 from cohaptic_experiments import catalogue
 from cohaptic_experiments.catalogue import EXPERIMENTS, Experiment, LibraryMissing, choose, load
@@ -38,7 +38,9 @@ def outcome(*checks: Check) -> Outcome:
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_an_experiment_holds_and_writes_what_it_says(name: str, tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", name, "--out", str(tmp_path), "--quick", "--seed", "3"])
+        cohaptic.cli.app.main(
+            ["experiment", name, "--out", str(tmp_path), "--quick", "--seed", "3"]
+        )
     assert ended.value.code == 0
     folder = tmp_path / name
     assert (folder / "figure.png").read_bytes().startswith(PNG)
@@ -79,7 +81,7 @@ def test_a_verdict_that_does_not_hold_ends_with_1(
 
     monkeypatch.setattr("cohaptic_experiments.cli.load", loaded)
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", "fig08", "--out", str(tmp_path)])
+        cohaptic.cli.app.main(["experiment", "fig08", "--out", str(tmp_path)])
     assert ended.value.code == 1
     assert json.loads((tmp_path / "fig08/summary.json").read_text())["verdict"] == "does not hold"
     assert "does not hold: fig08" in capsys.readouterr().out
@@ -94,7 +96,7 @@ def test_all_runs_every_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr("cohaptic_experiments.cli.load", loaded)
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", "all", "--out", str(tmp_path)])
+        cohaptic.cli.app.main(["experiment", "all", "--out", str(tmp_path)])
     assert ended.value.code == 0
     assert tuple(ran) == EXPERIMENTS
     assert {p.name for p in tmp_path.iterdir()} == set(EXPERIMENTS)
@@ -104,7 +106,7 @@ def test_an_unknown_name_is_told_the_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", "fig99", "--out", str(tmp_path)])
+        cohaptic.cli.app.main(["experiment", "fig99", "--out", str(tmp_path)])
     assert ended.value.code == 2
     said = capsys.readouterr().err
     assert "fig99" in said
@@ -120,7 +122,7 @@ def test_a_file_in_place_of_the_folder_is_said_so(
     file = tmp_path / "taken"
     file.write_text("")
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", "fig07a", "--out", str(file), "--quick"])
+        cohaptic.cli.app.main(["experiment", "fig07a", "--out", str(file), "--quick"])
     assert ended.value.code == 2
     assert str(file) in capsys.readouterr().err
 
@@ -139,7 +141,7 @@ def test_a_missing_library_comes_with_advice(
     with pytest.raises(LibraryMissing):
         load("fig08")
     with pytest.raises(SystemExit) as ended:
-        cohaptic.cli.main(["experiment", "fig08", "--out", str(tmp_path)])
+        cohaptic.cli.app.main(["experiment", "fig08", "--out", str(tmp_path)])
     assert ended.value.code == 2
     assert 'pip install "cohaptic[experiments]"' in capsys.readouterr().err
 

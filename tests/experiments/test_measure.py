@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.hands import HandScript, Intention
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
+from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic_experiments.measure import growth_per_tick, settling_time, swing
 from cohaptic_experiments.recording import record
 from cohaptic_experiments.rig import CLAMP, LIMITS, START, Press, press_at_plane

@@ -6,7 +6,7 @@ import json
 
 from cohaptic.control.law import Law
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, encode_control
+from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3
 

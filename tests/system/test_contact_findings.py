@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.hands import Hand, HandScript, Intention, Rhythm
-from cohaptic.protocol.control import GeometryName
+from cohaptic.protocol.messages import GeometryName
+from cohaptic.simulated.hand import Hand, HandScript, Intention, Rhythm
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.simulated import SimulatedDevice

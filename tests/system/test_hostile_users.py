@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
-from cohaptic.hands import HandScript
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello
 from cohaptic.protocol.frame import MAX_FORCE
+from cohaptic.protocol.messages import Hello
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3, norm, scale
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic.hands import Hand
-from cohaptic.report import TouchStatus
+from cohaptic.simulated.hand import Hand
+from cohaptic.status.report import TouchStatus
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
 from cohaptic_client.loop.step import LONGEST_PATIENCE

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.hands import HandScript
+from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.hands import Hand, HandScript, Rhythm
-from cohaptic.protocol.control import FixedGains
+from cohaptic.protocol.messages import FixedGains
+from cohaptic.simulated.hand import Hand, HandScript, Rhythm
 from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cohaptic.hands import Hand, HandState, Intention, move
+from cohaptic.simulated.hand import Hand, HandState, Intention, move
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 

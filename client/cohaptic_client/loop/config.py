@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.hands import Hand, Intention, Rhythm
+from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.safety import SafetyLimits
 

@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass
 
 from cohaptic.errors import DeviceError
-from cohaptic.record import Row
+from cohaptic.status.row import Row
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import SharedMemory

@@ -16,7 +16,7 @@ import zlib
 from collections.abc import Iterable
 
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
-from cohaptic.record import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row
 
 _HEAD = struct.Struct("<QII")  # version, length, checksum of version and payload
 _ROW = struct.Struct(f"<{len(COLUMNS)}d")

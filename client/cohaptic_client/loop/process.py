@@ -23,9 +23,9 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.record import Row
-from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
-from cohaptic.statistics import Tally
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
+from cohaptic.status.quantiles import Tally
+from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample

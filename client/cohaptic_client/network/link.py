@@ -16,10 +16,10 @@ from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
 from cohaptic.errors import ServerLost
-from cohaptic.link import DelayLine, LinkSettings
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.transport import WEBSOCKET_OPTIONS, tune
+from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
+from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 
 Data = str | bytes
 MAX_INBOUND_BYTES = MAX_BYTES  # the largest is a rest mesh, then a welcome to a full room

@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import Enum
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.control import (
+from cohaptic.protocol.frame import HEADER, FrameKind
+from cohaptic.protocol.messages import (
     Bye,
     Error,
     Hello,
@@ -15,7 +16,6 @@ from cohaptic.protocol.control import (
     decode_server_control,
     encode_control,
 )
-from cohaptic.protocol.frame import HEADER, FrameKind
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 

@@ -18,7 +18,7 @@ from rich.live import Live
 
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.object_options import (
     SOLID,

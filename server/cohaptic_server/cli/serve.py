@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 from threadpoolctl import threadpool_limits
 
-from cohaptic.interrupt import until_interrupted
-from cohaptic.scheduling import SERVER_PRIORITY, prefer_this_process
+from cohaptic.runtime.interrupt import until_interrupted
+from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid

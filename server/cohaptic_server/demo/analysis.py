@@ -25,7 +25,7 @@ class Recording:
 
     Args:
         name: Of the user.
-        columns: Each column of `cohaptic.record.Row`, shape (n,); `t` is Unix time [s].
+        columns: Each column of `cohaptic.status.row.Row`, shape (n,); `t` is Unix time [s].
     """
 
     name: str

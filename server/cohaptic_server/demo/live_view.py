@@ -9,8 +9,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from cohaptic.report import TouchStatus
-from cohaptic.view import status_view
+from cohaptic.status.report import TouchStatus
+from cohaptic.status.table import status_view
 from cohaptic_server.demo.scene import DRAG, Scene
 
 TRACE = 60  # readings of a force in the picture of the last seconds

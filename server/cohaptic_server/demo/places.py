@@ -15,8 +15,8 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
-from cohaptic.hands import Place
 from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.mesh.pressure import pressure

@@ -18,8 +18,8 @@ from types import TracebackType
 from pydantic import ValidationError
 
 from cohaptic.errors import CohapticError
-from cohaptic.hands import HandScript
-from cohaptic.report import TouchStatus
+from cohaptic.simulated.hand import HandScript
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.scene import Scene
 
 _START = 30.0  # s for a process to report

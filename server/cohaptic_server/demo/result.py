@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import (
     Recording,

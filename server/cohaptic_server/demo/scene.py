@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic.hands import HandScript, Place, Rhythm
+from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.room import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.control.friction import MAX_FRICTION
-from cohaptic.view import LEAST_LAG, lag_words, soft_words
+from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
 from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, UserResult
 

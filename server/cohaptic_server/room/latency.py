@@ -1,6 +1,6 @@
 """Latency injected between one user and the server, both ways, as if its path were longer.
 
-Messages pass two delay lines with the semantics of a stream (`cohaptic.link`): one that grows
+Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): one that grows
 shorter never lets a message overtake those in front. Nothing here sleeps; the shell asks what is
 due and when to ask again.
 """
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cohaptic.link import DelayLine, LinkSettings
+from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 
 Data = str | bytes
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from cohaptic.control.law import Gains
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     FixedGains,
     Hello,

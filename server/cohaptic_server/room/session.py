@@ -16,7 +16,7 @@ from enum import Enum
 
 from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     Bye,
     ControlMessage,
     Error,
@@ -25,8 +25,8 @@ from cohaptic.protocol.control import (
     Welcome,
     encode_control,
 )
-from cohaptic.protocol.control_watch import ClientMessage, Watch, decode_client_message
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 
 HELLO_TIMEOUT = 5.0  # s

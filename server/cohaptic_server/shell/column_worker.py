@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from cohaptic.scheduling import stand_back
+from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.green_columns import Column, Order, solve_columns
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor

@@ -12,7 +12,7 @@ from websockets.typing import Subprotocol
 
 from cohaptic.errors import SettingError
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
-from cohaptic.transport import WEBSOCKET_OPTIONS
+from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
 

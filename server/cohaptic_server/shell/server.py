@@ -18,12 +18,12 @@ from websockets.exceptions import ConnectionClosed
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import Hello, ServerControl, SetLaw, UserLeft, wrong_version
-from cohaptic.protocol.control_watch import Latency, SetLatency, Watch
+from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.statistics import Tally
-from cohaptic.transport import tune
+from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
+from cohaptic.runtime.transport import tune
+from cohaptic.status.quantiles import Tally
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.room import REPLACE_AFTER, Room

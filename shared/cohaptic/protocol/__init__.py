@@ -1,1 +1,1 @@
-"""The wire: what client and server say to each other. `docs/protocol.md` is its description."""
+"""Every message on the wire: one per file, checked when it is read."""

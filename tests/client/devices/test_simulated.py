@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.hands import Hand, HandScript, Intention, Rhythm
+from cohaptic.simulated.hand import Hand, HandScript, Intention, Rhythm
 from cohaptic.vec import ZERO, Vec3, is_finite, norm, sub
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.simulated import SimulatedDevice

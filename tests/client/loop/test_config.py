@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.hands import Hand, Intention, Rhythm
+from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic_client.loop.config import LoopConfig, haptic_period, silent_after
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG

@@ -14,7 +14,7 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
-from cohaptic.record import Row
+from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.protocol.patch import SIZE as PATCH_BYTES
-from cohaptic.record import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.loop.memory import RING_ROWS, RowRing, SharedMemory, Slot
 from cohaptic_client.loop.process import COMMAND, SAMPLE
 

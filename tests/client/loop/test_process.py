@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, DeviceError
-from cohaptic.record import Row
+from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
 from cohaptic_client.loop import process as loop_process

@@ -14,8 +14,8 @@ from websockets.typing import Subprotocol
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import ServerLost
-from cohaptic.link import LinkSettings
 from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.network.link import Data, Delayed, Link
 
 CLOCK = SystemClock()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
     Error,

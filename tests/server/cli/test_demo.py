@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.cli import main
+from cohaptic.cli.app import main
 
 
 @pytest.mark.parametrize(

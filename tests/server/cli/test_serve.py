@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.cli import main
+from cohaptic.cli.app import main
 
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
 PATIENCE = 30.0  # s; far more than anything here takes on an idle machine

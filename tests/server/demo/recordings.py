@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic.record import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import STEP, Recording

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.hands import Rhythm
+from cohaptic.simulated.hand import Rhythm
 from cohaptic_server.demo.analysis import (
     AROUND,
     STEP,

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.live_view import TRACE, picture, sparkline, traced
 from cohaptic_server.demo.scene import Scene
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.rest import Rest

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic.hands import Place
+from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.scene import BESIDE, DRAG, MEASURE, PRESS_DEPTH, Scene, truth
 

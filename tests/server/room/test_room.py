@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import FULL_BUDGET
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.control import FixedGains, SetLaw, UserJoined, UserLeft
+from cohaptic.protocol.messages import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import norm

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
     Error,
@@ -19,9 +19,9 @@ from cohaptic.protocol.control import (
     decode_server_control,
     encode_control,
 )
-from cohaptic.protocol.control_watch import Watch
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import Watch
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
 from tests.client.plane import PLANE

@@ -22,7 +22,7 @@ from websockets.typing import Origin, Subprotocol
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, SettingError
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     Bye,
     Error,
     FixedGains,

@@ -24,8 +24,12 @@ from websockets.typing import Origin, Subprotocol
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.control import Bye, Error, UserJoined, UserLeft, encode_control
-from cohaptic.protocol.control_watch import (
+from cohaptic.protocol.messages import Bye, Error, UserJoined, UserLeft, encode_control
+from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
+from cohaptic.protocol.scene import Scene
+from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.protocol.watch_messages import (
     EncodingName,
     Latency,
     SetLatency,
@@ -35,10 +39,6 @@ from cohaptic.protocol.control_watch import (
     Watching,
     decode_watch_control,
 )
-from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
-from cohaptic.protocol.scene import Scene
-from cohaptic.protocol.traversal import Traversal
-from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.http.page_files import FOLDER

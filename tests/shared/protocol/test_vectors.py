@@ -18,7 +18,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.room import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
     Error,
@@ -29,16 +29,6 @@ from cohaptic.protocol.control import (
     Welcome,
     decode_server_control,
     encode_control,
-)
-from cohaptic.protocol.control_watch import (
-    Latency,
-    SetLatency,
-    SetView,
-    Watch,
-    WatchedUser,
-    Watching,
-    decode_client_message,
-    decode_watch_control,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import (
@@ -53,6 +43,16 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import (
+    Latency,
+    SetLatency,
+    SetView,
+    Watch,
+    WatchedUser,
+    Watching,
+    decode_client_message,
+    decode_watch_control,
+)
 from cohaptic.vec import ZERO
 from tests.strategies import as_surface, single
 

@@ -19,7 +19,7 @@ export interface HandState {
 /**
  * Advance a hand by `dt` under `force` on it; semi-implicit Euler, stable for dt <= 1 ms.
  *
- * `cohaptic.hands.move` in TypeScript.
+ * `cohaptic.simulated.hand.move` in TypeScript.
  */
 export function move(state: HandState, hand: HandSettings, target: Vec3, force: Vec3, dt: number): HandState {
   const { position: x, velocity: v } = state;

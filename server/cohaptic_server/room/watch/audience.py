@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
-from cohaptic.protocol.control_watch import WatchedUser, Watching
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.watch_messages import WatchedUser, Watching
 from cohaptic_server.room.room import Room, describe
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records

@@ -13,8 +13,8 @@ from collections import deque
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.control import ControlMessage, Error, encode_control
-from cohaptic.protocol.control_watch import (
+from cohaptic.protocol.messages import ControlMessage, Error, encode_control
+from cohaptic.protocol.watch_messages import (
     Latency,
     SetLatency,
     SetView,

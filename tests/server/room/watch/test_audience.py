@@ -10,12 +10,12 @@ import pytest
 from cohaptic.control.room import RoomLag
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.control_watch import EncodingName, Watch, Watching, decode_watch_control
 from cohaptic.protocol.patch import MAX_MARGIN, Patch
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import FINEST
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import EncodingName, Watch, Watching, decode_watch_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring, SpringSettings

@@ -11,8 +11,9 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.control import BodyInfo, Error, UserJoined, encode_control
-from cohaptic.protocol.control_watch import (
+from cohaptic.protocol.messages import BodyInfo, Error, UserJoined, encode_control
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import (
     EncodingName,
     Latency,
     SetLatency,
@@ -21,7 +22,6 @@ from cohaptic.protocol.control_watch import (
     Watching,
     decode_watch_control,
 )
-from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
 from tests.server.peers import hello_text, sample

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from cohaptic.report import TouchStatus
+from cohaptic.status.report import TouchStatus
 
 _BAR = 10  # characters of a full force bar
 _FULL = 6.0  # N that fill it

@@ -11,11 +11,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from cohaptic.cli.stability_answers import alone, area_corners, several
+from cohaptic.cli.stability_room import room
 from cohaptic.control.law import Law
 from cohaptic.control.stability import Floats
 from cohaptic.errors import SettingError, one_line
-from cohaptic.stability_answers import alone, area_corners, several
-from cohaptic.stability_room import room
 
 
 def stability(

@@ -11,7 +11,7 @@ import pytest
 
 LOOK = """
 import json, os, sys
-from cohaptic.scheduling import LOOP_PRIORITY, prefer_this_process
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 before = os.nice(0)
 if sys.argv[1:] == ["powerless"] and os.geteuid() == 0:
     os.setgroups([])

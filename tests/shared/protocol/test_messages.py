@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     MAX_PERIOD,
     MAX_TEXT,
     MIN_PERIOD,

@@ -10,8 +10,8 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
+from cohaptic.cli.stability import stability
 from cohaptic.errors import SettingError
-from cohaptic.stability_cli import stability
 
 APP = Typer()
 APP.command()(stability)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.statistics import Tally
+from cohaptic.status.quantiles import Tally
 
 
 @given(st.lists(st.floats(1e-6, 10.0), min_size=1, max_size=300), st.floats(0.01, 1.0))

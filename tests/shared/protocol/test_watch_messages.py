@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.control import BodyInfo, encode_control
-from cohaptic.protocol.control_watch import (
+from cohaptic.protocol.messages import BodyInfo, encode_control
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import (
     MAX_WATCHING_TEXT,
     SetLatency,
     SetView,
@@ -20,8 +21,7 @@ from cohaptic.protocol.control_watch import (
     decode_client_message,
     decode_watch_control,
 )
-from cohaptic.protocol.version import PROTOCOL_VERSION
-from tests.shared.protocol.test_control import anything
+from tests.shared.protocol.test_messages import anything
 
 
 @given(st.text(max_size=300))

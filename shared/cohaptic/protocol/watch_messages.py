@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
-from cohaptic.protocol.control import (
+from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
     ControlMessage,

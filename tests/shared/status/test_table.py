@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from cohaptic.report import AS_STIFF, TouchStatus
-from cohaptic.view import LEAST_LAG, bar, status_notes, status_table, status_view
+from cohaptic.status.report import AS_STIFF, TouchStatus
+from cohaptic.status.table import LEAST_LAG, bar, status_notes, status_table, status_view
 
 WELL = TouchStatus(
     name="ann", state="touching", force=4.36, felt_from_others=-1.2, indentation=0.0123,

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import LinkOverflow, SettingError
-from cohaptic.link import CAPACITY, DelayLine, LinkSettings
+from cohaptic.simulated.delay_line import CAPACITY, DelayLine, LinkSettings
 
 settings = st.builds(
     LinkSettings, delay=st.floats(0.0, 1.0), jitter=st.floats(0.0, 0.5), seed=st.integers(0, 99)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic.hands import Hand, HandScript, HandState, Place, Rhythm, move, sideways
+from cohaptic.simulated.hand import Hand, HandScript, HandState, Place, Rhythm, move, sideways
 from cohaptic.vec import Vec3, dot, norm, sub, unit
 from tests.strategies import vectors
 

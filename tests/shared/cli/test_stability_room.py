@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import SettingError
-from tests.shared.test_stability_cli import CLOSE, ask
+from tests.shared.cli.test_stability import CLOSE, ask
 
 THREE = ["--compliance", CLOSE, "--delays", "[0.1, 0.1, 0.1]"]
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from cohaptic.cli.stability_answers import check_period
 from cohaptic.control.coupling import check_compliance
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import SHARE, coupling_matrix, coupling_radius, lag_needed, margin
 from cohaptic.control.room_roots import growth
 from cohaptic.control.stability import Floats
 from cohaptic.errors import SettingError
-from cohaptic.stability_answers import check_period
 
 MAX_USERS = 64
 MAX_DELAY, MAX_LAG = 60.0, 600.0  # s

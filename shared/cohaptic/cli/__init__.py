@@ -1,0 +1,1 @@
+"""The command `cohaptic`, and `cohaptic stability`."""
