@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic.control.room_roots import chebyshev
+from cohaptic.control.stability.room_roots import chebyshev
 from cohaptic_server.numeric import Floats
 
 Complexes = npt.NDArray[np.complex128]

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.control.stability import integral_is_stable
+from cohaptic.control.stability.single_contact import integral_is_stable
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.measure import settling_time, swing
 from cohaptic_experiments.outcome import (

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic.control.room_lag import coupling_radius, lag_needed
-from cohaptic.control.room_roots import growth
+from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
+from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad_criteria import least
 from cohaptic_server.numeric import Floats
 

@@ -13,13 +13,13 @@ from cohaptic.control.friction import NO_FRICTION, Compliance3, friction_step, n
 from cohaptic.control.geometry import LocalSurface, Sight, blend, difference, shift
 from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.control.stability import (
+from cohaptic.control.stability.single_contact import (
     elastic_object,
     integral_model,
     lifted_radius,
     proportional_model,
 )
-from cohaptic.control.stability_area import closed_edges, lifted_edges
+from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
 from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
 from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState, guard

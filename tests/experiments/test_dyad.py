@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cohaptic.control.room_lag import lag_needed
-from cohaptic.control.room_roots import growth
+from cohaptic.control.stability.room_lag import lag_needed
+from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad_criteria import (
     Dyad,
     Hand,

@@ -14,7 +14,7 @@ from rich.table import Table
 from cohaptic.cli.stability_answers import alone, area_corners, several
 from cohaptic.cli.stability_room import room
 from cohaptic.control.law import Law
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError, one_line
 
 

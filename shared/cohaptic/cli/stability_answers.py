@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cohaptic.control.coupling import couple, largest_uniform_gains
 from cohaptic.control.law import Law
-from cohaptic.control.stability import (
+from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
+from cohaptic.control.stability.single_contact import (
     Floats,
     elastic_object,
     integral_is_stable,
@@ -18,7 +18,7 @@ from cohaptic.control.stability import (
     proportional_is_stable,
     proportional_model,
 )
-from cohaptic.control.stability_area import stability_area
+from cohaptic.control.stability.stable_set import stability_area
 from cohaptic.errors import SettingError
 
 

@@ -8,11 +8,17 @@ from typing import Any
 import numpy as np
 
 from cohaptic.cli.stability_answers import check_period
-from cohaptic.control.coupling import check_compliance
 from cohaptic.control.law import Law
-from cohaptic.control.room_lag import SHARE, coupling_matrix, coupling_radius, lag_needed, margin
-from cohaptic.control.room_roots import growth
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.room_lag import (
+    SHARE,
+    coupling_matrix,
+    coupling_radius,
+    lag_needed,
+    margin,
+)
+from cohaptic.control.stability.room_roots import growth
+from cohaptic.control.stability.several_contacts import check_compliance
+from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError
 
 MAX_USERS = 64

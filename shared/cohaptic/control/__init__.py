@@ -1,1 +1,1 @@
-"""The control law: local models, gains, geometry. Pure functions of numbers."""
+"""The local control laws, their gains and friction, as pure functions."""

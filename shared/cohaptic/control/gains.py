@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability import elastic_object, integral_model, lifted_radius
+from cohaptic.control.stability.single_contact import elastic_object, integral_model, lifted_radius
 
 # Distance kept from the edge of stability. At 0.9 a proportional loop forgets 10 % a round trip.
 ALPHA = 0.9

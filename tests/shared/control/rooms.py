@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.control.room_lag import coupling_matrix
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.room_lag import coupling_matrix
+from cohaptic.control.stability.single_contact import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.sampled_room import room_radius
+from cohaptic.control.stability.sampled_room import room_radius
 from tests.system.spectral import random_compliance
 
 PERIOD = 1.0 / 60.0  # s

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.room_lag import SHARE, coupling_radius, lag_needed
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.room_lag import SHARE, coupling_radius, lag_needed
+from cohaptic.control.stability.single_contact import Floats
 
 THETA = 0.12  # s
 W: Floats = np.concatenate([np.linspace(1e-2, 60.0, 6000), np.geomspace(60.02, 2000.0, 1500)])

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room_lag import coupling_matrix, coupling_radius, kept, lag_needed
-from cohaptic.control.sampled_room import room_radius
+from cohaptic.control.stability.room_lag import coupling_matrix, coupling_radius, kept, lag_needed
+from cohaptic.control.stability.sampled_room import room_radius
 from tests.shared.control.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.stability import (
+from cohaptic.control.stability.single_contact import (
     StateSpace,
     elastic_object,
     integral_is_stable,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.room_lag import (
+from cohaptic.control.stability.room_lag import (
     DAMPED_HAND_TIME,
     FULL_BUDGET,
     HAND_TIME,
@@ -20,7 +20,7 @@ from cohaptic.control.room_lag import (
     lag_needed,
     margin,
 )
-from cohaptic.control.room_roots import growth
+from cohaptic.control.stability.room_roots import growth
 from tests.shared.control.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)

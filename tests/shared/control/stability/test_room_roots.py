@@ -10,9 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import lambertw
 
-from cohaptic.control.room_lag import coupling_radius, lag_needed
-from cohaptic.control.room_roots import LARGEST, growth, largest_growth, unknowns
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
+from cohaptic.control.stability.room_roots import LARGEST, growth, largest_growth, unknowns
+from cohaptic.control.stability.single_contact import Floats
 from tests.shared.control.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)

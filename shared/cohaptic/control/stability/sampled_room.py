@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room_lag import kept
-from cohaptic.control.stability import Floats, spectral_radius
+from cohaptic.control.stability.room_lag import kept
+from cohaptic.control.stability.single_contact import Floats, spectral_radius
 
 Ints = npt.NDArray[np.int64]
 

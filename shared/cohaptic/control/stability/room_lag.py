@@ -24,7 +24,7 @@ from typing import TypeVar
 import numpy as np
 
 from cohaptic.control.room import RoomLag as RoomLag
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.single_contact import Floats
 
 # Share of the theorem's rate that is taken, for delays that vary and hands that move.
 SHARE = 0.7

@@ -11,7 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from cohaptic.control.stability import Floats, elastic_object, integral_model, lifted_radius
+from cohaptic.control.stability.single_contact import (
+    Floats,
+    elastic_object,
+    integral_model,
+    lifted_radius,
+)
 
 _SCAN = 48  # values of I N T among which a stable one is looked for
 _BISECTIONS = 24

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.coupling import couple, largest_uniform_gains
 from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room_lag import coupling_matrix, lag_needed
-from cohaptic.control.room_roots import growth
-from cohaptic.control.sampled_room import loop_matrix, room_radius
+from cohaptic.control.stability.room_lag import coupling_matrix, lag_needed
+from cohaptic.control.stability.room_roots import growth
+from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
+from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
 from cohaptic.errors import SettingError
 from tests.system.spectral import random_compliance
 

@@ -26,7 +26,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cohaptic.control.stability import Floats
+from cohaptic.control.stability.single_contact import Floats
 
 # Points of a grid: some for smooth solutions, and so many for each radian over the delay.
 BASE, PER_RADIAN = 8, 0.75

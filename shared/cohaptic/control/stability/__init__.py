@@ -1,0 +1,1 @@
+"""When contacts are stable: one, several, and a room of them with its delays."""
