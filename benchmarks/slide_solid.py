@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from threadpoolctl import threadpool_limits
 
-from cohaptic_experiments.slide_solid import ServedSolid, slide
+from cohaptic_experiments.sliding.slide_solid import ServedSolid, slide
 from cohaptic_server.bodies.solid.parts import make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cohaptic.vec import norm, sub
-from cohaptic_experiments.slide import CLEARANCE, GuidedHand, Way, measure, true_forces
+from cohaptic_experiments.sliding.slide import CLEARANCE, GuidedHand, Way, measure, true_forces
 from cohaptic_server.bodies.balloon.balloon import Balloon
 
 

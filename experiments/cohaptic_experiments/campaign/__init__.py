@@ -1,0 +1,1 @@
+"""Thousands of rooms with hands of every kind: which are stable, slow, soft."""

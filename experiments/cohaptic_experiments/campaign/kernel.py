@@ -1,0 +1,394 @@
+"""Haptics of a room of hands, compiled: the functions of client and server at 1 kHz.
+
+Everything else is the shell that those functions live in, linear, each contact in a frame of its
+own (normal and two tangents): hands on springs, samples and patches once per simulation period,
+links with delay, jitter, loss and order, the straight line from patch to patch.
+`tests/experiments/campaign/test_hands.py` lays it beside a session of the real room and client.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohaptic import vec
+from cohaptic.control import friction as coulomb
+from cohaptic.control.friction import Compliance3, FrictionState, friction_step, normal_shift, times
+from cohaptic.control.predictive import predictive_force
+from cohaptic.control.proportional import proportional_force
+from cohaptic.control.proportional_integral import (
+    IntegralState,
+    Thresholds,
+    integration_threshold,
+    proportional_integral_step,
+)
+from cohaptic.control.stability.room_lag import kept
+from cohaptic.vec import ZERO, add, dot, norm, scale, sub
+from cohaptic_client.loop.config import RELEASE_TIME
+from cohaptic_client.loop.passivity import dissipate, given_share, observe
+from cohaptic_client.loop.safety import (
+    EXTERNAL_RATE,
+    FADE_RATE,
+    SafetyLimits,
+    limited,
+    next_share,
+    rate_of,
+)
+from cohaptic_client.loop.slew import hold_back
+from cohaptic_client.loop.step import next_patience, on_body
+from cohaptic_experiments.campaign.compiled import (
+    compiled,
+    compiled_in_parallel,
+    on_all_cores,
+    usable,
+)
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, level, shares_of_change
+
+T = 1e-3  # s
+PRESS_TIME = 0.3  # s
+CLEARANCE = 0.01  # m in front of the surface before the press
+PROPORTIONAL, PI, PREDICTIVE = 0, 1, 2
+TAIL = 4.0  # s at the end of a trial that are kept
+EVERY = 10  # periods between kept forces
+SLOTS = 128  # messages in flight; 0.65 s at 100 Hz are 65
+FIGURES = 4  # per trial: see `haptics`
+
+for _function in (
+    vec.add, vec.sub, vec.scale, vec.dot, vec.cross, vec.norm, vec.unit,
+    coulomb.times, coulomb.tangents, coulomb.normal_shift, coulomb.follow_material, friction_step,
+    predictive_force, proportional_force, integration_threshold, proportional_integral_step,
+    dissipate, given_share, observe, next_share, limited, rate_of, hold_back, next_patience,
+    on_body,
+    kept, behind, level, bounded, shares_of_change,
+):  # fmt: skip
+    usable(_function)
+THRESHOLDS = Thresholds()
+LIMITS = SafetyLimits()
+SILENT_AFTER, FADE_TIME, ENGAGE_TIME = 0.1, LIMITS.fade_time, LIMITS.engage_time
+MAX_FORCE = 100.0  # N; what grows shall be seen to grow
+
+
+@compiled
+def intended(hand: Floats, motion: Floats, now: float) -> tuple[float, float]:
+    """Where a hand wants its tip to be: height over the resting surface, and sideways [m].
+
+    Args:
+        hand: As in `haptics`, one row.
+        motion: Same.
+        now: [s].
+    """
+    s = min(1.0, max(0.0, (now - hand[4]) / PRESS_TIME))
+    pressed = s * s * (3.0 - 2.0 * s)
+    off = min(1.0, max(0.0, (now - motion[6]) / PRESS_TIME))
+    back = min(1.0, max(0.0, (now - motion[7]) / PRESS_TIME))
+    pressed *= 1.0 - off * off * (3.0 - 2.0 * off) + back * back * (3.0 - 2.0 * back)
+    depth = -CLEARANCE + (hand[3] + CLEARANCE) * pressed
+    # The last of a motion goes smoothly, so that a quiet hand is not one that was stopped.
+    calm = min(1.0, max(0.0, motion[8] - now))
+    depth += calm * motion[0] * math.sin(6.283185307179586 * motion[1] * now + motion[2])
+    depth += calm * motion[3] * math.sin(6.283185307179586 * motion[4] * now)
+    side = motion[5] * math.sin(6.283185307179586 * motion[4] * now + motion[2])
+    return -depth, calm * side * pressed
+
+
+@compiled
+def haptics(
+    law: int,
+    C: Floats,
+    hand: Floats,
+    device: Floats,
+    motion: Floats,
+    link: Floats,
+    gains: Floats,
+    lag: float,
+    simulation_period: float,
+    seed: int,
+    seconds: float,
+    tail: Floats,
+    figures: Floats,
+) -> None:
+    """One trial.
+
+    Args:
+        law: Of everybody.
+        C: Compliance of the contacts, each in its frame, shape (3 n, 3 n) [m/N].
+        hand: Rows mass, damping, stiffness, depth, time of the press, shape (n, 5).
+        device: Rows damping budget, friction, largest stiffness in any direction, shape (n, 3).
+        motion: Rows amplitude, frequency and phase of a tremble; amplitude, frequency of a slow
+            motion, its amplitude sideways; when it lets go and presses again; when it is quiet.
+            Shape (n, 9).
+        link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
+        gains: Rows K_h, I, shape (n, 2).
+        lag: Of the room [s].
+        simulation_period: N T [s].
+        seed: Of jitter, loss and phases.
+        seconds: Of haptics.
+        tail: Forces on the hands at the end, written here, shape (k, n) [N].
+        figures: Written here, shape (4,): sums over periods and users of the squared damping force
+            and of the squared force [N^2]; the largest change of a force in a period beyond what
+            the hand's own motion and the damping explain [N]; the share of periods in which a
+            force was faded.
+    """
+    n = len(hand)
+    np.random.seed(seed)  # noqa: NPY002 -- the generator that numba compiles, one per thread
+    steps = round(seconds / T)
+    first = steps - len(tail) * EVERY
+    # Links: due time and payload of what is on its way.
+    up_due, up_force = np.zeros((n, SLOTS)), np.zeros((n, SLOTS, 3))
+    down_due, down_x, down_own = (
+        np.zeros((n, SLOTS)),
+        np.zeros((n, SLOTS, 3)),
+        np.zeros((n, SLOTS, 3)),
+    )
+    up_in, up_out = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    down_in, down_out = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    up_last, down_last = np.zeros(n), np.zeros(n)
+    heard, carried = np.zeros((n, 3)), np.zeros((n, 3))
+    normal_C = np.ascontiguousarray(C[::3, ::3])
+    no_end, lags = np.full(n, np.inf), np.full((n, 1), lag)
+    # The hands: normal and first tangent; along the second nobody moves.
+    x, v = np.zeros((n, 2)), np.zeros((n, 2))
+    x[:, 0] = CLEARANCE
+    force = [ZERO for _ in range(n)]
+    felt = [ZERO for _ in range(n)]  # without the damping
+    integral, ramp, depth_before = np.zeros(n), np.zeros(n), np.zeros(n)
+    sticks = [FrictionState(ZERO, ZERO, ZERO, False, 1.0) for _ in range(n)]
+    # The surface of the patch before, the newest, and when that came.
+    x_from, x_to = np.zeros((n, 3)), np.zeros((n, 3))
+    own_from, own_to = np.zeros((n, 3)), np.zeros((n, 3))
+    arrived, patience = np.full(n, -1.0), np.zeros(n)
+    pressed_on, shown_before = np.full(n, -1.0), np.zeros((n, 3))
+    dent_before, own_before = np.zeros(n), np.zeros((n, 3))
+    faded = np.ones(n)
+    owed, damping, stored_before = np.zeros(n), np.zeros(n), np.zeros(n)
+    next_send = np.random.random(n) * simulation_period  # noqa: NPY002
+    next_tick = 0.0
+    silent_after = max(SILENT_AFTER, 3.0 * simulation_period)
+    pace = EXTERNAL_RATE * T
+    normal: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    figures[:] = 0.0
+    for k in range(steps):
+        now = k * T
+        if now >= next_tick:
+            next_tick += simulation_period
+            for i in range(n):
+                while up_out[i] < up_in[i] and up_due[i, up_out[i] % SLOTS] <= now:
+                    heard[i] = up_force[i, up_out[i] % SLOTS]
+                    up_out[i] += 1
+            was = np.copy(carried)
+            wanted = np.copy(heard)
+            wanted[:, 0] = bounded(np.copy(heard[:, 0]), no_end)
+            lagged = behind(was, wanted, lags, simulation_period)
+            change = np.sqrt(((lagged - was) ** 2).sum(axis=1))
+            allowed = shares_of_change(
+                change, np.copy(gains[:, 0]), normal_C, EFFECT_RATE * simulation_period
+            )
+            for i in range(n):
+                carried[i] = was[i] + allowed[i] * (lagged[i] - was[i])
+            for i in range(n):
+                slot = down_in[i] % SLOTS
+                late = now + link[i, 1] + link[i, 2] * np.random.random()  # noqa: NPY002
+                if np.random.random() < link[i, 3]:  # noqa: NPY002
+                    continue
+                down_last[i] = max(down_last[i], late)
+                down_due[i, slot] = down_last[i]
+                for a in range(3):
+                    moved = 0.0
+                    for j in range(n):
+                        if j != i:
+                            for b in range(3):
+                                moved -= C[3 * i + a, 3 * j + b] * carried[j, b]
+                    down_x[i, slot, a] = moved
+                    down_own[i, slot, a] = carried[i, a]
+                down_in[i] += 1
+        for i in range(n):
+            while down_out[i] < down_in[i] and down_due[i, down_out[i] % SLOTS] <= now:
+                slot = down_out[i] % SLOTS
+                share = min(1.0, (now - arrived[i]) / simulation_period)
+                x_from[i] += share * (x_to[i] - x_from[i])
+                own_from[i] += share * (own_to[i] - own_from[i])
+                x_to[i], own_to[i] = down_x[i, slot], down_own[i, slot]
+                if arrived[i] >= 0.0:
+                    patience[i] = next_patience(patience[i], now - arrived[i])
+                arrived[i] = now
+                down_out[i] += 1
+            height, side = intended(hand[i], motion[i], now)
+            mass, b, stiffness, mu = hand[i, 0], hand[i, 1], hand[i, 2], device[i, 1]
+            x0, x1 = x[i, 0], x[i, 1]
+            v[i, 0] = (v[i, 0] + T * (stiffness * (height - x0) + force[i][0]) / mass) / (
+                1.0 + b * T / mass
+            )
+            x[i, 0] += T * v[i, 0]
+            if mu > 0.0:
+                v[i, 1] = (v[i, 1] + T * (stiffness * (side - x1) + force[i][1]) / mass) / (
+                    1.0 + b * T / mass
+                )
+                x[i, 1] += T * v[i, 1]
+            way = (x[i, 0] - x0, x[i, 1] - x1, 0.0)
+            share = min(1.0, (now - arrived[i]) / simulation_period)
+            shown = (
+                x_from[i, 0] + share * (x_to[i, 0] - x_from[i, 0]),
+                x_from[i, 1] + share * (x_to[i, 1] - x_from[i, 1]),
+                x_from[i, 2] + share * (x_to[i, 2] - x_from[i, 2]),
+            )
+            own = (
+                own_from[i, 0] + share * (own_to[i, 0] - own_from[i, 0]),
+                own_from[i, 1] + share * (own_to[i, 1] - own_from[i, 1]),
+                own_from[i, 2] + share * (own_to[i, 2] - own_from[i, 2]),
+            )
+            k_h, c_ii = gains[i, 0], C[3 * i, 3 * i]
+            own_way, own_pace = -way[0], pace
+            if faded[i] < 1.0:
+                own_pace -= FADE_RATE * T
+            if mu > 0.0:
+                own_pace *= 0.5
+            depth = shown[0] - x[i, 0]
+            if faded[i] > 0.0:
+                depth = hold_back(pressed_on[i] + own_way, depth, own_pace / k_h)
+            pressed_on[i] = depth
+            block = Compliance3(
+                c_ii, C[3 * i + 1, 3 * i + 1], C[3 * i + 2, 3 * i + 2],
+                C[3 * i, 3 * i + 1], C[3 * i, 3 * i + 2], C[3 * i + 1, 3 * i + 2],
+            )  # fmt: skip
+            if mu > 0.0:
+                depth -= normal_shift(sticks[i], normal, block)
+            dent = 0.0 if law == PREDICTIVE else c_ii * own[0]
+            if law == PREDICTIVE:
+                f = predictive_force(depth, k_h)
+                stored = 0.5 * f * max(0.0, depth)
+            else:
+                if law == PI:
+                    state, f = proportional_integral_step(
+                        IntegralState(integral[i], ramp[i], depth_before[i]),
+                        depth - dent,
+                        k_h,
+                        gains[i, 1],
+                        THRESHOLDS,
+                        max(RELEASE_TIME, 2.0 * simulation_period),
+                        MAX_FORCE,
+                        T,
+                    )
+                    integral[i], ramp[i], depth_before[i] = state.force, state.ramp, state.depth
+                else:
+                    f = proportional_force(depth - dent, k_h)
+                stored = 0.5 * k_h * max(0.0, depth - dent) ** 2
+            damped = f
+            if device[i, 0] > 0.0:
+                damping[i], damped = dissipate(owed[i], damping[i], f, -v[i, 0], T, device[i, 0])
+            along = ZERO
+            if mu > 0.0:
+                part = min(1.0, k_h * c_ii)
+                sticks[i] = friction_step(
+                    sticks[i], way, shown, normal, f, block, mu, part, device[i, 2], 0.5 * own_pace
+                )
+                along = sticks[i].force
+                both = add(scale(normal, f), add(scale(normal, f), along))
+                stored += 0.5 * dot(along, times(block, both)) / sticks[i].share
+            law_force = add(scale(normal, damped), along)
+            # A hand is engaged in full when a trial begins, before its first patch.
+            quiet = now - arrived[i] > max(silent_after, patience[i]) and arrived[i] >= 0.0
+            size = norm(law_force)
+            faded[i] = next_share(faded[i], not quiet, size, FADE_TIME if quiet else ENGAGE_TIME, T)
+            rate = rate_of(device[i, 2])
+            given = limited(force[i], law_force, faded[i], MAX_FORCE, rate * T)
+            ratio = norm(given) / size if size > 0.0 else faded[i]
+            contact = on_body(add(scale(normal, f), along), ratio, MAX_FORCE)
+            if device[i, 0] > 0.0:
+                held = given_share(stored, ratio, faded[i])
+                risen = (shown[0] - dent) - (shown_before[i, 0] - dent_before[i])
+                from_body = 0.5 * (own[0] + own_before[i, 0]) * risen
+                if mu > 0.0:
+                    for a in range(1, 3):
+                        from_body += (
+                            0.5 * (own[a] + own_before[i, a]) * (shown[a] - shown_before[i, a])
+                        )
+                work = 0.5 * dot(add(force[i], given), way)
+                owed[i] = observe(owed[i], work, held - stored_before[i], from_body, T)
+                stored_before[i] = held
+            for a in range(3):
+                shown_before[i, a] = shown[a]
+                own_before[i, a] = own[a]
+            dent_before[i] = dent
+            # What neither the hand's own motion nor the damping explains.
+            step = sub(contact, felt[i])
+            if mu > 0.0:
+                # Friction is a share mu of a normal force that the motion changes.
+                left = norm(step) - (1.0 + mu) * device[i, 2] * norm(way)
+            else:
+                explained = k_h * own_way
+                left = max(step[0] - max(0.0, explained), min(0.0, explained) - step[0])
+            if now > 0.1:
+                figures[2] = max(figures[2], left)
+            if faded[i] < 1.0:
+                figures[3] += 1.0 / (n * steps)
+            force[i], felt[i] = given, contact
+            figures[0] += (ratio * (damped - f)) ** 2
+            figures[1] += f * f
+            if k >= first and (k - first) % EVERY == 0:
+                tail[(k - first) // EVERY, i] = given[0]
+            if now >= next_send[i]:
+                next_send[i] += simulation_period
+                slot = up_in[i] % SLOTS
+                late = now + link[i, 0] + link[i, 2] * np.random.random()  # noqa: NPY002
+                if np.random.random() >= link[i, 3]:  # noqa: NPY002
+                    up_last[i] = max(up_last[i], late)
+                    up_due[i, slot] = up_last[i]
+                    for a in range(3):
+                        up_force[i, slot, a] = contact[a]
+                    up_in[i] += 1
+
+
+@compiled_in_parallel
+def all_haptics(
+    law: int,
+    users: Ints,
+    C: Floats,
+    hands: Floats,
+    devices: Floats,
+    motions: Floats,
+    links: Floats,
+    gains: Floats,
+    lags: Floats,
+    periods: Floats,
+    seeds: Ints,
+    seconds: float,
+    tails: Floats,
+    figures: Floats,
+) -> None:
+    """`haptics` of many trials side by side; arrays have one more dimension in front.
+
+    Args:
+        law: As in `haptics`, like every other argument that is not named here.
+        users: Number of hands of each trial, shape (trials,).
+        C: Padded to the largest room.
+        hands: Same.
+        devices: Same.
+        motions: Same.
+        links: Same.
+        gains: Same.
+        lags: Of the rooms, shape (trials,) [s].
+        periods: Simulation periods, shape (trials,) [s].
+        seeds: Shape (trials,).
+        seconds: Of haptics.
+        tails: Written here, shape (trials, k, n) [N].
+        figures: Written here, shape (trials, 4).
+    """
+    for t in on_all_cores(len(users)):
+        n = users[t]
+        haptics(
+            law,
+            C[t, : 3 * n, : 3 * n],
+            hands[t, :n],
+            devices[t, :n],
+            motions[t, :n],
+            links[t, :n],
+            gains[t, :n],
+            lags[t],
+            periods[t],
+            seeds[t],
+            seconds,
+            tails[t, :, :n],
+            figures[t],
+        )

@@ -1,0 +1,1 @@
+"""The lag that two hands need, by every criterion that we know."""

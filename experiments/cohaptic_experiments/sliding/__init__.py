@@ -1,0 +1,1 @@
+"""A hand that slides: how far its force is from the truth."""

@@ -1,0 +1,78 @@
+"""A finger that slides over a fine solid while its columns are still being found.
+
+The session is virtual, and so is the worker: every tenth of a second it brings what was wanted, as
+one that a server starts would (`column_worker.py`). What counts is that the force never
+steps, whatever comes and goes under the finger.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic_experiments.sliding.slide import Way, felt_along, true_forces
+from cohaptic_experiments.virtual_session import PERIOD
+from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.room.room import describe
+
+_BRINGS = 6  # ticks between two batches of columns
+_BATCH = 24
+
+
+class ServedSolid(Solid):
+    """A solid whose columns come while it is touched."""
+
+    _ticks = 0
+
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
+        """As `Solid`, a batch of columns every few ticks."""
+        self._ticks += 1
+        if self._ticks % _BRINGS == 0:
+            self.find(_BATCH)
+        return super().respond(loads, before)
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """What was felt.
+
+    Args:
+        step: Largest change of the force between two periods of 1 ms, over the force.
+        error: Largest error against the exact body, over its force, at some places of the way.
+        force: Mean [N].
+    """
+
+    step: float
+    error: float
+    force: float
+
+
+def slide(
+    body: ServedSolid, exact: Solid, *, speed: float, delay: float, depth: float = 0.004
+) -> Steps:
+    """Slide along the outer circle of a ring, mesh patches, no friction.
+
+    Args:
+        body: In the background.
+        exact: The same, exact.
+        speed: [m/s].
+        delay: One way [s].
+        depth: Below the resting surface [m].
+    """
+    about = describe(body)
+    way = Way(about.center, about.radius, depth, speed, 0.5 * math.pi, delay)
+    forces = felt_along(body, way, "mesh")
+    first, last = (round(t / PERIOD) for t in way.steady)
+    felt = forces[first:last]
+    some = range(first, last, max(1, (last - first) // 16))
+    truth = true_forces(exact, [way.at(i * PERIOD) for i in some])
+    there = felt[[i - first for i in some]]
+    return Steps(
+        float((np.abs(np.diff(felt)) / felt[1:]).max()),
+        float((np.abs(there - truth) / truth).max()),
+        float(felt.mean()),
+    )

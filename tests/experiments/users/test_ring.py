@@ -1,0 +1,58 @@
+"""What is read off a room of users who press at once; `test_experiments.py` runs the experiment."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.control.law import Law
+from cohaptic_client.loop.safety import EXTERNAL_RATE
+from cohaptic_experiments.users.ring import APPROACH, REACHED, play, reached, ring
+from cohaptic_experiments.virtual_session import PERIOD
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+
+
+@given(st.floats(0.05, 1.5), st.floats(0.02, 1.0))
+def test_a_force_has_reached_the_truth_when_it_leaves_it_no_more(tau: float, start: float) -> None:
+    """An exponential on which somebody knocks once, later."""
+    t = PERIOD * np.arange(1, 16001)
+    furthest = start * np.exp(-(t - APPROACH).clip(0.0) / tau)
+    alone = tau * math.log(start / REACHED)
+    assert reached(furthest) == pytest.approx(max(0.0, alone), abs=2.0 * PERIOD)
+    furthest[14000] = 2.0 * REACHED
+    assert reached(furthest) == pytest.approx(t[14001] - APPROACH, abs=PERIOD)
+
+
+def test_what_is_off_in_the_end_has_never_reached_the_truth() -> None:
+    assert reached(np.full(3000, 2.0 * REACHED)) == math.inf
+    assert reached(np.zeros(3000)) == 0.0
+
+
+@pytest.fixture(scope="module")
+def body() -> Balloon:
+    return Balloon(BalloonSettings(subdivisions=2, contact_radius=0.03))
+
+
+def test_a_room_is_measured_against_the_equilibrium(body: Balloon) -> None:
+    """Two users: the predictive law comes to the truth, and the proportional one never does."""
+    exact, soft = (play(body, law, 2, 4.0, 0) for law in (Law.PREDICTIVE, Law.PROPORTIONAL))
+    assert exact.error < 0.01 < soft.error
+    assert exact.reached < 2.0
+    assert soft.reached == math.inf
+    for played in (exact, soft):
+        assert played.furthest[0] == 1.0  # nobody touches yet
+        assert played.t[-1] == pytest.approx(4.0 - APPROACH)
+        assert 0.0 < played.step < EXTERNAL_RATE * PERIOD + 1e-6
+    assert exact.furthest[-1] < REACHED
+
+
+@pytest.mark.parametrize("n", [2, 6])
+def test_hands_stand_evenly_and_press_alike(n: int) -> None:
+    scripts = ring(n)
+    angles = np.sort([s.angle % (2.0 * math.pi) for s in scripts])
+    assert np.diff(angles) == pytest.approx(2.0 * math.pi / n)
+    assert len({s.depth for s in scripts}) == 1
