@@ -21,6 +21,7 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm
 from cohaptic.status.quantiles import Tally
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
@@ -58,12 +59,14 @@ def config(hz: float, clock: SystemClock, memory: SharedMemory) -> LoopConfig:
         max_damping=MAX_DAMPING,
         friction=0.0,
         follow=True,
-        device="simulated",
-        center=(0.0, 0.0, 0.0),
-        radius=0.1,
+        device=DeviceConfig(
+            "simulated",
+            (0.0, 0.0, 0.0),
+            0.1,
+            Hand(),
+            script.intention((0.0, 0.0, 0.0), 0.1),
+        ),
         limits=SafetyLimits(silent_after=silent_after(TICK)),
-        hand=Hand(),
-        intention=script.intention((0.0, 0.0, 0.0), 0.1),
     )
 
 
@@ -102,11 +105,11 @@ def thread(hz: float, seconds: float) -> dict[str, float]:
     """The same loop as a thread beside a client's network work in Python."""
     clock, memory = SystemClock(), SharedMemory.create()
     setting = config(hz, clock, memory)
-    assert setting.intention is not None
+    assert setting.device.intention is not None
     loop = HapticLoop(
         setting,
         SharedMemory(memory.path),
-        SimulatedDevice(setting.hand, setting.intention),
+        SimulatedDevice(setting.device.hand, setting.device.intention),
         prefer=False,
     )
     runner = threading.Thread(target=loop.run)

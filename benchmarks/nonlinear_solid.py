@@ -27,6 +27,7 @@ from cohaptic.vec import Vec3, dot, scale, sub
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.stiffness import stiffness
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world.state import Touch, WorldState
@@ -70,7 +71,7 @@ def ticks(solid: RubberSolid, count: int) -> list[float]:
                 )
             )
         start = time.thread_time()
-        state, patches = advance(solid, state, touches, now=tick * PERIOD, dt=PERIOD)
+        state, patches = advance(TouchedBody(solid), state, touches, now=tick * PERIOD, dt=PERIOD)
         spent.append(time.thread_time() - start)
         forces = [_felt(patches[t.user], t.probe) for t in touches]
     return spent

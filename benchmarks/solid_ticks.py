@@ -22,6 +22,7 @@ import numpy.typing as npt
 from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world.state import Touch, WorldState
@@ -109,7 +110,7 @@ def measure(
         now = hands(users, tick, speed)
         start = time.perf_counter()
         worker.pump()
-        state, _ = advance(body, state, now, now=tick * PERIOD, dt=PERIOD)
+        state, _ = advance(TouchedBody(body), state, now, now=tick * PERIOD, dt=PERIOD)
         times.append(time.perf_counter() - start)
     counted = np.array(times[60:])
     return Ticks(

@@ -41,6 +41,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import EncodingName, Watch
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.http.green_functions import Superposition, encode_block
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
@@ -90,7 +91,7 @@ def parts(body: Balloon) -> None:
             )
             for user in range(2)
         ]
-        world, patches = advance(body, world, touches, now=tick * PERIOD, dt=PERIOD)
+        world, patches = advance(TouchedBody(body), world, touches, now=tick * PERIOD, dt=PERIOD)
         shape = displacement(world, n)
         start = time.perf_counter()
         encoder.see(tick, 0.0, records(world, patches), functools.partial(np.asarray, shape))

@@ -30,6 +30,7 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.contact import Contact, locate
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
@@ -68,7 +69,7 @@ def run(body: Body, users: int, ticks: int) -> dict[str, float]:
         now = touches(users, tick)
         start = time.perf_counter()
         before = state
-        state, patches = advance(body, state, now, now=tick * PERIOD, dt=PERIOD)
+        state, patches = advance(TouchedBody(body), state, now, now=tick * PERIOD, dt=PERIOD)
         whole.append(time.perf_counter() - start)
 
         start = time.perf_counter()

@@ -13,15 +13,15 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol import (
     ack,
     contact_sample,
-    control,
-    control_watch,
     frame,
+    messages,
     neighbourhood,
     patch,
     rest_mesh,
     scene,
     scene_surface,
     traversal,
+    watch_messages,
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
@@ -137,27 +137,27 @@ def test_the_scene_and_its_ack_are_described_in_their_places() -> None:
 def test_the_limits_of_frames_are_the_codes() -> None:
     assert f"at most {frame.MAX_FRAME_BYTES} bytes" in PROTOCOL
     assert f"a mesh\npatch of at most {frame.MAX_MESH_FRAME_BYTES:,}" in PROTOCOL
-    assert f"`watching` {control_watch.MAX_WATCHING_TEXT:,}" in PROTOCOL
+    assert f"`watching` {watch_messages.MAX_WATCHING_TEXT:,}" in PROTOCOL
 
 
 @pytest.mark.parametrize(
     ("title", "message"),
     [
-        ("hello,", control.Hello),
-        ("bye,", control.Bye),
-        ("welcome,", control.Welcome),
-        ("user_joined,", control.UserJoined),
-        ("user_left,", control.UserLeft),
-        ("error,", control.Error),
-        ("watch,", control_watch.Watch),
-        ("set_view,", control_watch.SetView),
-        ("set_latency,", control_watch.SetLatency),
-        ("watching,", control_watch.Watching),
-        ("latency,", control_watch.Latency),
+        ("hello,", messages.Hello),
+        ("bye,", messages.Bye),
+        ("welcome,", messages.Welcome),
+        ("user_joined,", messages.UserJoined),
+        ("user_left,", messages.UserLeft),
+        ("error,", messages.Error),
+        ("watch,", watch_messages.Watch),
+        ("set_view,", watch_messages.SetView),
+        ("set_latency,", watch_messages.SetLatency),
+        ("watching,", watch_messages.Watching),
+        ("latency,", watch_messages.Latency),
     ],
 )
 def test_every_field_of_a_control_message_is_described(
-    title: str, message: type[control.ControlMessage]
+    title: str, message: type[messages.ControlMessage]
 ) -> None:
     described = re.findall(r"^\| `(\w+)` \|", section(title), re.M)
     assert described == list(message.model_fields)
@@ -168,15 +168,59 @@ def test_every_close_code_is_described() -> None:
         assert f"| {code.value} | {code.name} |" in PROTOCOL
 
 
-def test_the_architecture_page_names_every_module() -> None:
+def test_the_architecture_page_names_modules_as_they_are_and_every_folder() -> None:
     page = (ROOT / "docs/architecture.md").read_text()
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            if path.stem.startswith("__"):
-                continue
-            folder = path.parent.name
-            named = f"{path.stem}" in page or f"`{folder}/`" in page
-            assert named, path.relative_to(ROOT)
+    sources = {name.rsplit("/", 1)[-1]: ROOT / name for name in PACKAGES}
+    for named in re.findall(r"`(cohaptic\w*/[\w/]+\.py)`", page):
+        package, _, inside = named.partition("/")
+        assert (sources[package] / inside).is_file(), named
+    for package, root in sources.items():
+        if package == "cohaptic_experiments":
+            continue
+        (line,) = re.findall(rf"^{package} +(.*>.*)$", page, re.M)
+        folders = {path.parent.name for path in root.glob("*/__init__.py")}
+        assert folders <= set(re.findall(r"\w+", line)), package
+
+
+NOT_MIRRORED = {
+    "tests/client/devices/test_spacemouse_hid.py": "the driver on a mock device of the kernel",
+    "tests/client/loop/test_law_vectors.py": "writes what the page's laws are checked against",
+    "tests/experiments/test_experiments.py": "every experiment, run briefly",
+    "tests/server/bodies/solid/test_calculix.py": "against another finite element program",
+    "tests/server/bodies/solid/test_convergence.py": "against closed forms, over the mesh",
+    "tests/server/room/watch/test_forces_vector.py": "writes what the page is checked against",
+    "tests/server/room/watch/test_goals.py": "measured goals of the stream",
+    "tests/server/room/watch/test_serving.py": "over real sockets",
+    "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
+    "tests/shared/protocol/test_vectors.py": "writes what the page's wire is checked against",
+}
+
+
+def test_a_test_stands_where_its_module_stands() -> None:
+    sides = {name.rsplit("/", 1)[-1]: ROOT / name for name in PACKAGES}
+    homes = {
+        "shared": sides["cohaptic"],
+        "server": sides["cohaptic_server"],
+        "client": sides["cohaptic_client"],
+        "experiments": sides["cohaptic_experiments"],
+    }
+    astray: set[str] = set()
+    for side, home in homes.items():
+        for path in (ROOT / "tests" / side).rglob("test_*.py"):
+            inside = path.relative_to(ROOT / "tests" / side)
+            module = home / inside.with_name(inside.name.removeprefix("test_"))
+            if not module.is_file():
+                astray.add(path.relative_to(ROOT).as_posix())
+    assert astray == set(NOT_MIRRORED)
+
+
+def test_no_folder_has_more_than_fifteen_modules_and_each_says_what_it_is() -> None:
+    for name in PACKAGES:
+        for init in (ROOT / name).rglob("__init__.py"):
+            modules = [p for p in init.parent.glob("*.py") if p.name != "__init__.py"]
+            assert len(modules) <= 15, init.parent
+            assert init.read_text().startswith('"""'), init
+            assert "TODO" not in init.read_text(), init
 
 
 def test_every_file_the_readme_points_to_exists() -> None:

@@ -25,6 +25,7 @@ from cohaptic.status.row import Row
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device import DeviceInfo
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import SharedMemory
@@ -329,13 +330,15 @@ class Client:
             friction=settings.friction,
             follow=settings.fixed_gains is None,
             max_damping=self._max_damping(device),
-            device=settings.device,
-            center=welcome.body.center,
-            radius=welcome.body.radius,
+            device=DeviceConfig(
+                settings.device,
+                welcome.body.center,
+                welcome.body.radius,
+                settings.script.hand,
+                settings.script.intention(welcome.body.center, welcome.body.radius),
+            ),
             rest_mesh=str(self._mesh_file) if self._mesh is not None else None,
             limits=self._limits,
-            hand=settings.script.hand,
-            intention=settings.script.intention(welcome.body.center, welcome.body.radius),
         )
         self._haptics = HapticProcess(config, self._memory)
 

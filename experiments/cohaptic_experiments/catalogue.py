@@ -12,19 +12,19 @@ from cohaptic_experiments.outcome import Options, Outcome, Progress
 
 # In the order of the paper, then what goes beyond it; with the module that has each.
 _MODULES = {
-    "fig07a": "fig07a",
-    "fig07b": "fig07b",
-    "fig07c": "fig07c",
-    "fig08": "fig08",
-    "fig09": "fig09",
-    "fig10": "fig10",
-    "fig11": "fig11",
-    "ext2": "ext2",
-    "delay": "delay",
-    "crowd": "crowd",
-    "slide": "slide_figure",
-    "hands": "hands",
-    "dyad": "dyad",
+    "fig07a": "paper.fig07a",
+    "fig07b": "paper.fig07b",
+    "fig07c": "paper.fig07c",
+    "fig08": "paper.fig08",
+    "fig09": "paper.fig09",
+    "fig10": "paper.fig10",
+    "fig11": "paper.fig11",
+    "ext2": "users.ext2",
+    "delay": "users.delay",
+    "crowd": "users.many_users",
+    "slide": "sliding.slide_figure",
+    "hands": "campaign.hands",
+    "dyad": "dyad.dyad",
 }
 EXPERIMENTS = tuple(_MODULES)
 _EXTRA = ("matplotlib", "numba")

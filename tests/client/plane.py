@@ -6,6 +6,7 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.safety import SafetyLimits
 
@@ -31,13 +32,19 @@ CONFIG = LoopConfig(
     friction=0.0,
     follow=True,
     rest_mesh=None,
-    device="simulated",
-    center=ZERO,
-    radius=0.1,
+    device=DeviceConfig(
+        "simulated",
+        ZERO,
+        0.1,
+        HAND,
+        Intention(
+            surface=ZERO,
+            direction=(0.0, 0.0, -1.0),
+            depth=DEPTH,
+            approach_at=0.1,
+            approach_time=0.2,
+        ),
+    ),
     # Engaged soon, so that tests are short; a machine that is busy with other tests is no fault.
     limits=SafetyLimits(engage_time=0.1, stall=1.0),
-    hand=HAND,
-    intention=Intention(
-        surface=ZERO, direction=(0.0, 0.0, -1.0), depth=DEPTH, approach_at=0.1, approach_time=0.2
-    ),
 )

@@ -14,6 +14,7 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
@@ -78,7 +79,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
             t_client=tick * DT,
             arrived=tick * DT,
         )
-        state, patches = advance(rubber, state, [touch], now=tick * DT, dt=DT)
+        state, patches = advance(TouchedBody(rubber), state, [touch], now=tick * DT, dt=DT)
         patch = patches[1]
         force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
         hardest = max(hardest, norm(patch.own_force))

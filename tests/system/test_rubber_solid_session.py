@@ -13,13 +13,14 @@ from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room.room import describe
 from cohaptic_server.testing.blocks import grid
 from cohaptic_server.world.equilibrium import RestingHand, solve
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
-from tests.server.bodies.inversion import least_volume
+from tests.server.bodies.rubber_solid.inversion import least_volume
 
 DT = 1.0 / 60.0  # s
 RADIUS = 0.05  # m
@@ -67,7 +68,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
             t_client=tick * DT,
             arrived=tick * DT,
         )
-        state, patches = advance(body, state, [touch], now=tick * DT, dt=DT)
+        state, patches = advance(TouchedBody(body), state, [touch], now=tick * DT, dt=DT)
         patch = patches[1]
         force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
         hardest = max(hardest, norm(patch.own_force))

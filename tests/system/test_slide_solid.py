@@ -8,7 +8,7 @@ from cohaptic_experiments.sliding.slide_solid import ServedSolid, slide
 from cohaptic_server.bodies.solid.parts import make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.touch_mesh import touch_mesh
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.testing.soft_ring import held, ring
 
 
@@ -24,7 +24,7 @@ def test_the_force_never_steps(speed: float, delay: float) -> None:
     body = ServedSolid(mesh, held(mesh), settings, parts=parts)
     exact = Solid(mesh, held(mesh), settings, parts=parts)
     # So fine that it is thinned for touching.
-    assert len(touch_mesh(body).vertices) < len(body.mesh.vertices)
+    assert len(TouchedBody(body).mesh.vertices) < len(body.mesh.vertices)
     body.in_background()
     found = slide(body, exact, speed=speed, delay=delay)
     assert found.force > 0.5

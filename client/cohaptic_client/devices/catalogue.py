@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from cohaptic.errors import SettingError
 from cohaptic_client.devices.device import Device, DeviceInfo
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
-from cohaptic_client.loop.config import LoopConfig
 
 _INFO = {"simulated": SimulatedDevice.info, "spacemouse": SpaceMouse.info}
 
@@ -18,9 +18,9 @@ def device_info(name: str) -> DeviceInfo:
     return _INFO[name]
 
 
-def open_device(config: LoopConfig) -> Device:
+def open_device(config: DeviceConfig) -> Device:
     """Open the device of a configuration; raises DeviceError when it cannot be had."""
-    if config.device == "simulated":
+    if config.name == "simulated":
         assert config.intention is not None
         return SimulatedDevice(config.hand, config.intention)
     return open_spacemouse(center=config.center, reach=2.0 * config.radius)

@@ -8,8 +8,7 @@ from dataclasses import asdict, dataclass
 from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.simulated.hand import Hand, Intention, Rhythm
-from cohaptic.vec import Vec3
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.safety import SafetyLimits
 
 
@@ -27,12 +26,8 @@ class LoopConfig:
         max_damping: Of the passivity layer; 0 switches it off [N s/m].
         friction: mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe.
-        device: Its name in the catalogue.
-        center: Of the body, where a device's workspace is put [m].
-        radius: Of the sphere round it that holds the body [m].
+        device: That it opens.
         limits: Of the safety layer.
-        hand: Of a simulated device.
-        intention: Of a simulated device; None for a real one.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
     """
 
@@ -45,18 +40,14 @@ class LoopConfig:
     max_damping: float
     friction: float
     follow: bool
-    device: str
-    center: Vec3
-    radius: float
+    device: DeviceConfig
     limits: SafetyLimits
-    hand: Hand
-    intention: Intention | None
     rest_mesh: str | None = None
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
-            what = "from 0.00025 to 0.002 s"
-            raise SettingError("haptic period", f"{self.haptic_period} s", what)
+            limit = "from 0.00025 to 0.002 s"
+            raise SettingError("haptic period", f"{self.haptic_period} s", limit)
 
     def to_json(self) -> str:
         """The text that `from_json` reads."""
@@ -66,26 +57,12 @@ class LoopConfig:
     def from_json(cls, text: str) -> LoopConfig:
         """The configuration in a text that `to_json` wrote."""
         raw = json.loads(text)
-        intention = raw["intention"]
-        if intention is not None:
-            rhythm = intention["rhythm"]
-            intention = Intention(
-                **intention
-                | {
-                    "surface": tuple(intention["surface"]),
-                    "direction": tuple(intention["direction"]),
-                    "rhythm": None if rhythm is None else Rhythm(**rhythm),
-                    "drag": tuple(intention["drag"]),
-                }
-            )
         return cls(
             **raw
             | {
                 "law": LawSettings(Thresholds(*raw["law"][0]), *raw["law"][1:]),
-                "center": tuple(raw["center"]),
+                "device": DeviceConfig.from_dict(raw["device"]),
                 "limits": SafetyLimits(**raw["limits"]),
-                "hand": Hand(**raw["hand"]),
-                "intention": intention,
             }
         )
 

@@ -45,7 +45,7 @@ class HapticProcess:
 
     def __init__(self, config: LoopConfig, memory: SharedMemory) -> None:
         self._memory = memory
-        self._device = config.device
+        self._device = config.device.name
         self._grace = _GRACE + config.limits.max_force / FADE_RATE
         self._beats = 0
         self._last: TipSample | None = None

@@ -202,7 +202,7 @@ def main() -> None:
     config = LoopConfig.from_json(sys.argv[1])
     memory = SharedMemory(config.memory)
     try:
-        device = open_device(config)
+        device = open_device(config.device)
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)

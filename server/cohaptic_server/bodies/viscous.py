@@ -19,9 +19,9 @@ import numpy as np
 
 from cohaptic_server.bodies.body import Body, Foreseeing, Load, Response
 from cohaptic_server.bodies.damping import check_damping
+from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.neighbourhood import vertex_compliance
 
 _FORGOTTEN = 1e-3  # of the force that a load had; less of it is not carried on
 

@@ -33,6 +33,7 @@ from cohaptic_server.cli.object_options import (
     Simplify,
     Young,
 )
+from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import TRACE, picture, traced
 from cohaptic_server.demo.processes import DemoFailed, Stage
@@ -116,7 +117,8 @@ def demo(
     material = SolidSettings(young, poisson, contact_radius, order)
     rule = fix or (FIX if fix_mesh is None and body not in BODIES else "")
     solid = ObjectFile(Path(body), rule, scale, edge, repair, material, fix_mesh, simplify)
-    touched, scene, words = set_up(scene, body, solid, nonlinear=nonlinear)
+    with progress_bar(f"preparing {body}") as progress:
+        touched, scene, words = set_up(scene, body, solid, nonlinear=nonlinear, progress=progress)
     if words:
         console.print(words, highlight=False)
     with _folder(keep) as folder:

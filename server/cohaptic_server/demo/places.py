@@ -18,13 +18,13 @@ from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body, Load
+from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.demo.scene import PRESS_DEPTH
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.neighbourhood import vertex_compliance
 
 _LOOKED_AT = 400  # places, spread over the surface
 _PRESSED = 6  # of them, to find what feels the press

@@ -9,19 +9,19 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.demo.places import Standing, stand
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.objects.catalogue import BODIES, build_body
 from cohaptic_server.objects.fix_rule import held_in
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.progress import Progress
 
 BALLOON = "balloon"
 FIX = "z < 15%"  # of an object, unless the user says otherwise: it stands on its foot
 
 
 def set_up(
-    scene: Scene, name: str, solid: ObjectFile, *, nonlinear: bool
+    scene: Scene, name: str, solid: ObjectFile, *, nonlinear: bool, progress: Progress
 ) -> tuple[Body, Scene, str]:
     """Build what is touched, and put the hands on it.
 
@@ -30,6 +30,7 @@ def set_up(
         name: Of the body, or the path of a file.
         solid: How a file becomes a solid.
         nonlinear: Finite deformation.
+        progress: Is told phases and shares.
 
     Returns:
         The body, the scene with places, and a sentence on them; empty for the balloon.
@@ -44,15 +45,14 @@ def set_up(
     if scene.drags and name != BALLOON:
         why = f"{BALLOON}: on no other is it known where one finger drags another"
         raise SettingError("body of the demonstration with friction", repr(name), why)
-    with progress_bar(f"preparing {name}") as progress:
-        body = build_body(name, solid, nonlinear=nonlinear, progress=progress)
-        if name == BALLOON:
-            return body, scene, ""
-        progress("places for the hands", 0.0)
-        held = held_in(solid, body.mesh.vertices)
-        # Beside other work on the same cores two BLAS threads wait for each other.
-        with threadpool_limits(limits=1):
-            found = stand(body, np.asarray(held), scene.users)
+    body = build_body(name, solid, nonlinear=nonlinear, progress=progress)
+    if name == BALLOON:
+        return body, scene, ""
+    progress("places for the hands", 0.0)
+    held = held_in(solid, body.mesh.vertices)
+    # Beside other work on the same cores two BLAS threads wait for each other.
+    with threadpool_limits(limits=1):
+        found = stand(body, np.asarray(held), scene.users)
     placed = replace(scene, places=found.places, depth=found.depth)
     return body, placed, told(found, scene.names)
 

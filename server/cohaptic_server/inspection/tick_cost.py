@@ -11,6 +11,7 @@ from cohaptic.clock import Clock
 from cohaptic.control.law import Law
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.state import Touch, WorldState
@@ -73,7 +74,7 @@ def _ticks(
             for user in range(len(places))
         ]
         begun = clock.now()
-        state, _ = advance(solid, state, touches, now=tick * _PERIOD, dt=_PERIOD)
+        state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
         times.append(clock.now() - begun)
         # What the thread beside the tick does on a server.
         while len(solid.wanted) and not solid.waiting:

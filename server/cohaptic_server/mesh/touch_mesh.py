@@ -10,7 +10,6 @@ touching: some of its vertices, spread evenly, and between them the triangles of
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -18,7 +17,6 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
-from cohaptic_server.bodies.body import Body
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
@@ -61,16 +59,6 @@ class TouchMesh:
         """Those of some vertices of the whole surface that are its own, in their order."""
         place = self.vertices.searchsorted(vertices)
         return np.asarray(vertices[self.vertices.take(place, mode="clip") == vertices])
-
-
-_MADE: WeakKeyDictionary[Body, TouchMesh] = WeakKeyDictionary()
-
-
-def touch_mesh(body: Body) -> TouchMesh:
-    """The mesh that a body is touched by; made once for each body."""
-    if body not in _MADE:
-        _MADE[body] = thinned(body.mesh, APART * body.contact_radius)
-    return _MADE[body]
 
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:

@@ -1,8 +1,8 @@
 """Latency injected between one user and the server, both ways, as if its path were longer.
 
-Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): one that grows
-shorter never lets a message overtake those in front. Nothing here sleeps; the shell asks what is
-due and when to ask again.
+Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): one
+that grows shorter never lets a message overtake those in front. Nothing here sleeps; the shell asks
+what is due and when to ask again.
 """
 
 from __future__ import annotations

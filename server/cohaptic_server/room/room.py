@@ -24,10 +24,9 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.mesh.touch_mesh import touch_mesh
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.neighbourhood import vertex_compliance
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
 
@@ -63,6 +62,7 @@ class Room:
 
     def __init__(self, body: Body, settings: ServerSettings) -> None:
         self.body = body
+        self.touched_body = TouchedBody(body)
         self.settings = settings
         self.world = WorldState()
         self.members: dict[int, Member] = {}
@@ -157,7 +157,7 @@ class Room:
 
     def _check_geometry(self, geometry: str) -> None:
         if geometry == "mesh" and not self.has_touch_mesh:
-            touched = touch_mesh(self.body)
+            touched = self.touched_body.mesh
             limit = f"plane or sphere: {_too_large(touched.vertices, touched.faces)}"
             raise RemoteProtocolError("geometry", geometry, limit)
 
@@ -175,7 +175,7 @@ class Room:
     @property
     def has_touch_mesh(self) -> bool:
         """Whether the body is small enough for mesh patches."""
-        touched = touch_mesh(self.body)
+        touched = self.touched_body.mesh
         return _fits(touched.vertices, touched.faces)
 
     def rest_mesh(self) -> bytes:
@@ -191,8 +191,8 @@ class Room:
         With it everything is made that mesh patches need, since a tick has no time for that.
         """
         if self._touch_mesh is None:
-            vertex_compliance(self.body)
-            touched = touch_mesh(self.body)
+            _ = self.touched_body.vertex_compliance
+            touched = self.touched_body.mesh
             self._touch_mesh = _mesh_frame(touched.places, touched.faces)
         return self._touch_mesh
 
@@ -215,7 +215,7 @@ class Room:
             if (touch := member.touch) is not None
         ]
         dt = self.settings.simulation_period
-        self.world, self.patches = advance(self.body, self.world, touches, now=now, dt=dt)
+        self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
         return self.patches
 
 

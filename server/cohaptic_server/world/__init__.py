@@ -1,1 +1,1 @@
-"""One tick of the shared object as pure functions: contacts found, forces applied, patches built."""
+"""One tick of the shared object, as pure functions: find contacts, apply forces, build patches."""

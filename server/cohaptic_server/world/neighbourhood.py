@@ -8,15 +8,12 @@ frame holds.
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
-from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.touch_mesh import TouchMesh, touch_mesh
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.mesh.touch_mesh import TouchMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.displacement_field import Window
 
@@ -26,36 +23,6 @@ SPEEDING_UP = 0.15  # m/s that a hand may be faster before the next news than it
 _WIDTH = 1.8  # distances between vertices (`mesh_surface.SUPPORT`)
 _FURTHEST = 0.3  # m ahead of the contact
 _ROOMY = 1.3  # over the disc of as many vertices as a frame holds: they may lie further apart
-
-
-@runtime_checkable
-class Surveyed(Protocol):
-    """A body with a quicker way to its table than a response for each vertex."""
-
-    def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
-        ...
-
-
-_TABLES: WeakKeyDictionary[Body, Floats] = WeakKeyDictionary()
-
-
-def vertex_compliance(body: Body) -> Floats:
-    """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N].
-
-    Of the body at rest; a patch carries its own c_ii, by which the client scales these. Found once
-    for each body.
-    """
-    if body not in _TABLES and isinstance(body, Surveyed):
-        _TABLES[body] = body.vertex_compliance()
-    elif body not in _TABLES:
-        mesh = body.mesh
-        table = np.empty(len(mesh.vertices))
-        for k, (at, normal) in enumerate(zip(mesh.vertices, mesh.normals, strict=True)):
-            load = Load(*pressure(mesh, at, body.contact_radius), -normal, 0.0)
-            table[k] = max(0.0, body.respond([load]).compliance[0, 0])
-        _TABLES[body] = table
-    return _TABLES[body]
 
 
 def _beside(mesh: TouchMesh, horizon: float) -> float:
@@ -68,16 +35,17 @@ def _beside(mesh: TouchMesh, horizon: float) -> float:
     return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
 
 
-def cut_neighbourhood(body: Body, free: Window, touched: Ints) -> Neighbourhood:
+def cut_neighbourhood(touched_body: TouchedBody, free: Window, touched: Ints) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:
-        body: That is touched.
+        touched_body: The deformable object and its touch mesh.
         free: Displacement round the contact without this user's own force.
         touched: Vertices of the touch mesh, as of `choose_vertices`.
     """
-    vertices = touch_mesh(body).vertices[touched]
-    return quantised(touched, free[vertices], vertex_compliance(body)[vertices])
+    vertices = touched_body.mesh.vertices[touched]
+    compliance = touched_body.vertex_compliance[vertices]
+    return quantised(touched, free[vertices], compliance)
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:

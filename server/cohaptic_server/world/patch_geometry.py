@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.mesh.touch_mesh import touch_mesh
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world import curvature, neighbourhood
 from cohaptic_server.world.contact import Contact
@@ -54,7 +53,7 @@ class Sight:
 
 
 def look(
-    body: Body,
+    touched_body: TouchedBody,
     geometry: Geometry,
     contact: Contact,
     velocity: Floats,
@@ -64,7 +63,7 @@ def look(
     """What a tick looks at round one contact.
 
     Args:
-        body: That is touched.
+        touched_body: The deformable object and its touch mesh.
         geometry: Of the patch.
         contact: Of the probe.
         velocity: Of the probe, shape (3,) [m/s].
@@ -75,29 +74,28 @@ def look(
     way = horizon * slide
     if before is not None and before.geometry is geometry and before.does(contact, way, horizon):
         return before
+    body = touched_body.body
     mesh, foot = body.mesh, contact.foot
     around = body.contact_radius + _AROUND + _SPACINGS * mesh.spacing()
-    touch = touch_mesh(body)
-    touched = np.zeros(0, dtype=np.int64)
-    if geometry is Geometry.MESH:
-        touched = neighbourhood.choose_vertices(touch, foot, slide, horizon)
-    if geometry is Geometry.PLANE:
-        vertices = mesh.near(foot, around)
-    else:
+    vertices, touched = mesh.near(foot, around), np.zeros(0, dtype=np.int64)
+    if geometry is not Geometry.PLANE:
+        touch = touched_body.mesh
+        if geometry is Geometry.MESH:
+            touched = neighbourhood.choose_vertices(touch, foot, slide, horizon)
         bends = _STRAIN * curvature.reach(mesh, body.contact_radius)
         beyond = touch.vertices[np.union1d(touch.near(foot, bends), touched)]
-        vertices = np.union1d(mesh.near(foot, around), beyond)
+        vertices = np.union1d(vertices, beyond)
     return Sight(geometry, foot, way, horizon, vertices, touched)
 
 
-def with_shape(patch: Patch, body: Body, sight: Sight, free: Window) -> Patch:
+def with_shape(patch: Patch, touched_body: TouchedBody, sight: Sight, free: Window) -> Patch:
     """The patch with the surface round its contact, as it is without the user's own force.
 
     A mesh patch has the curvature too: it serves where the neighbourhood ends.
 
     Args:
         patch: A plane.
-        body: The deformable object.
+        touched_body: The deformable object and its touch mesh.
         sight: What the tick looks at.
         free: The surface there without the user's own force.
     """
@@ -105,11 +103,12 @@ def with_shape(patch: Patch, body: Body, sight: Sight, free: Window) -> Patch:
     if geometry is Geometry.PLANE:
         return patch
     at, normal = np.array(patch.x_free), np.array(patch.normal)
-    vertices = touch_mesh(body).among(free.vertices)
+    body = touched_body.body
+    vertices = touched_body.mesh.among(free.vertices)
     points = body.mesh.vertices[vertices] + free[vertices]
     reach = curvature.reach(body.mesh, body.contact_radius)
     bending = curvature.fit_curvature(points, at, normal, reach)
     if geometry is Geometry.SPHERE:
         return replace(patch, geometry=geometry, curvature=bending)
-    near = neighbourhood.cut_neighbourhood(body, free, sight.touched)
+    near = neighbourhood.cut_neighbourhood(touched_body, free, sight.touched)
     return replace(patch, geometry=geometry, curvature=bending, neighbourhood=near)

@@ -18,6 +18,7 @@ import numpy as np
 
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.body import Body, Foreseeing
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Ints
 from cohaptic_server.world.applied_forces import let_in, release
 from cohaptic_server.world.contact_tracking import place
@@ -36,12 +37,17 @@ _CREEPS, _RUNS = 0.1, 1.0
 
 
 def advance(
-    body: Body, state: WorldState, touches: Iterable[Touch], *, now: float, dt: float
+    touched_body: TouchedBody,
+    state: WorldState,
+    touches: Iterable[Touch],
+    *,
+    now: float,
+    dt: float,
 ) -> tuple[WorldState, dict[int, Patch]]:
     """One simulation tick.
 
     Args:
-        body: The deformable object.
+        touched_body: The deformable object and its touch mesh.
         state: The world after the last tick.
         touches: Of every user who is here.
         now: Time of this tick on the server's clock [s].
@@ -50,6 +56,7 @@ def advance(
     Returns:
         The world after this tick, and a patch for each of `touches`.
     """
+    body = touched_body.body
     here = {touch.user: touch for touch in touches}
     step = dt / RELEASE_TIME
     present = _carry_over(state, here, step)
@@ -71,7 +78,7 @@ def advance(
         forces = np.array([load.force for load in press.loads()])
         before = state.users.get(user.touch.user)
         sight = look(
-            body,
+            touched_body,
             user.touch.geometry,
             user.contact,
             user.velocity,
@@ -96,7 +103,7 @@ def advance(
         whole = contact_compliance(compliance, presses[i], where[i])
         if number in here:
             patch = cut(user, free[i], row.tolist(), i, whole, room, tick=tick, now=now, dt=dt)
-            patches[number] = with_shape(patch, body, sights[i], windows[i])
+            patches[number] = with_shape(patch, touched_body, sights[i], windows[i])
         after[number] = replace(
             user,
             free=windows[i],

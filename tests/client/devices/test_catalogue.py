@@ -30,10 +30,10 @@ def test_an_unknown_name_is_answered_with_those_that_exist(name: str) -> None:
 
 
 def test_the_simulated_device_follows_the_configured_hand() -> None:
-    device = open_device(CONFIG)
+    device = open_device(CONFIG.device)
     assert isinstance(device, SimulatedDevice)
-    assert CONFIG.intention is not None
-    assert device.read(0.0).position == CONFIG.intention.at(0.0)
+    assert CONFIG.device.intention is not None
+    assert device.read(0.0).position == CONFIG.device.intention.at(0.0)
     device.close()
 
 
@@ -48,5 +48,5 @@ def test_the_spacemouse_moves_in_a_cube_of_twice_the_bodys_size(
 
     monkeypatch.setattr("cohaptic_client.devices.catalogue.open_spacemouse", no_hardware)
     with pytest.raises(DeviceError):
-        open_device(replace(CONFIG, device="spacemouse", center=(1.0, 2.0, 3.0), radius=0.5))
+        open_device(replace(CONFIG.device, name="spacemouse", center=(1.0, 2.0, 3.0), radius=0.5))
     assert asked == {"center": (1.0, 2.0, 3.0), "reach": 1.0}

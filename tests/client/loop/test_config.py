@@ -11,6 +11,7 @@ from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, silent_after
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG
@@ -45,9 +46,14 @@ configs = st.builds(
     max_damping=numbers,
     friction=numbers,
     follow=st.booleans(),
-    device=st.text(max_size=10),
-    center=vectors(10.0),
-    radius=positive,
+    device=st.builds(
+        DeviceConfig,
+        st.text(max_size=10),
+        vectors(10.0),
+        positive,
+        st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),
+        st.none() | intentions,
+    ),
     limits=st.builds(
         SafetyLimits,
         max_force=positive,
@@ -55,8 +61,6 @@ configs = st.builds(
         engage_periods=st.integers(0, 100),
         period=st.floats(1.0 / 4000, 1.0 / 500),
     ),
-    hand=st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),
-    intention=st.none() | intentions,
     rest_mesh=st.none() | st.text(max_size=40),
 )
 

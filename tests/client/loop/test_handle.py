@@ -151,12 +151,13 @@ def test_without_its_parents_heartbeat_it_fades_and_ends(bench: Bench) -> None:
 
 def test_a_device_that_cannot_be_had_is_one_sentence(bench: Bench) -> None:
     try:
-        open_spacemouse(CONFIG.center, reach=0.1).close()
+        open_spacemouse(CONFIG.device.center, reach=0.1).close()
     except DeviceError as error:
         expected = str(error)
     else:
         pytest.skip("a SpaceMouse is plugged in")
-    loop = HapticProcess(replace(bench.config, device="spacemouse"), bench.memory)
+    device = replace(CONFIG.device, name="spacemouse")
+    loop = HapticProcess(replace(bench.config, device=device), bench.memory)
     with pytest.raises(DeviceError) as caught:
         bench.until(loop, lambda: False)
     assert str(caught.value) == expected

@@ -20,8 +20,8 @@ from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop import process as loop_process
-from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import SharedMemory, Slot
 from cohaptic_client.loop.process import COMMAND, SAMPLE, HapticLoop, status_json
 from cohaptic_client.loop.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
@@ -252,8 +252,8 @@ def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
     """The entry point of the process, here, without what it does to its process for good."""
 
     def run(device: Device | CohapticError) -> None:
-        def opened(config: LoopConfig) -> Device:
-            assert config == parent.config
+        def opened(config: DeviceConfig) -> Device:
+            assert config == parent.config.device
             if isinstance(device, CohapticError):
                 raise device
             return device

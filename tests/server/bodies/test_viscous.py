@@ -12,10 +12,10 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.neighbourhood import vertex_compliance
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 

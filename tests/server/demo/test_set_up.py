@@ -19,12 +19,20 @@ from cohaptic_server.testing.blocks import block
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 
 
+def silent(phase: str, share: float) -> None:
+    """Nobody watches."""
+
+
 def test_the_balloon_is_as_it_was() -> None:
     scene = Scene()
-    body, placed, words = set_up(scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=False)
+    body, placed, words = set_up(
+        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=False, progress=silent
+    )
     assert isinstance(body, Balloon)
     assert (placed, words) == (scene, "")
-    rubber, _, _ = set_up(scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=True)
+    rubber, _, _ = set_up(
+        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=True, progress=silent
+    )
     assert isinstance(rubber, RubberBalloon)
 
 
@@ -36,7 +44,7 @@ def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(
     meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
     material = SolidSettings(order=1, contact_radius=0.012)
     wanted = ObjectFile(path, "z < 5%", material=material)
-    _, scene, words = set_up(Scene(3), str(path), wanted, nonlinear=False)
+    _, scene, words = set_up(Scene(3), str(path), wanted, nonlinear=False, progress=silent)
     assert len(scene.places) == 3
     assert scene.depth < Scene().depth
     assert words.startswith("left presses up to ")

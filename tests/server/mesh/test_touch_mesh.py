@@ -14,10 +14,11 @@ from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.mesh.tetrahedra import boundary
-from cohaptic_server.mesh.touch_mesh import TouchMesh, thinned, touch_mesh
+from cohaptic_server.mesh.touch_mesh import TouchMesh, thinned
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.soft_ring import ring
 
@@ -41,10 +42,10 @@ def handles(mesh: TouchMesh) -> float:
 
 
 def test_a_mesh_that_is_coarse_enough_is_taken_as_it_is(balloon: Balloon) -> None:
-    mesh = touch_mesh(balloon)
+    mesh = TouchedBody(balloon).mesh
     assert mesh.vertices.tolist() == list(range(len(balloon.mesh.vertices)))
     assert (mesh.faces == balloon.mesh.faces).all()
-    assert touch_mesh(balloon) is mesh
+    assert TouchedBody(balloon).mesh is mesh
 
 
 @given(distances)

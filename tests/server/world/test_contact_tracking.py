@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import Still
@@ -44,7 +45,7 @@ def foot_after(body: Balloon, tip: Floats, force: Floats, *, friction: bool) -> 
     for tick in range(2 * TICKS):
         share = min(1.0, tick / TICKS)
         now = touch(at + share * (tip - at), share * force, friction=friction)
-        state, _ = advance(body, state, [now], now=0.0, dt=DT)
+        state, _ = advance(TouchedBody(body), state, [now], now=0.0, dt=DT)
     return state.users[1].contact.foot
 
 

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,20 +7,11 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.body import DenseResponse, Load, Response
-from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.mesh.touch_mesh import touch_mesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.displacement_field import Window
-from cohaptic_server.world.neighbourhood import (
-    REACH,
-    choose_vertices,
-    cut_neighbourhood,
-    vertex_compliance,
-    way,
-)
+from cohaptic_server.world.neighbourhood import REACH, choose_vertices, cut_neighbourhood, way
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])
@@ -35,39 +24,6 @@ def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
     return float(np.linalg.norm(mesh.vertices[left] - at, axis=1).min())
 
 
-def test_compliance_of_the_vertices_is_that_of_contacts_there(small_balloon: Balloon) -> None:
-    mesh, table = small_balloon.mesh, vertex_compliance(small_balloon)
-    for k in range(0, len(table), 7):
-        vertices, weights = pressure(mesh, mesh.vertices[k], small_balloon.contact_radius)
-        dof = (3 * vertices[:, None] + np.arange(3)).ravel()
-        share = (weights[:, None] * mesh.normals[k]).ravel()
-        direct = share @ small_balloon.compliance[np.ix_(dof, dof)] @ share
-        assert table[k] == pytest.approx(direct, rel=1e-9, abs=1e-15)
-
-
-def test_compliance_is_found_once_for_each_body() -> None:
-    class Counting(Balloon):
-        responses = 0
-
-        def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-            self.responses += 1
-            return super().respond(loads, before)
-
-    body = Counting(BalloonSettings(subdivisions=2, contact_radius=0.03))
-    first = vertex_compliance(body)
-    assert body.responses == len(body.mesh.vertices)
-    assert vertex_compliance(body) is first
-    assert body.responses == len(body.mesh.vertices)
-
-
-def test_a_body_of_another_kind_has_a_table_too() -> None:
-    plate = Spring()
-    expected = plate.respond(
-        [Load(np.array([0]), np.array([1.0]), -plate.mesh.normals[0], 0.0)]
-    ).compliance[0, 0]
-    assert vertex_compliance(plate) == pytest.approx(expected)
-
-
 def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
     """All of a surface as one window, at rest unless a displacement is given."""
     still = np.zeros_like(mesh.vertices)
@@ -77,7 +33,7 @@ def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
 
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
     """Of a balloon that is touched by all of its vertices."""
-    return choose_vertices(touch_mesh(body), at, slide, horizon)
+    return choose_vertices(TouchedBody(body).mesh, at, slide, horizon)
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
@@ -122,7 +78,7 @@ def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None
     rng = np.random.default_rng(1)
     free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
     chosen = choose(balloon, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(balloon, everywhere(balloon.mesh, free), chosen)
+    near = cut_neighbourhood(TouchedBody(balloon), everywhere(balloon.mesh, free), chosen)
     assert near.indices == tuple(chosen.tolist())
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(balloon)[chosen]
@@ -132,12 +88,12 @@ def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None
 
 def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
     body = Balloon(BalloonSettings(subdivisions=3, contact_radius=0.06))
-    mesh = touch_mesh(body)
+    mesh = TouchedBody(body).mesh
     assert len(mesh.vertices) < 0.7 * len(body.mesh.vertices)
     free = np.random.default_rng(2).uniform(-0.02, 0.02, body.mesh.vertices.shape)
     seen = everywhere(body.mesh, free)
     touched = choose(body, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(body, seen, touched)
+    near = cut_neighbourhood(TouchedBody(body), seen, touched)
     assert near.indices == tuple(touched.tolist())
     chosen = mesh.vertices[touched]
     assert len(chosen) > 20

@@ -14,6 +14,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import dot, norm, scale, sub, unit
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.contact import locate
@@ -119,17 +120,19 @@ def test_what_a_tick_looks_at_stays_while_a_finger_hardly_moves(
         for a in (0.0, slid)
     ]
     velocity = np.zeros(3)
-    was = look(balloon, Geometry.MESH, contacts[0], velocity, first, None)
-    assert look(balloon, Geometry.MESH, contacts[0], velocity, first, was) is was
-    now = look(balloon, Geometry.MESH, contacts[1], velocity, later, was)
+    was = look(TouchedBody(balloon), Geometry.MESH, contacts[0], velocity, first, None)
+    assert look(TouchedBody(balloon), Geometry.MESH, contacts[0], velocity, first, was) is was
+    now = look(TouchedBody(balloon), Geometry.MESH, contacts[1], velocity, later, was)
     if now is not was:
-        fresh = look(balloon, Geometry.MESH, contacts[1], velocity, later, None)
+        fresh = look(TouchedBody(balloon), Geometry.MESH, contacts[1], velocity, later, None)
         assert (now.touched == fresh.touched).all()
         assert (now.vertices == fresh.vertices).all()
     elif slid != 0.0:
         assert abs(slid) < 0.05
-    quick = look(balloon, Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, was)
+    quick = look(
+        TouchedBody(balloon), Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, was
+    )
     assert quick is not was
-    other = look(balloon, Geometry.PLANE, contacts[0], velocity, first, was)
+    other = look(TouchedBody(balloon), Geometry.PLANE, contacts[0], velocity, first, was)
     assert set(other.vertices.tolist()) <= set(was.vertices.tolist())
     assert not len(other.touched)

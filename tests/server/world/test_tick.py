@@ -18,6 +18,7 @@ from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import vec3
 from cohaptic_server.world.contact import REACH
 from cohaptic_server.world.force_limits import EFFECT_RATE
@@ -40,8 +41,9 @@ def play(
 ) -> tuple[WorldState, dict[int, Patch]]:
     """The world after some ticks of the same touches, and its last patches."""
     state, patches = state or WorldState(), dict[int, Patch]()
+    touched = TouchedBody(body)
     for _ in range(ticks):
-        state, patches = advance(body, state, touches, now=0.0, dt=DT)
+        state, patches = advance(touched, state, touches, now=0.0, dt=DT)
     return state, patches
 
 
@@ -54,8 +56,8 @@ def test_a_tick_is_a_function_and_leaves_what_it_was_given(
     before, _ = play(small_balloon, touches, 3)
     assert before.response is not None
     users, displacement = dict(before.users), before.response.displacement.copy()
-    after, patches = advance(small_balloon, before, touches, now=1.0, dt=DT)
-    again, patches_again = advance(small_balloon, before, touches, now=1.0, dt=DT)
+    after, patches = advance(TouchedBody(small_balloon), before, touches, now=1.0, dt=DT)
+    again, patches_again = advance(TouchedBody(small_balloon), before, touches, now=1.0, dt=DT)
     assert patches == patches_again
     assert after.response is not None
     assert again.response is not None
@@ -85,7 +87,7 @@ def test_a_patch_is_free_of_its_users_own_force(
 
     def patch(force: float) -> Patch:
         mine = touch(1, at=side(angle), depth=depth, force=force)
-        return advance(small_balloon, state, [mine, beside], now=0.0, dt=DT)[1][1]
+        return advance(TouchedBody(small_balloon), state, [mine, beside], now=0.0, dt=DT)[1][1]
 
     a, b = patch(one), patch(other)
     # Own field added and taken out again: rounding of a displacement of a few centimetres.
@@ -118,7 +120,7 @@ def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
         replace(touch(i, at=side(angle), depth=0.01, force=force), law=law, max_stiffness=limit)
         for i, ((angle, force), law) in enumerate(zip(hands, laws, strict=True), start=1)
     ]
-    state, patches = advance(small_balloon, WorldState(), touches, now=0.0, dt=DT)
+    state, patches = advance(TouchedBody(small_balloon), WorldState(), touches, now=0.0, dt=DT)
     assert state.response is not None
     for i, patch in enumerate(patches.values()):
         row = state.response.compliance[i].tolist()
@@ -187,7 +189,7 @@ def test_the_body_carries_forces_behind_the_lag_and_says_so(small_balloon: Ballo
     more = [replace(light[0], force=scale(light[0].force, 3.0)), *light[1:]]
     for _ in range(10):
         before = state
-        state, patches = advance(small_balloon, before, more, now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), before, more, now=0.0, dt=DT)
         user, was = state.users[1], before.users[1].force
         share = 1.0 - kept(before.room.lag, DT)
         assert user.force == pytest.approx(was + share * (user.wanted - was), rel=1e-9)
@@ -209,7 +211,7 @@ def test_nobodys_surface_moves_faster_than_others_may_move_a_hand(
     for pushes in blows:
         hands = [replace(t, force=scale(side(0.0), f)) for t, f in zip(CLOSE, pushes, strict=True)]
         before = patches
-        state, patches = advance(small_balloon, state, hands, now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, hands, now=0.0, dt=DT)
         for i, patch in patches.items():
             way = dot(sub(patch.u_others, before[i].u_others), patch.normal)
             # What was known of the coupling is a tick old, and contacts slide to where others have
@@ -227,7 +229,7 @@ def test_a_probe_that_is_elsewhere_all_at_once_leaves_its_force_where_it_was(
     full = state.users[1].force
     there = touch(at=(0.5, 1.0, 0.0))
     for k in range(RISE):
-        state, patches = advance(small_balloon, state, [there], now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, [there], now=0.0, dt=DT)
         left = sum(r.faded().force for r in state.releases)
         assert left == pytest.approx(full * max(0.0, 1.0 - k * DT / RELEASE_TIME), abs=1e-9)
         if left > 0.0:
@@ -247,7 +249,7 @@ def test_who_is_too_slow_only_watches(small_balloon: Balloon) -> None:
     state = replace(state, tick=state.tick + late)
     for k in range(RISE):
         here = touch(tick=state.tick - late, seq=8 + k)
-        state, patches = advance(small_balloon, state, [here], now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, [here], now=0.0, dt=DT)
     assert state.users[1].delay.too_long
     assert (state.users[1].presence, state.users[1].force) == (0.0, 0.0)
     assert patches[1].x_free != ZERO
@@ -258,7 +260,7 @@ def test_a_force_that_is_held_grows_older_tick_by_tick(small_balloon: Balloon) -
     state, _ = play(small_balloon, [touch()], 2)
     held = touch(tick=state.tick, seq=8)
     for k in range(1, 25):
-        state, _ = advance(small_balloon, state, [held], now=0.0, dt=DT)
+        state, _ = advance(TouchedBody(small_balloon), state, [held], now=0.0, dt=DT)
         assert state.users[1].delay.counted == pytest.approx(k * DT)
 
 
@@ -284,11 +286,11 @@ def test_who_no_longer_takes_part_holds_nobody_up(small_balloon: Balloon, leaves
     for k in range(60):
         now = replace(hands(state.tick, here=True)[0], seq=k)
         rest = hands(state.tick, here=True)[1:]
-        state, _ = advance(small_balloon, state, [now, *rest], now=k * DT, dt=DT)
+        state, _ = advance(TouchedBody(small_balloon), state, [now, *rest], now=k * DT, dt=DT)
     assert state.room.lag > 0.03
     for k in range(60, 900):
         touches = hands(state.tick, here=False)
-        state, _ = advance(small_balloon, state, touches, now=k * DT, dt=DT)
+        state, _ = advance(TouchedBody(small_balloon), state, touches, now=k * DT, dt=DT)
     assert state.room == NO_LAG
 
 
@@ -323,7 +325,9 @@ def test_the_body_carries_only_what_presses_and_what_the_device_gives(
 def test_a_newcomers_force_rises_over_the_release_time(small_balloon: Balloon) -> None:
     state, carried = WorldState(), list[float]()
     for _ in range(RISE + 5):
-        state, patches = advance(small_balloon, state, [touch(force=2.0)], now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, [touch(force=2.0)], now=0.0, dt=DT
+        )
         carried.append(norm(patches[1].own_force))
     full = carried[-1]
     assert full == pytest.approx(2.0, rel=0.01)  # the mesh's normal is not quite the force's
@@ -341,7 +345,7 @@ def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: B
     assert state.room.lag == 0.0
     full, lifts = state.users[2].force, [norm(patches[1].u_others)]
     for k in range(1, RISE + 1):
-        state, patches = advance(small_balloon, state, [left], now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, [left], now=0.0, dt=DT)
         assert set(patches) == {1}
         lifts.append(norm(patches[1].u_others))
         left_over = state.users[2].force if 2 in state.users else 0.0
@@ -375,7 +379,7 @@ def test_whoever_comes_and_goes_nobodys_force_jumps(
     state, shares = WorldState(), dict[int, float]()
     for here in attendance:
         touches = [touch(i, at=side(1.5 * i), force=2.0) for i in sorted(here)]
-        state, patches = advance(small_balloon, state, touches, now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, touches, now=0.0, dt=DT)
         assert set(patches) == here
         now = {number: user.presence for number, user in state.users.items()}
         for number in now.keys() | shares.keys():
@@ -425,7 +429,7 @@ def test_a_sample_waited_from_its_arrival_to_the_tick(
     """Never less than nothing: a sample may be stamped after the tick began."""
     here = replace(touch(), arrived=arrived)
     now = arrived + wait
-    _, patches = advance(small_balloon, WorldState(), [here], now=now, dt=DT)
+    _, patches = advance(TouchedBody(small_balloon), WorldState(), [here], now=now, dt=DT)
     patch = patches[1]
     assert patch.sample_wait == max(0.0, now - arrived)
     assert (patch.t_server, patch.t_client, patch.seq) == (now, here.t_client, here.seq)
@@ -462,6 +466,6 @@ def test_whatever_a_few_hands_do_their_patches_can_be_sent(
     ]
     state = WorldState()
     for _ in range(4):
-        state, patches = advance(small_balloon, state, touches, now=0.0, dt=DT)
+        state, patches = advance(TouchedBody(small_balloon), state, touches, now=0.0, dt=DT)
         for patch in patches.values():
             assert Patch.decode(patch.encode()).tick == state.tick

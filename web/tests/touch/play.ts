@@ -1,4 +1,4 @@
-/** Whole seconds of one haptic loop, as `tests/client/plays.py` wrote them. */
+/** Whole seconds of one haptic loop, as `tests/client/loop/plays.py` wrote them. */
 
 import { expect } from "vitest";
 import type { Patch } from "../../src/protocol/patch";

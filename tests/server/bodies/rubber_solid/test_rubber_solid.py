@@ -22,7 +22,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
-from tests.server.bodies.inversion import least_volume
+from tests.server.bodies.rubber_solid.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3

@@ -15,13 +15,13 @@ from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.solid.stiffness import stiffness
+from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.equilibrium import RestingHand, solve
-from cohaptic_server.world.neighbourhood import vertex_compliance
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3

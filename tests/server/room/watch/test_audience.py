@@ -19,6 +19,7 @@ from cohaptic.protocol.watch_messages import EncodingName, Watch, Watching, deco
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import Room
@@ -30,7 +31,7 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.state import WorldState
 from cohaptic_server.world.tick import advance
 from tests.server.peers import hello
-from tests.server.watch.hands import PERIOD, motion, touches
+from tests.server.room.watch.hands import PERIOD, motion, touches
 
 MODEL = "0" * 32
 
@@ -73,7 +74,9 @@ def test_who_has_left_fades_and_needs_nothing_more(small_balloon: Balloon) -> No
     seen: list[float] = []
     for tick in range(31, 60):
         here = [touch for touch in touches(tick) if touch.user == 1]
-        world, patches = advance(small_balloon, world, here, now=tick * PERIOD, dt=PERIOD)
+        world, patches = advance(
+            TouchedBody(small_balloon), world, here, now=tick * PERIOD, dt=PERIOD
+        )
         gone = [record for record in records(world, patches) if record.user == 2]
         if not gone:
             break
@@ -136,11 +139,11 @@ def test_a_viscous_body_is_shown_until_it_has_come_back() -> None:
     hand = replace(touches(1, users=1)[0], probe=(-0.01, 0.0, 0.0), force=(3.0, 0.0, 0.0))
     world, patches = WorldState(), dict[int, Patch]()
     for tick in range(1, 61):
-        world, patches = advance(plate, world, [hand], now=tick * PERIOD, dt=PERIOD)
+        world, patches = advance(TouchedBody(plate), world, [hand], now=tick * PERIOD, dt=PERIOD)
     assert displacement(world, 1)[0, 0] < -0.01
     depth: list[float] = []
     for tick in range(61, 400):
-        world, patches = advance(plate, world, [], now=tick * PERIOD, dt=PERIOD)
+        world, patches = advance(TouchedBody(plate), world, [], now=tick * PERIOD, dt=PERIOD)
         shown.see(world, patches, tick * PERIOD)
         shown.show(watcher, tick * PERIOD, clear=True)
         for scene in scenes(watcher, plate):

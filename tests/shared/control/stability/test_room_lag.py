@@ -21,7 +21,7 @@ from cohaptic.control.stability.room_lag import (
     margin,
 )
 from cohaptic.control.stability.room_roots import growth
-from tests.shared.control.rooms import draw
+from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
 couplings = st.floats(0.0, 60.0)

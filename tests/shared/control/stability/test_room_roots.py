@@ -13,7 +13,7 @@ from scipy.special import lambertw
 from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import LARGEST, growth, largest_growth, unknowns
 from cohaptic.control.stability.single_contact import Floats
-from tests.shared.control.rooms import draw
+from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
 # Longest delay over the lag.

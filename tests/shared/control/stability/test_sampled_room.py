@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.room_lag import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.sampled_room import room_radius
-from tests.shared.control.rooms import draw
+from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
 times = st.floats(1e-3, 10.0)  # s

@@ -11,7 +11,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
-from tests.server.bodies import calculix
+from tests.server.bodies.solid import calculix
 
 
 @pytest.mark.parametrize("order", [1, 2])

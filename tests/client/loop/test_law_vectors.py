@@ -1,6 +1,6 @@
 """The golden vectors of the local control law, which the page's TypeScript is checked against.
 
-`python -m tests.client.test_law_vectors` writes them again after a change of a law.
+`python -m tests.client.loop.test_law_vectors` writes them again after a change of a law.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import cast
 
 import pytest
 
-from tests.client.law_vectors import (
+from tests.client.loop.law_vectors import (
     energies,
     guards,
     links,
@@ -21,9 +21,9 @@ from tests.client.law_vectors import (
     stabilities,
     surfaces,
 )
-from tests.client.plays import PLAYS, ROUGH, play_out
+from tests.client.loop.plays import PLAYS, ROUGH, play_out
 
-FOLDER = Path(__file__).parents[1] / "vectors"
+FOLDER = Path(__file__).parents[2] / "vectors"
 FILES: dict[str, Callable[[], object]] = {
     "law": lambda: {"surfaces": surfaces(), "presses": presses()},
     "passivity": energies,

@@ -14,8 +14,8 @@ from cohaptic_server.http.green_functions import Superposition, decode_block, en
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
-from tests.server.watch.fine_balloon import FineBalloon
-from tests.server.watch.hands import motion
+from tests.server.room.watch.fine_balloon import FineBalloon
+from tests.server.room.watch.hands import motion
 
 SURFACE_BYTES = 4_500
 FORCES_BYTES = 200

@@ -1,6 +1,6 @@
 """The surface from forces, as a second language makes it: an example with everything that it needs.
 
-`python -m tests.server.watch.test_forces_vector` writes it again.
+`python -m tests.server.room.watch.test_forces_vector` writes it again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import FINE, SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
-FILE = Path(__file__).parents[2] / "vectors" / "forces.json"
+FILE = Path(__file__).parents[3] / "vectors" / "forces.json"
 # Of two sizes, and with a radius below the mesh's resolution.
 CONTACTS: list[dict[str, Any]] = [
     {"radius": 0.03, "foot": [0.09, 0.02, 0.03], "force": [2.0, 0.5, -0.25]},

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
 
@@ -48,5 +49,5 @@ def motion(
     world = WorldState()
     for tick in range(1, ticks + 1):
         hands = touches(tick, users, still=still)
-        world, patches = advance(body, world, hands, now=tick * PERIOD, dt=PERIOD)
+        world, patches = advance(TouchedBody(body), world, hands, now=tick * PERIOD, dt=PERIOD)
         yield world, patches

@@ -1,0 +1,46 @@
+"""Which device a loop opens, and where in the world its workspace is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cohaptic.simulated.hand import Hand, Intention, Rhythm
+from cohaptic.vec import Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceConfig:
+    """A device and its place.
+
+    Args:
+        name: In the catalogue.
+        center: Of the body, where a device's workspace is put [m].
+        radius: Of the sphere round it that holds the body [m].
+        hand: Of a simulated device.
+        intention: Of a simulated device; None for a real one.
+    """
+
+    name: str
+    center: Vec3
+    radius: float
+    hand: Hand
+    intention: Intention | None
+
+    @classmethod
+    def from_dict(cls, raw: dict[str, Any]) -> DeviceConfig:
+        """The configuration of which `dataclasses.asdict` made these plain values."""
+        intention = raw["intention"]
+        if intention is not None:
+            rhythm = intention["rhythm"]
+            intention = Intention(
+                **intention
+                | {
+                    "surface": tuple(intention["surface"]),
+                    "direction": tuple(intention["direction"]),
+                    "rhythm": None if rhythm is None else Rhythm(**rhythm),
+                    "drag": tuple(intention["drag"]),
+                }
+            )
+        hand = Hand(**raw["hand"])
+        return cls(raw["name"], tuple(raw["center"]), raw["radius"], hand, intention)
