@@ -4,17 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.pressure import pressure
-
-RADIUS = 0.1  # m, of the balloon
-OUT = np.array([1.0, 0.0, 0.0])
-angles = st.floats(-np.pi, np.pi)
 
 
 def test_compliance_of_the_vertices_is_that_of_contacts_there(small_balloon: Balloon) -> None:
