@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import (
@@ -72,6 +72,15 @@ def test_tangents_make_a_frame(n: Vec3) -> None:
     assert np.linalg.det(M) == pytest.approx(1.0)
 
 
+@given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances())
+def test_a_contact_never_wedges(path: list[Vec3], n: Vec3, f_n: float, C: Compliance3) -> None:
+    """Friction never takes the contact point back farther than the finger presses it in."""
+    state = FrictionState()
+    for way in path:
+        state = rub(state, way, n, f_n, C, MAX_FRICTION)
+        assert abs(normal_shift(state, n, C)) <= 0.9 * f_n * dot(n, times(C, n)) * (1.0 + 1e-9)
+
+
 @given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances(), mus, shares)
 def test_never_more_than_mu_times_the_normal_force_and_never_along_the_normal(
     path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
@@ -90,6 +99,10 @@ def test_while_it_sticks_tip_and_contact_move_alike(
 ) -> None:
     """s = -P C (n f_n + f_t)."""
     state = rub(FrictionState(touching=True), way, n, f_n, C, 1e6)
+    # Where friction would lift the contact off it slips, whatever mu.
+    pressed_in = times(C, scale(n, f_n))
+    lifts = norm(sub(pressed_in, scale(n, dot(pressed_in, n))))
+    assume(norm(state.force) < 0.89 * f_n * dot(pressed_in, n) / max(lifts, 1e-12))
     body = times(C, add(scale(n, f_n), state.force))
     for t in tangents(n):
         assert dot(state.stretch, t) == pytest.approx(-dot(body, t), abs=1e-12)
