@@ -2,22 +2,83 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
+import inspect
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
+
+import pytest
 
 import cohaptic
 import cohaptic.testing
 
 ROOT = Path(__file__).parents[1]
+PACKAGES = ("cohaptic", "cohaptic_server", "cohaptic_client", "cohaptic_experiments")
+SOURCES = ("shared", "server", "client", "experiments")
 
 
-def test_all_names_what_is_there() -> None:
-    for module in (cohaptic, cohaptic.testing):
-        for name in module.__all__:
-            assert hasattr(module, name)
+def public_names(package: str) -> list[str]:
+    return list(importlib.import_module(package).__all__)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_public_name_exists_and_has_a_docstring(package: str) -> None:
+    module = importlib.import_module(package)
+    for name in public_names(package):
+        value = getattr(module, name)
+        if inspect.isclass(value) or inspect.isfunction(value):
+            assert value.__module__.partition(".")[0] == package, name
+            assert inspect.getdoc(value), name
+
+
+def test_a_name_is_public_in_one_package_only() -> None:
+    counts = Counter(name for package in PACKAGES for name in public_names(package))
+    assert [name for name, count in counts.items() if count > 1] == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_type_checkers_and_the_interpreter_find_the_same_names(package: str) -> None:
+    """The lazy imports are written twice: once for type checkers, once for `__getattr__`."""
+    module = importlib.import_module(package)
+    source = inspect.getsource(module)
+    declared = dict(
+        (name, home)
+        for home, name in re.findall(r"^    from (\S+) import (\w+) as \2$", source, re.M)
+    )
+    assert declared == module._HOMES
+    eager = re.findall(r"^from \S+ import \w+ as (\w+)$|^(__version__)", source, re.M)
+    assert sorted([*declared, *(a or b for a, b in eager)]) == public_names(package)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_an_unknown_name_is_an_attribute_error(package: str) -> None:
+    with pytest.raises(AttributeError, match=f"'{package}' has no attribute 'nobody'"):
+        _ = importlib.import_module(package).nobody
+    assert set(public_names(package)) <= set(dir(importlib.import_module(package)))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_package_has_a_page_of_reference(package: str) -> None:
+    """mkdocstrings writes the page from `__all__`, so a public name is on it."""
+    page = (ROOT / f"docs/reference/{package}.md").read_text()
+    assert re.search(rf"^::: {package}$", page, re.M)
+
+
+def test_modules_inside_the_packages_import_from_where_a_name_is_defined() -> None:
+    """Otherwise every import of one module could pull in the whole package."""
+    wrong = re.compile(rf"^\s*from ({'|'.join(PACKAGES)}) import (?!__version__)([A-Z]\w*)", re.M)
+    for side in SOURCES:
+        for path in (ROOT / side).rglob("*.py"):
+            assert not wrong.search(path.read_text()), path
+
+
+def test_the_public_names_of_the_doubles_exist() -> None:
+    for name in cohaptic.testing.__all__:
+        assert hasattr(cohaptic.testing, name)
 
 
 def test_the_installed_version_is_the_codes() -> None:

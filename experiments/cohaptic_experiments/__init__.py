@@ -1,1 +1,50 @@
-"""Experiments on the real server and client code; the only package that may import both sides."""
+"""Experiments on the real server and client code; the only package that may import both sides.
+
+A public name is imported from its module when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cohaptic_experiments.catalogue import EXPERIMENTS as EXPERIMENTS
+    from cohaptic_experiments.catalogue import Experiment as Experiment
+    from cohaptic_experiments.catalogue import load as load
+    from cohaptic_experiments.outcome import Options as Options
+    from cohaptic_experiments.outcome import Outcome as Outcome
+    from cohaptic_experiments.virtual_session import VirtualSession as VirtualSession
+    from cohaptic_experiments.virtual_session import VirtualUser as VirtualUser
+
+__all__ = [
+    "EXPERIMENTS",
+    "Experiment",
+    "Options",
+    "Outcome",
+    "VirtualSession",
+    "VirtualUser",
+    "load",
+]
+
+# The module that defines each public name.
+_HOMES = {
+    "EXPERIMENTS": "cohaptic_experiments.catalogue",
+    "Experiment": "cohaptic_experiments.catalogue",
+    "load": "cohaptic_experiments.catalogue",
+    "Options": "cohaptic_experiments.outcome",
+    "Outcome": "cohaptic_experiments.outcome",
+    "VirtualSession": "cohaptic_experiments.virtual_session",
+    "VirtualUser": "cohaptic_experiments.virtual_session",
+}
+
+if not TYPE_CHECKING:  # otherwise a type checker would accept any name
+
+    def __getattr__(name: str) -> object:
+        """Import a public name when it is first used (PEP 562)."""
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = globals()[name] = getattr(import_module(_HOMES[name]), name)
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

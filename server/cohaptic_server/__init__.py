@@ -1,1 +1,95 @@
-"""The authoritative server: one deformable body, everybody's forces on it, one tick at a time."""
+"""The authoritative server: one deformable body, everybody's forces on it, one tick at a time.
+
+A public name is imported from its module when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cohaptic_server.bodies.balloon.balloon import Balloon as Balloon
+    from cohaptic_server.bodies.balloon.balloon import BalloonSettings as BalloonSettings
+    from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon as RubberBalloon
+    from cohaptic_server.bodies.body import Body as Body
+    from cohaptic_server.bodies.body import DenseResponse as DenseResponse
+    from cohaptic_server.bodies.body import Load as Load
+    from cohaptic_server.bodies.body import Response as Response
+    from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid as RubberSolid
+    from cohaptic_server.bodies.solid.shape import SolidSettings as SolidSettings
+    from cohaptic_server.bodies.solid.solid import Solid as Solid
+    from cohaptic_server.bodies.spring import Spring as Spring
+    from cohaptic_server.bodies.spring import SpringSettings as SpringSettings
+    from cohaptic_server.bodies.viscous import Viscous as Viscous
+    from cohaptic_server.mesh.surface import SurfaceMesh as SurfaceMesh
+    from cohaptic_server.mesh.tetrahedra import TetMesh as TetMesh
+    from cohaptic_server.objects.catalogue import build_body as build_body
+    from cohaptic_server.objects.object_file import ObjectFile as ObjectFile
+    from cohaptic_server.room.room import Room as Room
+    from cohaptic_server.settings import ServerSettings as ServerSettings
+    from cohaptic_server.shell.server import CohapticServer as CohapticServer
+    from cohaptic_server.world.equilibrium import Equilibrium as Equilibrium
+    from cohaptic_server.world.equilibrium import RestingHand as RestingHand
+
+__all__ = [
+    "Balloon",
+    "BalloonSettings",
+    "Body",
+    "CohapticServer",
+    "DenseResponse",
+    "Equilibrium",
+    "Load",
+    "ObjectFile",
+    "Response",
+    "RestingHand",
+    "Room",
+    "RubberBalloon",
+    "RubberSolid",
+    "ServerSettings",
+    "Solid",
+    "SolidSettings",
+    "Spring",
+    "SpringSettings",
+    "SurfaceMesh",
+    "TetMesh",
+    "Viscous",
+    "build_body",
+]
+
+# The module that defines each public name.
+_HOMES = {
+    "Balloon": "cohaptic_server.bodies.balloon.balloon",
+    "BalloonSettings": "cohaptic_server.bodies.balloon.balloon",
+    "RubberBalloon": "cohaptic_server.bodies.balloon.rubber_balloon",
+    "Body": "cohaptic_server.bodies.body",
+    "DenseResponse": "cohaptic_server.bodies.body",
+    "Load": "cohaptic_server.bodies.body",
+    "Response": "cohaptic_server.bodies.body",
+    "RubberSolid": "cohaptic_server.bodies.rubber_solid.rubber_solid",
+    "SolidSettings": "cohaptic_server.bodies.solid.shape",
+    "Solid": "cohaptic_server.bodies.solid.solid",
+    "Spring": "cohaptic_server.bodies.spring",
+    "SpringSettings": "cohaptic_server.bodies.spring",
+    "Viscous": "cohaptic_server.bodies.viscous",
+    "SurfaceMesh": "cohaptic_server.mesh.surface",
+    "TetMesh": "cohaptic_server.mesh.tetrahedra",
+    "build_body": "cohaptic_server.objects.catalogue",
+    "ObjectFile": "cohaptic_server.objects.object_file",
+    "Room": "cohaptic_server.room.room",
+    "ServerSettings": "cohaptic_server.settings",
+    "CohapticServer": "cohaptic_server.shell.server",
+    "Equilibrium": "cohaptic_server.world.equilibrium",
+    "RestingHand": "cohaptic_server.world.equilibrium",
+}
+
+if not TYPE_CHECKING:  # otherwise a type checker would accept any name
+
+    def __getattr__(name: str) -> object:
+        """Import a public name when it is first used (PEP 562)."""
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = globals()[name] = getattr(import_module(_HOMES[name]), name)
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
