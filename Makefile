@@ -5,7 +5,14 @@ ARGS   ?=
 BIN    := $(VENV)/bin
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
-.PHONY: help demo test check format lint types web page bench results clean
+# Tests that need no real time run side by side; `auto` is one process for each core.
+JOBS   ?= auto
+# What pytest returns where ARGS names no test of the one kind or the other.
+NO_TESTS := 5
+# Newer makes keep the output of each target together; macOS has 3.81.
+SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
+
+.PHONY: help demo test check static format lint types web page docs bench results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
@@ -26,13 +33,27 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
 	@touch $@ $(VENV)/.installed
 
+$(VENV)/.docs: $(VENV)/.made pyproject.toml
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	@touch $@ $(VENV)/.installed
+
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
 	@$(BIN)/cohaptic demo $(ARGS)
 
-test: $(VENV)/.dev  ## the whole test suite
-	@$(BIN)/python -m pytest $(ARGS)
+test: $(VENV)/.dev  ## the whole test suite; ARGS="tests/client -x" for a part of it
+	@echo "tests that need no real time, on $(JOBS) processes"; \
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope -m "not realtime" $(ARGS); first=$$?; \
+	case $$first in 0|$(NO_TESTS)) ;; *) exit $$first;; esac; \
+	echo "tests with sockets, processes, clocks or a browser, one after another"; \
+	$(BIN)/python -m pytest -m realtime $(ARGS); second=$$?; \
+	[ $$second = $(NO_TESTS) ] && exit $$first || exit $$second
 
-check: lint types web test  ## what must be green before a commit
+check:  ## what must be green before a commit
+	@$(MAKE) --no-print-directory static
+	@$(MAKE) --no-print-directory test
+
+static: $(VENV)/.dev
+	@$(MAKE) --no-print-directory -j2 $(SYNC) --keep-going lint types web
 
 format: $(VENV)/.dev  ## let ruff arrange the code
 	@$(BIN)/ruff format . && $(BIN)/ruff check --fix .
@@ -54,6 +75,10 @@ web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
+docs: $(VENV)/.docs  ## build the documentation into site/; a warning is an error
+	@$(BIN)/python -m mkdocs build --strict --quiet
+	@echo "open site/index.html"
+
 bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
@@ -63,4 +88,4 @@ results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py
 
 clean:  ## forget what was built
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist web/node_modules server/cohaptic_server/page
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist site web/node_modules server/cohaptic_server/page
