@@ -1,0 +1,79 @@
+"""What mkdocs cannot do by itself: formulas as MathML, and the page of the command line.
+
+MathML is part of the page. Every present browser shows it without a script, so that a page needs
+nothing from elsewhere, also when it is read without a network.
+"""
+
+from __future__ import annotations
+
+
+import re
+from html import unescape
+from typing import Any
+
+import typer
+from latex2mathml.converter import convert
+from mkdocs.exceptions import PluginError
+
+from cohaptic.cli.app import build_app
+
+COMMANDS = "<!-- commands -->"
+_FORMULA = re.compile(
+    r'<(?P<tag>span|div) class="arithmatex">\\(?P<kind>[(\[])(?P<latex>.*?)\\[)\]]</(?P=tag)>', re.S
+)
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Write the options of every command where a page asks for them."""
+    if COMMANDS not in markdown:
+        return markdown
+    return markdown.replace(COMMANDS, command_reference())
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Replace every formula of a page by MathML."""
+    return _FORMULA.sub(_mathml, html)
+
+
+def _mathml(formula: re.Match[str]) -> str:
+    latex = unescape(formula["latex"]).strip()
+    display = "inline" if formula["kind"] == "(" else "block"
+    try:
+        return convert(latex, display=display)
+    except Exception as error:
+        raise PluginError(f"a formula cannot be read: {latex}") from error
+
+
+def command_reference() -> str:
+    """Every command with its arguments and options, as Markdown."""
+    group: Any = typer.main.get_command(build_app())
+    return "\n\n".join(_command(group, ["cohaptic"]))
+
+
+def _command(command: Any, path: list[str]) -> list[str]:
+    """A command and its subcommands: heading, help text, table of options."""
+    parts: list[str] = []
+    if len(path) > 1:
+        parts.append(f"{'#' * len(path)} `{' '.join(path)}`")
+    parts.append(" ".join((command.help or "").split("\f")[0].split()))
+    rows = [_row(parameter) for parameter in command.params if not _is_hidden(parameter)]
+    if rows:
+        parts.append("\n".join(["| option | default | meaning |", "| --- | --- | --- |", *rows]))
+    for name, child in getattr(command, "commands", {}).items():
+        parts += _command(child, [*path, name])
+    return parts
+
+
+def _is_hidden(parameter: Any) -> bool:
+    return getattr(parameter, "hidden", False) or parameter.name == "help"
+
+
+def _row(parameter: Any) -> str:
+    names = [*parameter.opts, *parameter.secondary_opts]
+    if parameter.param_type_name == "argument":
+        names = [(parameter.metavar or parameter.name).upper()]
+    default = parameter.default
+    shown = "required" if parameter.required else "" if default in (None, False, "", ()) else default
+    meaning = " ".join((getattr(parameter, "help", None) or "").split()).replace("|", "\\|")
+    value = f"`{shown}`" if shown not in ("", "required") else shown
+    return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {meaning} |"
