@@ -76,7 +76,7 @@ page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
 docs: $(VENV)/.docs  ## build the documentation into site/; a warning is an error
-	@$(BIN)/python -m mkdocs build --strict --quiet
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open site/index.html"
 
 bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
