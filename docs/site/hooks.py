@@ -6,8 +6,8 @@ nothing from elsewhere, also when it is read without a network.
 
 from __future__ import annotations
 
-
 import re
+from enum import Enum
 from html import unescape
 from typing import Any
 
@@ -21,6 +21,9 @@ COMMANDS = "<!-- commands -->"
 _FORMULA = re.compile(
     r'<(?P<tag>span|div) class="arithmatex">\\(?P<kind>[(\[])(?P<latex>.*?)\\[)\]]</(?P=tag)>', re.S
 )
+
+
+_OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -55,7 +58,8 @@ def _command(command: Any, path: list[str]) -> list[str]:
     parts: list[str] = []
     if len(path) > 1:
         parts.append(f"{'#' * len(path)} `{' '.join(path)}`")
-    parts.append(" ".join((command.help or "").split("\f")[0].split()))
+    for paragraph in (command.help or "").split("\n\n"):
+        parts.append(_OPTION.sub(r"`\g<0>`", " ".join(paragraph.split())))
     rows = [_row(parameter) for parameter in command.params if not _is_hidden(parameter)]
     if rows:
         parts.append("\n".join(["| option | default | meaning |", "| --- | --- | --- |", *rows]))
@@ -72,8 +76,15 @@ def _row(parameter: Any) -> str:
     names = [*parameter.opts, *parameter.secondary_opts]
     if parameter.param_type_name == "argument":
         names = [(parameter.metavar or parameter.name).upper()]
-    default = parameter.default
-    shown = "required" if parameter.required else "" if default in (None, False, "", ()) else default
     meaning = " ".join((getattr(parameter, "help", None) or "").split()).replace("|", "\\|")
-    value = f"`{shown}`" if shown not in ("", "required") else shown
-    return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {meaning} |"
+    return f"| {', '.join(f'`{name}`' for name in names)} | {_default(parameter)} | {meaning} |"
+
+
+def _default(parameter: Any) -> str:
+    """The default of an option as a reader needs it; nothing for a flag that is off."""
+    if parameter.required:
+        return "required"
+    value = parameter.default
+    value = value.value if isinstance(value, Enum) else value
+    is_nothing = value is None or value is False or value in ("", (), [])
+    return "" if is_nothing else f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
