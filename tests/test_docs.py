@@ -223,10 +223,33 @@ def test_no_folder_has_more_than_fifteen_modules_and_each_says_what_it_is() -> N
             assert "TODO" not in init.read_text(), init
 
 
-def test_every_file_the_readme_points_to_exists() -> None:
-    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
-        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+def test_every_file_that_a_page_points_to_exists() -> None:
+    for page in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")):
+        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text()):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_every_page_is_in_the_navigation_of_the_site() -> None:
+    navigation = (ROOT / "mkdocs.yml").read_text().partition("\nnav:")[2]
+    listed = re.findall(r"([\w./-]+\.md)$", navigation, re.M)
+    pages = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs").rglob("*.md")}
+    assert sorted(listed) == sorted(pages)
+
+
+def test_every_decision_is_in_the_list_of_decisions() -> None:
+    folder = ROOT / "docs/decisions"
+    listed = re.findall(r"\]\((\d{4}-[\w-]+\.md)\)", (folder / "index.md").read_text())
+    assert listed == sorted(path.name for path in folder.glob("0*.md"))
+
+
+def test_the_threat_model_names_tests_and_files_that_exist() -> None:
+    page = (ROOT / "docs/threat-model.md").read_text()
+    tests = "\n".join(path.read_text() for path in (ROOT / "tests").rglob("test_*.py"))
+    for name in re.findall(r"`(test_\w+)`", page):
+        assert f"def {name}(" in tests, name
+    homes = {name.rsplit("/", 1)[-1]: ROOT / name for name in PACKAGES}
+    for package, inside in re.findall(r"`(cohaptic\w*)/([\w/]+(?:\.py)?)`", page):
+        assert (homes[package] / inside).exists(), inside
 
 
 def test_the_code_points_to_pages_that_exist() -> None:

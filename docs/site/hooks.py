@@ -23,6 +23,7 @@ _FORMULA = re.compile(
 )
 
 
+_BAR = re.compile(r'<mo stretchy="false">(&#x0007C;|&#x02016;|&#x02225;)</mo>')
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
@@ -42,9 +43,11 @@ def _mathml(formula: re.Match[str]) -> str:
     latex = unescape(formula["latex"]).strip()
     display = "inline" if formula["kind"] == "(" else "block"
     try:
-        return convert(latex, display=display)
+        mathml = convert(latex, display=display)
     except Exception as error:
         raise PluginError(f"a formula cannot be read: {latex}") from error
+    # A bar is an operator with space on both sides, unless it is told that it is a delimiter.
+    return _BAR.sub(r'<mo stretchy="false" lspace="0" rspace="0">\1</mo>', mathml)
 
 
 def command_reference() -> str:
