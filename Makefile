@@ -48,7 +48,7 @@ test: $(VENV)/.dev  ## the whole test suite; ARGS="tests/client -x" for a part o
 	$(BIN)/python -m pytest -m realtime $(ARGS); second=$$?; \
 	[ $$second = $(NO_TESTS) ] && exit $$first || exit $$second
 
-check:  ## what must be green before a commit
+check:  ## has to be green before a commit
 	@$(MAKE) --no-print-directory static
 	@$(MAKE) --no-print-directory test
 
@@ -87,5 +87,5 @@ bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
 	@$(BIN)/python experiments/results.py
 
-clean:  ## forget what was built
+clean:  ## delete everything that was built
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist site web/node_modules server/cohaptic_server/page

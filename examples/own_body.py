@@ -44,7 +44,7 @@ class Cushion:
     contact_radius = 0.02  # m; a fingertip's pressure is spread over this
 
     def __init__(self, radius: float = 0.1, foundation: float = 4e3, tension: float = 80.0) -> None:
-        ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+        ball = trimesh.creation.icosphere(3, radius)  # pyright: ignore[reportUnknownMemberType]
         x, faces = np.array(ball.vertices), np.array(ball.faces, dtype=np.int64)
         self.mesh = SurfaceMesh(x, faces)
         stiffness = np.zeros((len(x), len(x)))  # [N/m]
