@@ -76,9 +76,12 @@ def address() -> Iterator[str]:
 
 def test_it_is_served_and_touched(address: str) -> None:
     code = "from cohaptic_client.cli import touch; import typer; typer.run(touch)"
-    options = ["--duration", "2", "--depth-mm", "20", "--json-lines", "--wait", "10"]
-    done = subprocess.run(
-        [sys.executable, "-c", code, address, *options], capture_output=True, text=True, check=True
-    )
-    forces = [json.loads(line)["force"] for line in done.stdout.splitlines() if line[:1] == "{"]
-    assert max(forces) > 0.2  # N
+    options = ["--duration", "60", "--depth-mm", "20", "--json-lines", "--wait", "10"]
+    command = [sys.executable, "-c", code, address, *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
+        assert client.stdout is not None
+        # A busy machine takes its time: the first force ends the test, and not a clock.
+        lines = (line for line in client.stdout if line.startswith("{"))
+        touched = any(json.loads(line)["force"] > 0.2 for line in lines)  # N
+        client.terminate()
+    assert touched
