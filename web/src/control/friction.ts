@@ -7,8 +7,8 @@
  * and the hand feels that (science 3.10).
  */
 
-import type { Compliance3, Vec3 } from "../types";
-import { add, cross, dot, norm, scale, sub, unit, ZERO } from "../vec";
+import type { Compliance3 } from "../model/body";
+import { add, cross, dot, norm, scale, sub, unit, type Vec3, ZERO } from "../model/vec";
 
 const ROUNDING = 1e-9; // of the product of the diagonal; the server sends none that is so nearly singular
 const WEDGE = 0.9; // of the way in that friction may take back

@@ -5,8 +5,7 @@
  * client's own force (science 3.3), so a change of patch never moves the force by itself.
  */
 
-import type { Vec3 } from "../types";
-import { add, dot, lerp, sub, unit } from "../vec";
+import { add, dot, lerp, sub, unit, type Vec3 } from "../model/vec";
 
 /** What one probe sees of a local surface, and all that a law needs of it. */
 export interface Sight {

@@ -5,8 +5,8 @@
  * It has no clock, no log and no clamp: limits are applied once, last, by `touch/safety.ts`.
  */
 
-import type { LawName } from "../types";
-import { dot } from "../vec";
+import type { LawName } from "../model/laws";
+import { dot } from "../model/vec";
 import type { Sight } from "./geometry";
 import { predictiveForce } from "./predictive";
 import { proportionalForce, proportionalStiffness } from "./proportional";

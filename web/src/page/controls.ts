@@ -1,11 +1,10 @@
 /** From pointers and keys to what the page does. */
 
 import { deedOf, type KeyDeed } from "../ui/keyboard";
-import { rotated, zoomed } from "../view/orbit";
-import { attachPointer } from "../view/pointer";
-import { DEPTH } from "../view/press";
+import { HOME, rotated, zoomed } from "../view/orbit";
+import { DEPTH } from "../view/pointing/finger";
+import { attachPointer } from "../view/pointing/pointer";
 import { toggleFullScreen } from "./layout";
-import { HOME } from "../view/orbit";
 import type { Page } from "./page";
 
 const TURN = 0.12; // rad for an arrow key

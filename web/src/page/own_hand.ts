@@ -1,12 +1,14 @@
 /** The visitor's hand: in the room or not, where it wants to be, and the law it presses with. */
 
-import type { HandSettings, LawName, SceneView, TouchHandle, TouchSettings, TouchState, Vec3, WatchInfo, RestMesh } from "../types";
-import { norm, unit } from "../vec";
+import type { RestMesh } from "../model/body";
+import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
+import type { LawName } from "../model/laws";
+import type { SceneView, WatchInfo } from "../model/scene";
+import { along, norm, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
-import { vertexNormals } from "../view/normals";
-import { at, pick, placeTowards, type Place } from "../view/pick";
-import { deeper, follow, goal, hover, press, release, slide, type Finger, type Place3 } from "../view/press";
-import { along } from "../view/vec";
+import { vertexNormals } from "../view/body/normals";
+import { deeper, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
+import { at, pick, type Place, placeTowards } from "../view/pointing/pick";
 
 /** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
 const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {

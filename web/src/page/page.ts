@@ -1,29 +1,29 @@
 /** The whole page: makes its parts, lets them know of each other, and runs the frame. */
 
 import { socketUrl } from "../address";
-import type { SceneStore, SceneView } from "../types";
+import type { SceneStore, SceneView } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
-import { Feedback } from "../ui/feedback";
 import { Help } from "../ui/help";
 import { LegendBox } from "../ui/legend";
 import { notice } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
 import { Panel } from "../ui/panel";
-import { inks } from "../ui/plot";
+import { inks } from "../ui/plots/strip_chart";
+import { Feedback } from "../ui/rumble";
 import { keep, recall, Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
-import { userColour } from "../view/colours";
+import { userColour } from "../model/colours";
 import { HOME } from "../view/orbit";
-import { Player } from "../view/player";
+import { Player } from "../view/scene_view";
 import { openStage, type Stage } from "../view/stage";
-import { circumstances } from "./circumstances";
+import { Live } from "./announcer";
 import { attachControls } from "./controls";
-import { Guide } from "./guide";
 import { layOut, toggleFullScreen, togglePanel } from "./layout";
-import { Live } from "./live";
 import { freshName, usableName } from "./names";
+import { circumstances } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
-import { Watchfulness } from "./watchfulness";
+import { Watchfulness } from "./sleep_detector";
+import { Guide } from "./tour_runner";
 
 const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates

@@ -4,8 +4,7 @@
  * A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the body of its kind.
  */
 
-import type { Vec3 } from "../types";
-import { norm } from "../vec";
+import { norm, type Vec3 } from "../model/vec";
 import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_POSITION = 10; // m

@@ -1,7 +1,7 @@
 /** Checks of one JSON message, field by field: each returns the value with its type or throws ProtocolError. */
 
+import type { Vec3 } from "../model/vec";
 import { ProtocolError } from "./frame";
-import type { Vec3 } from "../types";
 
 export type Fields = Readonly<Record<string, unknown>>;
 

@@ -1,6 +1,6 @@
 /** The tail of a mesh patch: the free surface around the contact, vertex by vertex. */
 
-import type { Vec3 } from "../types";
+import type { Vec3 } from "../model/vec";
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
 
 const HEAD = 10;

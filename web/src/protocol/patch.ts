@@ -7,9 +7,20 @@
  */
 
 import { isDefinite } from "../control/friction";
-import type { Compliance3, GeometryName, LawName, RoomLag, Vec3 } from "../types";
-import { norm } from "../vec";
-import { checkFinite, checkRange, checkSize, checkVector, MAX_FORCE, MAX_POSITION, openFrame, ProtocolError, U32 } from "./frame";
+import type { Compliance3, RoomLag } from "../model/body";
+import type { GeometryName, LawName } from "../model/laws";
+import { norm, type Vec3 } from "../model/vec";
+import {
+  checkFinite,
+  checkRange,
+  checkSize,
+  checkVector,
+  MAX_FORCE,
+  MAX_POSITION,
+  openFrame,
+  ProtocolError,
+  U32,
+} from "./frame";
 import { type Neighbourhood, readNeighbourhood } from "./neighbourhood";
 import { readRoom } from "./room_lag";
 

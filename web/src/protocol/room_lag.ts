@@ -1,6 +1,6 @@
 /** What patch and scene say of the room's time, 8 bytes; `RoomLag` in `shared/cohaptic/control/room.py`. */
 
-import type { RoomLag } from "../types";
+import type { RoomLag } from "../model/body";
 import { checkRange, type Reader } from "./frame";
 
 const MAX_LAG = 60; // s

@@ -4,12 +4,12 @@
  * Socket, clock and timers are given, so that a test can be the server.
  */
 
+import type { TouchSettings, TouchState } from "../model/hand";
 import { ProtocolError } from "../protocol/frame";
 import { SUBPROTOCOL } from "../protocol/version";
-import type { TouchSettings, TouchState } from "../types";
 import { Refused, TouchEngine } from "./engine";
-import type { FromWorker, ToWorker } from "./messages";
 import type { Connection } from "./report";
+import type { FromWorker, ToWorker } from "./worker_messages";
 
 const WAKE = 0.002; // s; browsers make 4 ms of it
 const REPORT = 1 / 60; // s

@@ -5,21 +5,22 @@
  * patches stop, and comes back when they do.
  */
 
+import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
+import type { FixedGains, LawName } from "../model/laws";
+import { norm, type Vec3, ZERO } from "../model/vec";
 import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
-import { encodeControl, type Welcome } from "../protocol/control";
 import { ProtocolError } from "../protocol/frame";
-import type { FixedGains, HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
-import { norm, ZERO } from "../vec";
-import { receive } from "./arrival";
-import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./device";
-import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop";
-import { type Pacer, reported, sent, WORKER_WAIT } from "./pacing";
+import { encodeControl, type Welcome } from "../protocol/messages";
+import { receive } from "./loop/arrival";
+import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
+import { due, HAPTIC_PERIOD, type Schedule } from "./loop/schedule";
+import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop/state";
+import { step } from "./loop/step";
+import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
+import { Wishes } from "./network/requests";
+import { TouchSession } from "./network/session";
+import { measured, UNTIMED } from "./network/timing";
 import { type Connection, reportOf } from "./report";
-import { due, HAPTIC_PERIOD, type Schedule } from "./schedule";
-import { TouchSession } from "./session";
-import { step } from "./step";
-import { measured, UNTIMED } from "./timing";
-import { Wishes } from "./wishes";
 
 /** The server said why this client may not take part. */
 export class Refused extends Error {

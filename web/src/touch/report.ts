@@ -1,11 +1,11 @@
 /** What the haptic Worker tells the page, as a function of what it knows. */
 
 import { normalShift } from "../control/friction";
-import type { Welcome } from "../protocol/control";
-import type { TouchPhase, TouchSettings, TouchState, Vec3 } from "../types";
-import { add, norm, scale } from "../vec";
-import type { LoopState, Output } from "./loop";
-import { clockOffset, type LinkTiming } from "./timing";
+import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
+import { add, norm, scale, type Vec3 } from "../model/vec";
+import type { Welcome } from "../protocol/messages";
+import type { LoopState, Output } from "./loop/state";
+import { clockOffset, type LinkTiming } from "./network/timing";
 
 /** How the connection is, as the Worker sees it. */
 export interface Connection {

@@ -2,7 +2,7 @@
 
 import { el, say, show } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { readingTime, waits, type Step, type TourState } from "./machine";
+import { readingTime, type Step, type TourState, waits } from "./machine";
 
 export interface CardDeeds {
   readonly next: () => void;

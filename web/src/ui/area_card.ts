@@ -1,9 +1,9 @@
 /** Fig. 8 with everybody's gains as moving dots, and what that means in words. */
 
-import type { UserState } from "../types";
-import { drawArea, periods, verdict, type Yardstick } from "./area_plot";
+import type { UserState } from "../model/scene";
 import { choice, el, say, symbol } from "./dom";
-import type { Inks } from "./plot";
+import { drawArea, periods, verdict, type Yardstick } from "./plots/area_plot";
+import type { Inks } from "./plots/strip_chart";
 
 export class AreaCard {
   readonly root: HTMLElement;

@@ -1,11 +1,12 @@
 /** The own hand: into the room and out, its law, and what it feels. */
 
-import type { LawName, TouchState } from "../types";
-import { norm } from "../vec";
-import { choice, el, say, show, symbol, type Choice } from "./dom";
+import type { TouchState } from "../model/hand";
+import type { LawName } from "../model/laws";
+import { norm } from "../model/vec";
+import { type Choice, choice, el, say, show, symbol } from "./dom";
 import { icon } from "./icons";
-import { CutPicture } from "./meter";
-import type { Inks } from "./plot";
+import { CutPicture } from "./plots/cut_picture";
+import type { Inks } from "./plots/strip_chart";
 import { fixed, millimetres } from "./words";
 
 /** mu of the finger, as one chooses it. */

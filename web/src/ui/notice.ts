@@ -1,6 +1,6 @@
 /** What the page says when something is not as it should be: what happened, and what one can do. */
 
-import type { WatchPhase } from "../types";
+import type { WatchPhase } from "../model/scene";
 
 export interface Notice {
   /** Changes when the matter does, so that a notice that was put away stays away. */

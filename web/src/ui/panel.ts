@@ -1,9 +1,9 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
-import type { Encoding, Latency, SceneStore, SceneView } from "../types";
+import type { Encoding, Latency, SceneStore, SceneView } from "../model/scene";
 import { AreaCard } from "./area_card";
-import { choice, el, say, show, type Choice } from "./dom";
-import { inks, type Inks } from "./plot";
+import { type Choice, choice, el, say, show } from "./dom";
+import { type Inks, inks } from "./plots/strip_chart";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "./words";
 

@@ -1,6 +1,6 @@
 /** The line on top: whose room this is, how it goes, and what can be done with the picture. */
 
-import type { SceneStore } from "../types";
+import type { SceneStore } from "../model/scene";
 import { el, iconButton, say } from "./dom";
 import { icon } from "./icons";
 

@@ -1,12 +1,12 @@
 /** One user's panel: force, what its law presses against, its plots, and the delay that it has to bear. */
 
-import type { Latency, UserState } from "../types";
-import { dot, norm, sub } from "../vec";
+import type { Latency, UserState } from "../model/scene";
+import { dot, norm, sub } from "../model/vec";
 import { depthOf, proxyOf } from "../view/pose";
-import { el, say, show, slider, symbol, type Slider } from "./dom";
+import { el, say, show, slider, type Slider, symbol } from "./dom";
 import { icon } from "./icons";
-import { Plot, type Inks, type Lane } from "./plot";
-import { Timeline } from "./timeline";
+import { type Inks, type Lane, Plot } from "./plots/strip_chart";
+import { Timeline } from "./plots/trace_buffer";
 import { fixed, LAWS, milliseconds, softWords, stiffness } from "./words";
 
 /** Columns of a user's timeline. */

@@ -1,6 +1,8 @@
 /** Numbers and names as people read them; millimetres and milliseconds are made here. */
 
-import type { LawName, RoomLag, UserState } from "../types";
+import type { RoomLag } from "../model/body";
+import type { LawName } from "../model/laws";
+import type { UserState } from "../model/scene";
 
 const MINUS = "\u2212";
 const THIN = "\u202f";

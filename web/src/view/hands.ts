@@ -18,10 +18,8 @@ import {
   type Material,
   type Object3D,
 } from "three";
-import type { Vec3 } from "../types";
+import { along, norm, unit, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { norm, unit } from "../vec";
-import { along } from "./vec";
 
 /** Length of an arrow for one newton, in radii of the body. */
 export const ARROW_PER_NEWTON = 0.12;

@@ -1,8 +1,7 @@
 /** Names at the ends of the stems: text over the canvas, placed by the object model and not by markup. */
 
-import type { Vec3 } from "../types";
+import { norm, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { norm } from "../vec";
 
 interface Label {
   readonly box: HTMLElement;

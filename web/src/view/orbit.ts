@@ -1,6 +1,6 @@
 /** The camera's place as numbers: on a sphere round the body, with z up. */
 
-import type { Vec3 } from "../types";
+import type { Vec3 } from "../model/vec";
 
 export interface Orbit {
   /** Round the vertical [rad]; 0 looks from +x. */

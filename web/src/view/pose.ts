@@ -1,8 +1,8 @@
 /** What is drawn of one hand, from what the server says of it or, for the own hand, from the own loop. */
 
-import type { TouchState, UserState, Vec3 } from "../types";
-import { dot, norm, sub } from "../vec";
-import { along } from "./vec";
+import type { TouchState } from "../model/hand";
+import type { UserState } from "../model/scene";
+import { along, dot, norm, sub, type Vec3 } from "../model/vec";
 
 export interface Pose {
   readonly user: number;

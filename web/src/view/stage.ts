@@ -13,8 +13,8 @@ import {
   WebGLRenderer,
 } from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
-import type { Vec3 } from "../types";
-import type { Scheme } from "./colours";
+import type { Vec3 } from "../model/vec";
+import type { Scheme } from "../model/colours";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
 
 /** Slower than this, and fewer pixels are drawn [s]. */

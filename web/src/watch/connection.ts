@@ -5,14 +5,25 @@
  */
 
 import { greenUrl, socketUrl } from "../address";
-import { encodeControl } from "../protocol/control";
+import type { RestMesh } from "../model/body";
+import type {
+  Encoding,
+  Latency,
+  RoomEvent,
+  SceneStore,
+  SceneView,
+  UserHistory,
+  WatchInfo,
+  WatchPhase,
+  WatchStatus,
+} from "../model/scene";
 import { ProtocolError } from "../protocol/frame";
+import { encodeControl } from "../protocol/messages";
 import { SUBPROTOCOL } from "../protocol/version";
-import type { Encoding, Latency, RestMesh, RoomEvent, SceneStore, SceneView, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../types";
 import { LASTED, wait } from "./backoff";
-import { Meter } from "./meter";
 import { WatchSession } from "./session";
 import { Store } from "./store";
+import { Meter } from "./traffic";
 
 const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
 const FINAL: readonly number[] = [4400, 4426]; // refusals that another attempt would not change

@@ -1,8 +1,8 @@
 /** Rolling histories for plots, in memory that never grows. */
 
+import type { Series, UserHistory } from "../model/scene";
+import { dot, norm, sub } from "../model/vec";
 import type { UserRecord } from "../protocol/scene";
-import type { Series, UserHistory } from "../types";
-import { dot, norm, sub } from "../vec";
 
 const CAPACITY = 1800; // a minute at 30 frames a second
 const MOST_USERS = 64;

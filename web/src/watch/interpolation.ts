@@ -1,8 +1,8 @@
 /** What is shown between two frames, as pure functions of time. */
 
+import type { RoomLag } from "../model/body";
+import { lerp, unit, type Vec3 } from "../model/vec";
 import type { UserRecord } from "../protocol/scene";
-import type { RoomLag, Vec3 } from "../types";
-import { lerp, unit } from "../vec";
 
 /** A frame of the scene with its surface. */
 export interface Frame {

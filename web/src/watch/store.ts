@@ -4,18 +4,19 @@
  * The connection (`connection.ts`) is the shell round it.
  */
 
+import type { RestMesh } from "../model/body";
+import type { Encoding, RoomEvent, SceneView, UserHistory, WatchInfo } from "../model/scene";
 import { encodeAck } from "../protocol/ack";
-import { encodeControl } from "../protocol/control";
+import { encodeControl } from "../protocol/messages";
 import type { Scene } from "../protocol/scene";
-import type { Encoding, RestMesh, RoomEvent, SceneView, UserHistory, WatchInfo } from "../types";
-import { Blocks, type Fetch } from "./blocks";
-import { displacementOf, needed, type Press, pressesOf } from "./green";
+import { Reel } from "./frame_buffer";
+import { Blocks, type Fetch } from "./green_blocks";
+import { displacementOf, needed, type Press, pressesOf } from "./green_surface";
 import { Histories } from "./history";
+import { frameInterval } from "./playout_clock";
 import { type Quadrature, quadratureOf } from "./quadrature";
-import { Reel } from "./reel";
 import { Room } from "./room";
 import type { WatchEvent } from "./session";
-import { frameInterval } from "./timeline";
 
 /** What is had of a body. */
 interface Held {

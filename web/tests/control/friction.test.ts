@@ -1,7 +1,16 @@
 import { describe, expect, test } from "vitest";
-import { followMaterial, type FrictionState, frictionStep, NO_FRICTION, normalShift, type Slide, tangents, times } from "../../src/control/friction";
-import type { Compliance3, Vec3 } from "../../src/types";
-import { cross, dot, norm, ZERO } from "../../src/vec";
+import {
+  followMaterial,
+  type FrictionState,
+  frictionStep,
+  NO_FRICTION,
+  normalShift,
+  type Slide,
+  tangents,
+  times,
+} from "../../src/control/friction";
+import type { Compliance3 } from "../../src/model/body";
+import { cross, dot, norm, type Vec3, ZERO } from "../../src/model/vec";
 import { expectClose } from "../close";
 import { type Play, playOut } from "../touch/play";
 import { vectors } from "../vectors";

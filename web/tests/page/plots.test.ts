@@ -2,16 +2,16 @@
 
 import { describe, expect, it } from "vitest";
 import { liftedRadius } from "../../src/control/stability";
-import type { UserState } from "../../src/types";
+import { isStable, isStable15, rootsInside, stableOutline } from "../../src/control/stable_set";
+import { digits, follow, linear, niceStep, ticks } from "../../src/model/scale";
+import type { UserState } from "../../src/model/scene";
 import { areaWords } from "../../src/ui/area_card";
-import { gainsOf, periods, verdict } from "../../src/ui/area_plot";
-import { cut, lean } from "../../src/ui/meter";
-import { proxyOf } from "../../src/view/pose";
-import { withZero } from "../../src/ui/plot";
-import { digits, follow, linear, niceStep, ticks } from "../../src/ui/scale";
-import { isStable, isStable15, rootsInside, stableOutline } from "../../src/ui/stability";
-import { Timeline } from "../../src/ui/timeline";
+import { gainsOf, periods, verdict } from "../../src/ui/plots/area_plot";
+import { cut, lean } from "../../src/ui/plots/cut_picture";
+import { withZero } from "../../src/ui/plots/strip_chart";
+import { Timeline } from "../../src/ui/plots/trace_buffer";
 import { sample } from "../../src/ui/user_card";
+import { proxyOf } from "../../src/view/pose";
 import { user } from "./users";
 
 describe("scales", () => {

@@ -1,13 +1,22 @@
 /** From a pointer to the tip: presses go in along the normal, ways go round the body. */
 
 import { describe, expect, it } from "vitest";
-import type { Vec3 } from "../../src/types";
-import { norm, sub } from "../../src/vec";
+import { norm, sub, turn, type Vec3 } from "../../src/model/vec";
+import { guidedDirection } from "../../src/page/tour_place";
 import { beside } from "../../src/view/labels";
-import { guidedDirection } from "../../src/page/guided";
 import { eased, eye, facing, FARTHEST, HOME, NEAREST, nearTurn, rotated, zoomed } from "../../src/view/orbit";
-import { deeper, DEPTH, follow, goal, hover, penDepth, press, release, slide, type Place3 } from "../../src/view/press";
-import { turn } from "../../src/view/vec";
+import {
+  deeper,
+  DEPTH,
+  follow,
+  goal,
+  hover,
+  penDepth,
+  type Place3,
+  press,
+  release,
+  slide,
+} from "../../src/view/pointing/finger";
 
 const R = 0.1;
 const SIDE: Place3 = { surface: [R, 0, 0], normal: [1, 0, 0], point: [R - 0.004, 0, 0] };

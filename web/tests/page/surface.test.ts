@@ -1,14 +1,21 @@
 /** Refinement, normals, picking, colours: what is drawn is what came. */
 
 import { describe, expect, it } from "vitest";
-import type { Vec3 } from "../../src/types";
-import { colourAt, DISPLACEMENT, luminance, parseHex, STIFFNESS, table, toLinear, userColour } from "../../src/view/colours";
-import { alongNormals, vertexNormals } from "../../src/view/normals";
-import { at, pick, placeTowards } from "../../src/view/pick";
-import { place, Refiner, split } from "../../src/view/refine";
-import { StiffnessMap } from "../../src/view/stiffness";
-import { row } from "../../src/view/vec";
-import { norm } from "../../src/vec";
+import { norm, row, type Vec3 } from "../../src/model/vec";
+import {
+  colourAt,
+  DISPLACEMENT,
+  luminance,
+  parseHex,
+  STIFFNESS,
+  table,
+  toLinear,
+  userColour,
+} from "../../src/model/colours";
+import { alongNormals, vertexNormals } from "../../src/view/body/normals";
+import { place, Refiner, split } from "../../src/view/body/refine";
+import { StiffnessMap } from "../../src/view/body/stiffness_map";
+import { at, pick, placeTowards } from "../../src/view/pointing/pick";
 
 const OCTAHEDRON = {
   vertices: Float32Array.from([1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1]),

@@ -1,7 +1,18 @@
 /** The tour goes on when it has shown what it is for, says what it leaves out, and never hangs. */
 
 import { describe, expect, it } from "vitest";
-import { goBack, goNext, pause, readingTime, start, tick, waits, type Action, type Facts, type TourState } from "../../src/tour/machine";
+import {
+  type Action,
+  type Facts,
+  goBack,
+  goNext,
+  pause,
+  readingTime,
+  start,
+  tick,
+  type TourState,
+  waits,
+} from "../../src/tour/machine";
 import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
 
 const ALL: Facts = {

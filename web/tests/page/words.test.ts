@@ -1,13 +1,13 @@
 /** What the page says: notices, names, keys, numbers, feedback. */
 
 import { describe, expect, it } from "vitest";
-import { spoken } from "../../src/page/live";
+import { spoken } from "../../src/page/announcer";
 import { freshName, usableName } from "../../src/page/names";
-import { Watchfulness } from "../../src/page/watchfulness";
-import { rumble, vibration } from "../../src/ui/feedback";
+import { Watchfulness } from "../../src/page/sleep_detector";
 import { deedOf, SHORTCUTS } from "../../src/ui/keyboard";
 import { legendWords } from "../../src/ui/legend";
-import { notice, period, sentence, SERVER_STOPS, WRONG_VERSION, type Circumstances } from "../../src/ui/notice";
+import { type Circumstances, notice, period, sentence, SERVER_STOPS, WRONG_VERSION } from "../../src/ui/notice";
+import { rumble, vibration } from "../../src/ui/rumble";
 import { bytesPerSecond, fixed, lagReasons, lagWords, softWords, stiffness } from "../../src/ui/words";
 
 const WELL: Circumstances = {

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
+import { encodeAck } from "../../src/protocol/ack";
 import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
 import { ProtocolError } from "../../src/protocol/frame";
 import { decodePatch, type Patch } from "../../src/protocol/patch";
-import { encodeAck } from "../../src/protocol/ack";
 import { decodeRestMesh } from "../../src/protocol/rest_mesh";
 import { decodeScene, type Scene } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
+import type { TouchSettings, TouchState } from "../../src/model/hand";
 import { Refused, TouchEngine } from "../../src/touch/engine";
-import { DEFAULT_HAND } from "../../src/touch/hand";
-import { due } from "../../src/touch/schedule";
-import type { TouchSettings, TouchState } from "../../src/types";
+import { due } from "../../src/touch/loop/schedule";
+import { DEFAULT_HAND } from "../../src/touch/loop/simulated_hand";
 import { C_II, PERIOD, PlaneServer, SURFACE, WELCOME } from "./server";
 
 const SETTINGS: TouchSettings = {

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
-import { reported, sent } from "../../src/touch/pacing";
-import { clockOffset, measured, UNTIMED } from "../../src/touch/timing";
+import { reported, sent } from "../../src/touch/network/pacing";
+import { clockOffset, measured, UNTIMED } from "../../src/touch/network/timing";
 import { expectClose } from "../close";
 import { vectors } from "../vectors";
 

@@ -1,10 +1,10 @@
 /** A server of one plane for tests, in virtual time: a sample in, a patch out at the next tick. */
 
-import { decodeContactSample, type ContactSample } from "../../src/protocol/contact_sample";
-import { PATCH_SIZE } from "../../src/protocol/patch";
+import type { LawName } from "../../src/model/laws";
+import { dot, scale, type Vec3 } from "../../src/model/vec";
+import { type ContactSample, decodeContactSample } from "../../src/protocol/contact_sample";
 import { newFrame } from "../../src/protocol/frame";
-import type { LawName, Vec3 } from "../../src/types";
-import { dot, scale } from "../../src/vec";
+import { PATCH_SIZE } from "../../src/protocol/patch";
 
 export const PERIOD = 1 / 60;
 export const C_II = 0.004; // m/N

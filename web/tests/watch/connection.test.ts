@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { greenUrl, socketUrl } from "../../src/address";
+import type { Encoding } from "../../src/model/scene";
 import { Watch } from "../../src/watch/connection";
-import type { Encoding } from "../../src/types";
 import { MESH, meshFrame, N, record, sceneFrame, WATCHING } from "./scenes";
 
 /** The end of a socket that a server holds. */

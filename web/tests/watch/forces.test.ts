@@ -1,9 +1,10 @@
 import { describe, expect, test } from "vitest";
-import { Blocks, MOST_BLOCKS } from "../../src/watch/blocks";
-import { type Block, decodeBlock, displacementOf, needed, pressesOf } from "../../src/watch/green";
+import type { RestMesh } from "../../src/model/body";
+import type { Vec3 } from "../../src/model/vec";
+import { Blocks, MOST_BLOCKS } from "../../src/watch/green_blocks";
+import { type Block, decodeBlock, displacementOf, needed, pressesOf } from "../../src/watch/green_surface";
 import { pressure } from "../../src/watch/pressure";
 import { quadratureOf } from "../../src/watch/quadrature";
-import type { RestMesh, Vec3 } from "../../src/types";
 import { expectClose } from "../close";
 import { fromHex, vectors } from "../vectors";
 

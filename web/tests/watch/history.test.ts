@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
-import { Histories, Ring } from "../../src/watch/history";
-import { Meter } from "../../src/watch/meter";
 import { wait } from "../../src/watch/backoff";
+import { Histories, Ring } from "../../src/watch/history";
+import { Meter } from "../../src/watch/traffic";
 import { record } from "./scenes";
 
 test("a ring keeps the newest, oldest first", () => {

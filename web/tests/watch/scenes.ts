@@ -1,10 +1,10 @@
 /** Scenes and their frames for tests; what the page's decoders are given. */
 
 import { zlibSync } from "fflate";
+import type { RestMesh } from "../../src/model/body";
 import { newFrame } from "../../src/protocol/frame";
 import type { UserRecord } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
-import type { RestMesh } from "../../src/types";
 
 /** A tetrahedron of 0.1 m. */
 export const MESH: RestMesh = {

@@ -1,0 +1,158 @@
+/** The scene: all users and the surface, as the page watches them. */
+
+import type { BodyInfo, RestMesh, RoomLag } from "./body";
+import type { GeometryName, LawName } from "./laws";
+import type { Subscribe } from "./subscribe";
+import type { Vec3 } from "./vec";
+
+/** Injected latency, each way [s]. */
+export interface Latency {
+  readonly delay: number;
+  readonly jitter: number;
+}
+
+/** One user, as the server's world has it at the time shown. */
+export interface UserState {
+  readonly user: number;
+  /** Empty until the page has heard it. */
+  readonly name: string;
+  /** Tip of the device [m]. */
+  readonly probe: Vec3;
+  /** Point of the *resting* facets that is pressed [m]. */
+  readonly foot: Vec3;
+  /** Contact point of the surface free of this user's own force [m]. */
+  readonly x_free: Vec3;
+  /** Outward unit normal there. */
+  readonly normal: Vec3;
+  /** On the hand, world frame; the body carries its opposite [N]. */
+  readonly force: Vec3;
+  /** Compliance of the contact [m/N]; 0 for one who has left, as the next four. */
+  readonly c_ii: number;
+  /** Coupling-aware stiffness, which the gains of the paper's laws respect [N/m]. */
+  readonly k_o_coupled: number;
+  /** Gains that the server chose [N/m], [N/(m s)]. */
+  readonly k_h: number;
+  readonly integral_gain: number;
+  /** Measured, of the whole loop [s]. */
+  readonly loop_delay: number;
+  /** Of the patch [1/m]. */
+  readonly curvature: number;
+  readonly law: LawName;
+  readonly geometry: GeometryName;
+  /** Whether its samples still come. */
+  readonly fresh: boolean;
+  /** Whether its force may have a part along the surface. */
+  readonly friction: boolean;
+  /** 1 while there, to 0 as a lost user lets go. */
+  readonly presence: number;
+  /** Injected by `set_latency`, each way [s]. */
+  readonly latency: Latency;
+}
+
+/** The scene at one moment. */
+export interface SceneView {
+  /** Server's clock [s]. */
+  readonly t_server: number;
+  /** Vertices as they are, shape (n, 3) [m]; one array, written again at each call of `at`. */
+  readonly positions: Float32Array;
+  /** Whether `positions` differs from the call before: else nothing needs to go to the GPU. */
+  readonly moved: boolean;
+  /** Rising by number. */
+  readonly users: readonly UserState[];
+  readonly room: RoomLag;
+}
+
+/** What the server said of the room in `watching`. */
+export interface WatchInfo {
+  readonly body: BodyInfo;
+  /** N T [s]. */
+  readonly simulation_period: number;
+  /** Content hash of the model; null where "forces" cannot work. */
+  readonly model: string | null;
+  readonly allow_latency: boolean;
+  readonly allow_fixed_gains: boolean;
+}
+
+export type Encoding = "frames" | "forces";
+
+export type WatchPhase = "connecting" | "watching" | "waiting" | "refused";
+
+/** What the watch connection can say of itself. */
+export interface WatchStatus {
+  readonly phase: WatchPhase;
+  /** Why it is not "watching", one sentence; empty when there is nothing to say. */
+  readonly reason: string;
+  /** Close code of what ended the last connection (docs/protocol.md); 0 while one is had. */
+  readonly code: number;
+  /** Next attempt, when "waiting" [s]. */
+  readonly retry_at: number;
+  /** Since the connection was opened. */
+  readonly frames: number;
+  readonly bytes: number;
+  /** Over the last second or so. */
+  readonly frames_per_second: number;
+  readonly bytes_per_second: number;
+  /** How late frames are shown, so that there are two to interpolate between [s]. */
+  readonly playout_delay: number;
+  /** In use: "frames" while blocks of Green's functions are on their way. */
+  readonly encoding: Encoding;
+  /** Blocks that are here, and that are on their way. */
+  readonly blocks: number;
+  readonly blocks_wanted: number;
+}
+
+/** Something that happened in the room, for people. */
+export interface RoomEvent {
+  readonly at: number;
+  readonly kind: "joined" | "left" | "latency" | "error";
+  readonly user: number;
+  readonly name: string;
+  /** Reason, or the values; text. */
+  readonly detail: string;
+}
+
+/** Rolling history of one quantity, oldest first. */
+export interface Series {
+  readonly length: number;
+  /** Time of sample i [s]. */
+  time(i: number): number;
+  value(i: number): number;
+}
+
+/** What is plotted of each user; on the server's clock [s]. */
+export interface UserHistory {
+  /** |force| [N]. */
+  readonly force: Series;
+  /** Below the surface free of its own force [m]. */
+  readonly depth: Series;
+  /** K_o coupled and K_h [N/m]. */
+  readonly k_o_coupled: Series;
+  readonly k_h: Series;
+  readonly loop_delay: Series;
+}
+
+/** The page's copy of the scene. Made by `openWatch` (`watch/connection.ts`). */
+export interface SceneStore {
+  readonly status: WatchStatus;
+  /** Null before the first `watching`. */
+  readonly info: WatchInfo | null;
+  /** Null before it came. A new object when the body has changed. */
+  readonly mesh: RestMesh | null;
+  /** Newest last, at most 100. */
+  readonly events: readonly RoomEvent[];
+  /** Who is in the room, also without a contact, rising by number. */
+  readonly roster: readonly { readonly user: number; readonly name: string }[];
+  /**
+   * Interpolated between frames for display at `now`; a pure function of `now` and of what came. Null before mesh
+   * and first frame.
+   */
+  at(now: number): SceneView | null;
+  /** Rolling histories for plots, by user. */
+  history(user: number): UserHistory | null;
+  setView(encoding: Encoding, rate: number): void;
+  /** Refused by the server unless `info.allow_latency`. */
+  setLatency(user: number, latency: Latency): void;
+  /** Status, info, mesh, roster or events changed. Frames do not count: ask `at` when you draw. */
+  readonly subscribe: Subscribe;
+  close(): void;
+}

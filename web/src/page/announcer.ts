@@ -1,0 +1,36 @@
+/** Says aloud, to those who listen to the page, who came, who left, and what went wrong. */
+
+import type { RoomEvent } from "../model/scene";
+
+/** One event as a sentence; empty for what is not worth an interruption. */
+export function spoken(event: RoomEvent): string {
+  const who = event.name === "" ? `User ${event.user}` : event.name;
+  switch (event.kind) {
+    case "joined":
+      return `${who} touches the object.`;
+    case "left":
+      return `${who} has left.`;
+    case "error":
+      return event.detail;
+    case "latency":
+      return "";
+  }
+}
+
+export class Live {
+  private readonly node: HTMLElement;
+  private newest = -Infinity;
+
+  constructor(node: HTMLElement) {
+    this.node = node;
+  }
+
+  news(events: readonly RoomEvent[]): void {
+    const fresh = events.filter((event) => event.at > this.newest);
+    const last = fresh.at(-1);
+    if (last === undefined) return;
+    this.newest = last.at;
+    const words = fresh.map(spoken).filter((text) => text !== "");
+    if (words.length > 0) this.node.textContent = words.slice(-3).join(" ");
+  }
+}

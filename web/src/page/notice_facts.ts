@@ -1,0 +1,25 @@
+/** From the state of the connections to what a notice depends on. */
+
+import type { TouchState } from "../model/hand";
+import type { SceneStore } from "../model/scene";
+import type { Circumstances } from "../ui/notice";
+
+export function circumstances(
+  store: Pick<SceneStore, "status">,
+  own: TouchState | null,
+  page: Pick<Circumstances, "webgl" | "seen" | "slept" | "letGo"> & { readonly now: number },
+): Circumstances {
+  const { phase, reason, retry_at, code } = store.status;
+  return {
+    webgl: page.webgl,
+    phase,
+    code,
+    reason,
+    retryIn: Math.max(0, retry_at - page.now),
+    seen: page.seen,
+    slept: page.slept,
+    letGo: page.letGo,
+    touch: own !== null && own.phase !== "joined" ? own.reason : "",
+    touchCode: own?.code ?? 0,
+  };
+}

@@ -1,0 +1,87 @@
+/** The frames that came, and the scene that they show at any time. */
+
+import type { RestMesh } from "../model/body";
+import type { SceneView, UserState } from "../model/scene";
+import type { Scene } from "../protocol/scene";
+import { type Between, between, type Frame, place, usersBetween } from "./interpolation";
+import { firstFrame, nextFrame, playoutDelay, type Timeline } from "./playout_clock";
+import type { Room } from "./room";
+
+const KEPT = 1; // s of frames behind the time that is shown
+const GAP = 2; // intervals; a frame is on its way for so long, and holds before
+
+/** Newest frames of one connection. */
+export class Reel {
+  private frames: Frame[] = [];
+  private timeline: Timeline | null = null;
+  private readonly positions: Float32Array;
+  private drawn: Between | null = null;
+
+  /** @param interval Between frames [s]; may change. */
+  constructor(
+    private readonly mesh: RestMesh,
+    public interval: number,
+  ) {
+    this.positions = Float32Array.from(mesh.vertices);
+  }
+
+  get playoutDelay(): number {
+    return this.timeline === null ? 0 : playoutDelay(this.timeline);
+  }
+
+  /**
+   * A frame came.
+   *
+   * @param displacement Of the surface, shape (n, 3) [m]; null for that of the frame before.
+   */
+  take(scene: Scene, displacement: Float32Array | null, now: number): void {
+    const { t_server, users, room } = scene;
+    this.timeline =
+      this.timeline === null
+        ? firstFrame(t_server, now, this.interval)
+        : nextFrame(this.timeline, t_server, now, this.interval);
+    const surface = displacement ?? this.frames.at(-1)?.displacement ?? new Float32Array(this.positions.length);
+    const shown = now - this.timeline.lag;
+    // The last one before what is shown stays, however old: it holds until the next.
+    const old = this.frames.findLastIndex((frame) => frame.t_server <= shown - KEPT);
+    this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, room, displacement: surface }];
+  }
+
+  /** The surface of the newest frame, which came without one, is known now. */
+  amend(displacement: Float32Array): void {
+    const newest = this.frames.pop();
+    if (newest !== undefined) this.frames.push({ ...newest, displacement });
+  }
+
+  /** What is shown at `now`; null before the first frame. */
+  at(now: number, room: Room): SceneView | null {
+    if (this.timeline === null) return null;
+    const t_server = now - this.timeline.lag;
+    const found = between(this.frames, t_server, GAP * this.interval);
+    if (found === null) return null;
+    const moved = !sameSurface(this.drawn, found);
+    if (moved) place(this.positions, this.mesh.vertices, found);
+    this.drawn = found;
+    const users: UserState[] = usersBetween(found)
+      .map((record) => ({ ...record, name: room.nameOf(record.user), latency: room.latencyOf(record.user) }))
+      .sort((a, b) => a.user - b.user);
+    return { t_server, positions: this.positions, moved, users, room: found.b.room };
+  }
+}
+
+function sameSurface(before: Between | null, now: Between): boolean {
+  if (before === null) return false;
+  const still = now.a.displacement === now.b.displacement;
+  if (still) return shownAlone(before) === now.b.displacement;
+  return (
+    before.a.displacement === now.a.displacement &&
+    before.b.displacement === now.b.displacement &&
+    before.share === now.share
+  );
+}
+
+/** The one surface that is shown; null for a mixture. */
+function shownAlone({ a, b, share }: Between): Float32Array | null {
+  if (share >= 1 || a.displacement === b.displacement) return b.displacement;
+  return share <= 0 ? a.displacement : null;
+}
