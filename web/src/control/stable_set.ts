@@ -3,9 +3,9 @@
  *
  * Without delay the set is eq. (15). With d further simulation periods the loop's characteristic
  * polynomial is z^(d+1) (z - 1) + kappa (z - 1) + int, kappa = K_h / K_o, int = I N T / K_o
- * (docs/science.md 3.1); all its roots must lie inside the unit circle. Schur and Cohn's recursion answers that
- * in microseconds, where the eigenvalues of `control/stability.ts` take a second for a whole figure at a
- * long delay; the tests compare the two.
+ * (docs/science.md 3.1); all its roots must lie inside the unit circle. The recursion of Schur and Cohn answers
+ * that in microseconds. `shared/cohaptic/control/stability` finds the same set from the eigenvalues of the lifted
+ * system; the tests compare the two by `tests/vectors/stability.json`.
  */
 
 export interface Gains {
@@ -70,12 +70,17 @@ export function stableOutline(delay: number, points = 60): [number, number][] {
   const widest = delay < 1 ? 3 : 1.2;
   for (let i = 0; i <= points; i++) {
     const kappa = 1e-3 + (widest - 2e-3) * (i / points);
-    const edges = delay < 1 ? closedEdges(kappa) : searchedEdges(kappa, delay);
+    const edges = stableEdges(kappa, delay);
     if (edges === null) continue;
     up.push([kappa, edges[1]]);
     back.push([kappa, edges[0]]);
   }
   return [...up, ...back.reverse()];
+}
+
+/** Least and largest stable I N T / K_o at a kappa, with `delay` whole further periods; null where there is none. */
+export function stableEdges(kappa: number, delay: number): [number, number] | null {
+  return delay < 1 ? closedEdges(kappa) : searchedEdges(kappa, delay);
 }
 
 function closedEdges(kappa: number): [number, number] | null {

@@ -50,7 +50,7 @@ export interface UserState {
 }
 
 /** The scene at one moment. */
-export interface SceneView {
+export interface SceneSnapshot {
   /** Server's clock [s]. */
   readonly t_server: number;
   /** Vertices as they are, shape (n, 3) [m]; one array, written again at each call of `at`. */
@@ -146,7 +146,7 @@ export interface SceneStore {
    * Interpolated between frames for display at `now`; a pure function of `now` and of what came. Null before mesh
    * and first frame.
    */
-  at(now: number): SceneView | null;
+  at(now: number): SceneSnapshot | null;
   /** Rolling histories for plots, by user. */
   history(user: number): UserHistory | null;
   setView(encoding: Encoding, rate: number): void;

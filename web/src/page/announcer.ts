@@ -17,7 +17,7 @@ export function spoken(event: RoomEvent): string {
   }
 }
 
-export class Live {
+export class Announcer {
   private readonly node: HTMLElement;
   private newest = -Infinity;
 

@@ -1,28 +1,46 @@
 /** From pointers and keys to what the page does. */
 
-import { deedOf, type KeyDeed } from "../ui/keyboard";
-import { HOME, rotated, zoomed } from "../view/orbit";
+import type { Help } from "../ui/help";
+import { actionOf, type KeyAction } from "../ui/keyboard";
 import { DEPTH } from "../view/pointing/finger";
+import { HOME, rotated, zoomed } from "../view/orbit";
 import { attachPointer } from "../view/pointing/pointer";
+import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
-import type { Page } from "./page";
+import type { OwnHand } from "./own_hand";
+import type { TourRunner } from "./tour_runner";
+
+/** What pointers and keys may do to the page. */
+export interface PageActions {
+  /** Null without WebGL. */
+  readonly stage: Stage | null;
+  readonly own: OwnHand;
+  readonly tour: Pick<TourRunner, "running" | "yield">;
+  readonly help: Help;
+  /** Bring the visitor's hand into the room, or take it out. */
+  touch(on: boolean): void;
+  toggleTour(): void;
+  toggleTheme(): void;
+  /** The tab went to the background. */
+  hide(): void;
+}
 
 const TURN = 0.12; // rad for an arrow key
 const now = (): number => performance.now() / 1000;
 
-export function attachControls(page: Page, host: HTMLElement): void {
+export function attachControls(page: PageActions, host: HTMLElement): void {
   if (page.stage !== null) pointers(page, host);
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
-    const deed = deedOf(event, target);
+    const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
-    if (deed === null || (page.help.root.open && deed !== "help")) return;
-    if (event.repeat && deed === "press") {
+    if (action === null || (page.help.root.open && action !== "help")) return;
+    if (event.repeat && action === "press") {
       event.preventDefault();
       return;
     }
     event.preventDefault();
-    act(page, deed);
+    act(page, action);
   });
   addEventListener("keyup", (event) => {
     if (event.key === " " && page.own.pressing) page.own.release();
@@ -36,7 +54,7 @@ export function attachControls(page: Page, host: HTMLElement): void {
   });
 }
 
-function pointers(page: Page, host: HTMLElement): void {
+function pointers(page: PageActions, host: HTMLElement): void {
   const stage = page.stage;
   if (stage === null) return;
   const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
@@ -51,18 +69,18 @@ function pointers(page: Page, host: HTMLElement): void {
     },
     hover: (x, y) => {
       const { origin, direction } = ray(x, y);
-      if (!page.guide.running) page.own.hover(origin, direction);
+      if (!page.tour.running) page.own.hover(origin, direction);
     },
     release: () => { page.own.release(); },
     deeper: (by) => { page.own.deeper(by); },
     depth: (depth) => { page.own.depth(depth); },
     rotate: (right, up) => { stage.wanted = rotated(stage.wanted, right, up); stage.touch(); },
     zoom: (factor) => { stage.wanted = zoomed(stage.wanted, factor); stage.touch(); },
-    took: () => { page.guide.yield(); },
+    took: () => { page.tour.yield(); },
   });
 }
 
-function act(page: Page, deed: KeyDeed): void {
+function act(page: PageActions, action: KeyAction): void {
   const stage = page.stage;
   const turn = (right: number, up: number): void => {
     if (stage === null) return;
@@ -74,7 +92,7 @@ function act(page: Page, deed: KeyDeed): void {
     stage.wanted = zoomed(stage.wanted, factor);
     stage.touch();
   };
-  const deeds: Record<KeyDeed, () => void> = {
+  const actions: Record<KeyAction, () => void> = {
     left: () => { turn(-TURN, 0); },
     right: () => { turn(TURN, 0); },
     up: () => { turn(0, TURN); },
@@ -94,9 +112,9 @@ function act(page: Page, deed: KeyDeed): void {
     theme: () => { page.toggleTheme(); },
     help: () => { page.help.toggle(); },
     escape: () => {
-      if (page.guide.running) page.toggleTour();
+      if (page.tour.running) page.toggleTour();
       else page.touch(false);
     },
   };
-  deeds[deed]();
+  actions[action]();
 }

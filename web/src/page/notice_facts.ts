@@ -2,13 +2,13 @@
 
 import type { TouchState } from "../model/hand";
 import type { SceneStore } from "../model/scene";
-import type { Circumstances } from "../ui/notice";
+import type { NoticeFacts } from "../ui/notice";
 
-export function circumstances(
+export function noticeFacts(
   store: Pick<SceneStore, "status">,
   own: TouchState | null,
-  page: Pick<Circumstances, "webgl" | "seen" | "slept" | "letGo"> & { readonly now: number },
-): Circumstances {
+  page: Pick<NoticeFacts, "webgl" | "seen" | "slept" | "letGo"> & { readonly now: number },
+): NoticeFacts {
   const { phase, reason, retry_at, code } = store.status;
   return {
     webgl: page.webgl,

@@ -3,7 +3,7 @@
 import type { RestMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import type { LawName } from "../model/laws";
-import type { SceneView, WatchInfo } from "../model/scene";
+import type { SceneSnapshot, WatchInfo } from "../model/scene";
 import { along, norm, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
 import { vertexNormals } from "../view/body/normals";
@@ -155,7 +155,7 @@ export class OwnHand {
   guide(direction: Vec3, depth: number, now: number): void {
     if (this.mesh === null || this.info === null) return;
     const { center, radius } = this.info.body;
-    // Pressed again, the own dent would count as the surface.
+    // ContactForce again, the own dent would count as the surface.
     if (this.finger?.pressing === true && this.guided === direction) {
       this.depth(depth);
       return;
@@ -166,7 +166,7 @@ export class OwnHand {
   }
 
   /** Move on to `now`; the loop is told where the hand wants to be. */
-  step(view: SceneView | null, now: number, dt: number): void {
+  step(view: SceneSnapshot | null, now: number, dt: number): void {
     if (view !== null) this.positions = view.positions;
     const { handle, info } = this;
     if (handle === null || info === null) return;

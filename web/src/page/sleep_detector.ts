@@ -5,7 +5,7 @@ const GAP = 15; // s without a frame, though in sight: the machine slept
 const TELL = 8; // s for which it is said
 const SETTLED = 10; // frames after which the page has begun
 
-export class Watchfulness {
+export class SleepDetector {
   private last: number | null = null;
   private slept = 0;
   private until = 0;

@@ -1,7 +1,7 @@
 /** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
 
 import type { TouchState } from "../model/hand";
-import type { SceneStore, SceneView, UserHistory } from "../model/scene";
+import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
 import { norm, sub, unit, type Vec3 } from "../model/vec";
 import { TourCard } from "../tour/card";
 import {
@@ -25,7 +25,7 @@ import { guidedDirection } from "./tour_place";
 /** What the tour may do to the page. */
 export interface Hands {
   readonly store: () => SceneStore;
-  readonly view: () => SceneView | null;
+  readonly view: () => SceneSnapshot | null;
   readonly own: OwnHand;
   readonly touch: () => void;
   readonly law: (law: "proportional" | "predictive" | "paper") => void;
@@ -36,14 +36,14 @@ export interface Hands {
   readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
 }
 
-export class Guide {
+export class TourRunner {
   readonly card: TourCard;
   private state: TourState | null = null;
   private readonly hands: Hands;
   private touched = false;
   private delayed = false;
   private direction: Vec3 | null = null;
-  /** Pressed again until the hand is there to press. */
+  /** ContactForce again until the hand is there to press. */
   private pressing: number | null = null;
 
   constructor(hands: Hands) {

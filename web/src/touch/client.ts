@@ -5,6 +5,7 @@
  */
 
 import type { TouchSettings, TouchState } from "../model/hand";
+import { ABNORMAL, NAME_TAKEN, NORMAL, SERVER_STOPS } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { SUBPROTOCOL } from "../protocol/version";
 import { Refused, TouchEngine } from "./engine";
@@ -15,8 +16,6 @@ const WAKE = 0.002; // s; browsers make 4 ms of it
 const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
-const NAME_TAKEN = 4409;
-const SERVER_STOPS = 4503;
 const OPEN = 1; // of a socket
 
 /** What a browser gives. */
@@ -162,7 +161,7 @@ export class TouchClient {
       this.connect();
       return;
     }
-    const why = reason || (code === 1006 ? "no server answers" : `closed with ${code}`);
+    const why = reason || (code === ABNORMAL ? "no server answers" : `closed with ${code}`);
     this.connection = { phase: "connecting", reason: `${why}; trying again`, code };
     socket.close();
     this.world.later(RETRY, () => {
@@ -179,7 +178,7 @@ export class TouchClient {
     if (socket?.readyState === OPEN) {
       for (const message of this.engine.farewell(now)) socket.send(message);
     }
-    socket?.close(1000);
+    socket?.close(NORMAL);
     this.engine.letGo();
     this.connection = { phase: "closed", reason, code };
     this.tell(now);

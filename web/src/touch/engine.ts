@@ -17,7 +17,7 @@ import { due, HAPTIC_PERIOD, type Schedule } from "./loop/schedule";
 import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop/state";
 import { step } from "./loop/step";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
-import { Wishes } from "./network/requests";
+import { Requests } from "./network/requests";
 import { TouchSession } from "./network/session";
 import { measured, UNTIMED } from "./network/timing";
 import { type Connection, reportOf } from "./report";
@@ -38,7 +38,7 @@ export class Refused extends Error {
 export class TouchEngine {
   private cursor: Vec3;
   private hand: HandSettings;
-  private readonly wishes: Wishes;
+  private readonly requests: Requests;
   private device: CursorState;
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
@@ -60,7 +60,7 @@ export class TouchEngine {
   ) {
     this.cursor = wanted.target;
     this.hand = wanted.hand;
-    this.wishes = new Wishes(wanted.law, wanted.friction);
+    this.requests = new Requests(wanted.law, wanted.friction);
     this.device = restAt(wanted.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
@@ -77,7 +77,7 @@ export class TouchEngine {
     this.seq = 0;
     this.pacer = null;
     this.timing = UNTIMED; // another server may have another clock
-    this.wishes.greet();
+    this.requests.greet();
     return TouchSession.greeting(this.asked, CURSOR);
   }
 
@@ -112,13 +112,13 @@ export class TouchEngine {
   }
 
   setLaw(law: LawName, fixed: FixedGains | null = null): void {
-    this.wishes.law = law;
-    this.wishes.fixed = fixed;
+    this.requests.law = law;
+    this.requests.fixed = fixed;
     if (this.settings !== null) this.settings = { ...this.settings, follow: fixed === null };
   }
 
   setFriction(mu: number): void {
-    this.wishes.mu = mu;
+    this.requests.mu = mu;
   }
 
   /**
@@ -126,14 +126,14 @@ export class TouchEngine {
    * null else. The force stays meanwhile, and the server lets the old hand go as the new one comes.
    */
   toJoinAnew(): string | null {
-    if (this.pacer === null || !this.wishes.needsHello(this.settings?.friction ?? 0)) return null;
+    if (this.pacer === null || !this.requests.needsHello(this.settings?.friction ?? 0)) return null;
     this.pacer = null;
     return encodeControl({ type: "bye" });
   }
 
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
   lawToTell(): string | null {
-    return this.pacer === null ? null : this.wishes.lawToTell();
+    return this.pacer === null ? null : this.requests.lawToTell();
   }
 
   /** From now on the server counts as silent: the force fades before the end. */
@@ -214,22 +214,22 @@ export class TouchEngine {
     this.settings ??= {
       ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall, CURSOR.max_stiffness),
       max_damping: passivity ? dampingLimit(CURSOR, HAPTIC_PERIOD) : 0,
-      friction: this.wishes.mu,
-      follow: this.wishes.fixed === null,
+      friction: this.requests.mu,
+      follow: this.requests.fixed === null,
     };
     this.pacer = { period: welcome.simulation_period, due: now };
   }
 
   /** What is wanted now. */
   private get asked(): TouchSettings {
-    return { ...this.wanted, law: this.wishes.law, friction: this.wishes.mu };
+    return { ...this.wanted, law: this.requests.law, friction: this.requests.mu };
   }
 
   /** The settings with the friction of this period; none is felt before the server sends what it takes. */
   private rub(): LoopSettings | null {
     const settings = this.settings;
     if (settings === null) return null;
-    const friction = this.loop.patch?.compliance ? this.wishes.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;
+    const friction = this.loop.patch?.compliance ? this.requests.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;
     if (friction !== settings.friction) this.settings = { ...settings, friction };
     return this.settings;
   }

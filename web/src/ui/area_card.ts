@@ -3,7 +3,7 @@
 import type { UserState } from "../model/scene";
 import { choice, el, say, symbol } from "./dom";
 import { drawArea, periods, verdict, type Yardstick } from "./plots/area_plot";
-import type { Inks } from "./plots/strip_chart";
+import type { Inks } from "./plots/canvas";
 
 export class AreaCard {
   readonly root: HTMLElement;

@@ -6,7 +6,7 @@ import { norm } from "../model/vec";
 import { type Choice, choice, el, say, show, symbol } from "./dom";
 import { icon } from "./icons";
 import { CutPicture } from "./plots/cut_picture";
-import type { Inks } from "./plots/strip_chart";
+import type { Inks } from "./plots/canvas";
 import { fixed, millimetres } from "./words";
 
 /** mu of the finger, as one chooses it. */
@@ -15,7 +15,7 @@ type Roughness = "0" | "0.4" | "0.8";
 /** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
 export type LawChoice = LawName | "paper";
 
-export interface DockDeeds {
+export interface DockActions {
   touch(on: boolean): void;
   law(law: LawChoice): void;
   friction(mu: number): void;
@@ -40,16 +40,16 @@ export class Dock {
   private readonly picture = new CutPicture();
   private on = false;
 
-  constructor(name: string, deeds: DockDeeds) {
+  constructor(name: string, actions: DockActions) {
     this.name = el("input", {
       class: "name",
       attrs: { type: "text", maxlength: "32", "aria-label": "Your name", placeholder: "Your name", spellcheck: "false", autocomplete: "nickname" },
     });
     this.name.value = name;
-    this.name.addEventListener("change", () => { deeds.name(this.name.value); });
+    this.name.addEventListener("change", () => { actions.name(this.name.value); });
     this.button = el(
       "button",
-      { class: "touch-button", attrs: { type: "button", "aria-pressed": "false", "aria-keyshortcuts": "T" }, on: { click: () => { deeds.touch(!this.on); } } },
+      { class: "touch-button", attrs: { type: "button", "aria-pressed": "false", "aria-keyshortcuts": "T" }, on: { click: () => { actions.touch(!this.on); } } },
       icon("touch"),
       this.words,
     );
@@ -61,7 +61,7 @@ export class Dock {
         ["proportional", "Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
         ["paper", "Paper\u2019s rule", "Proportional with K_h just below K_o of this contact alone: the rule for one user"],
       ],
-      (law) => { deeds.law(law); },
+      (law) => { actions.law(law); },
     );
     this.laws.set("predictive");
     const friction = choice<Roughness>(
@@ -71,7 +71,7 @@ export class Dock {
         ["0.4", "0.4", "Friction 0.4: the finger sticks until it is pushed aside by 0.4 of its pressure, and others drag it along"],
         ["0.8", "0.8", "Friction 0.8: rubber; the finger sticks, and others drag it along"],
       ],
-      (mu) => { deeds.friction(Number(mu)); },
+      (mu) => { actions.friction(Number(mu)); },
     );
     friction.set("0");
     this.meter = el("div", {

@@ -1,9 +1,9 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
-import type { Encoding, Latency, SceneStore, SceneView } from "../model/scene";
+import type { Encoding, Latency, SceneStore, SceneSnapshot } from "../model/scene";
 import { AreaCard } from "./area_card";
 import { type Choice, choice, el, say, show } from "./dom";
-import { type Inks, inks } from "./plots/strip_chart";
+import { type Inks, inks } from "./plots/canvas";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "./words";
 
@@ -80,12 +80,12 @@ export class Panel {
   }
 
   /** Remember this moment for the plots; cheap, and called for every frame. */
-  record(view: SceneView): void {
+  record(view: SceneSnapshot): void {
     for (const user of view.users) this.card(user.user).record(user, view.t_server);
   }
 
   /** Write and draw all that is seen; called some times a second. */
-  update(store: SceneStore, view: SceneView | null, own: number): void {
+  update(store: SceneStore, view: SceneSnapshot | null, own: number): void {
     const ink = (this.ink ??= inks(this.root));
     const here = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
@@ -112,7 +112,7 @@ export class Panel {
   }
 
   /** How soon the object answers; what a hand could not know from its own numbers. */
-  private tellTime(view: SceneView | null): void {
+  private tellTime(view: SceneSnapshot | null): void {
     const words = view === null ? "" : lagWords(view.room, view.users.filter((user) => user.c_ii > 0).length);
     show(this.time, words !== "");
     if (view === null || words === "") return;

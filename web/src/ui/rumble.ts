@@ -20,7 +20,7 @@ export function vibration(force: number): number[] {
   return on < 6 ? [] : [on, EVERY - on];
 }
 
-export class Feedback {
+export class Rumble {
   private last = 0;
   private force = 0;
   private buzzing = false;

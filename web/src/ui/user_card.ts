@@ -5,13 +5,14 @@ import { dot, norm, sub } from "../model/vec";
 import { depthOf, proxyOf } from "../view/pose";
 import { el, say, show, slider, type Slider, symbol } from "./dom";
 import { icon } from "./icons";
-import { type Inks, type Lane, Plot } from "./plots/strip_chart";
-import { Timeline } from "./plots/trace_buffer";
+import type { Inks } from "./plots/canvas";
+import { type Lane, StripChart } from "./plots/strip_chart";
+import { TraceBuffer } from "./plots/trace_buffer";
 import { fixed, LAWS, milliseconds, softWords, stiffness } from "./words";
 
-/** Columns of a user's timeline. */
+/** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
-const SPAN = 6; // s that a plot shows
+const SPAN = 6; // s that a chart shows
 const CAPACITY = 1200;
 const FULL_SCALE = 8; // N at the end of the force bar
 
@@ -37,7 +38,7 @@ const LANES: readonly Lane[] = [
 
 export class UserCard {
   readonly root: HTMLElement;
-  readonly timeline = new Timeline(4, CAPACITY);
+  readonly trace = new TraceBuffer(4, CAPACITY);
   private readonly name = el("span", { class: "card-name" });
   private readonly law = el("span", { class: "card-law" });
   private readonly force = el("span", { class: "card-force" });
@@ -52,7 +53,7 @@ export class UserCard {
   });
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
-  private readonly plot = new Plot(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
+  private readonly chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
   private wanted: Latency = { delay: 0, jitter: 0 };
 
@@ -67,7 +68,7 @@ export class UserCard {
     this.body = el(
       "div",
       { class: "card-body", id: `card-${user}` },
-      this.plot.canvas,
+      this.chart.canvas,
       el(
         "dl",
         { class: "facts" },
@@ -108,8 +109,8 @@ export class UserCard {
   /** Remember a moment for the plots. */
   record(user: UserState, t: number): void {
     // A server that began anew counts from another zero.
-    if (t < this.timeline.last - 1) this.timeline.clear();
-    this.timeline.push(t, sample(user));
+    if (t < this.trace.last - 1) this.trace.clear();
+    this.trace.push(t, sample(user));
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
@@ -141,6 +142,6 @@ export class UserCard {
 
   /** @param now Server's clock at the right edge [s]. */
   draw(now: number, ink: Inks): void {
-    if (!this.body.hidden) this.plot.draw(this.timeline, now, SPAN, ink);
+    if (!this.body.hidden) this.chart.draw(this.trace, now, SPAN, ink);
   }
 }

@@ -3,7 +3,7 @@
 import { Group } from "three";
 import type { RestMesh } from "../model/body";
 import type { TouchState } from "../model/hand";
-import type { SceneView, WatchInfo } from "../model/scene";
+import type { SceneSnapshot, WatchInfo } from "../model/scene";
 import { type Scheme, userColour } from "../model/colours";
 import { type Colouring, type Legend, Surface } from "./body/surface";
 import { Ground } from "./ground";
@@ -21,14 +21,14 @@ interface Props {
 }
 
 /** Everybody's pose; the own hand's comes from the own loop, which is ahead of the server's news. */
-export function posesOf(view: SceneView, own: TouchState | null): Pose[] {
+export function posesOf(view: SceneSnapshot, own: TouchState | null): Pose[] {
   const inRoom = own !== null && own.phase === "joined" && own.user > 0;
   const poses = view.users.filter((user) => !inRoom || user.user !== own.user).map(poseOf);
   if (inRoom) poses.push(ownPose(own, view.users.find((user) => user.user === own.user)));
   return poses;
 }
 
-export class Player {
+export class SceneView {
   private readonly stage: Stage;
   private readonly labels: Labels;
   private props: Props | null = null;
@@ -79,7 +79,7 @@ export class Player {
   }
 
   /** Show a moment. */
-  draw(view: SceneView | null, own: TouchState | null, dt: number): void {
+  draw(view: SceneSnapshot | null, own: TouchState | null, dt: number): void {
     if (view !== null && this.props !== null) {
       const { surface, hands } = this.props;
       if (view.moved && view.positions.length === this.props.mesh.vertices.length) {

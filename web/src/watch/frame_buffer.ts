@@ -1,19 +1,19 @@
 /** The frames that came, and the scene that they show at any time. */
 
 import type { RestMesh } from "../model/body";
-import type { SceneView, UserState } from "../model/scene";
+import type { SceneSnapshot, UserState } from "../model/scene";
 import type { Scene } from "../protocol/scene";
 import { type Between, between, type Frame, place, usersBetween } from "./interpolation";
-import { firstFrame, nextFrame, playoutDelay, type Timeline } from "./playout_clock";
+import { firstFrame, nextFrame, playoutDelay, type PlayoutClock } from "./playout_clock";
 import type { Room } from "./room";
 
 const KEPT = 1; // s of frames behind the time that is shown
 const GAP = 2; // intervals; a frame is on its way for so long, and holds before
 
 /** Newest frames of one connection. */
-export class Reel {
+export class FrameBuffer {
   private frames: Frame[] = [];
-  private timeline: Timeline | null = null;
+  private clock: PlayoutClock | null = null;
   private readonly positions: Float32Array;
   private drawn: Between | null = null;
 
@@ -26,7 +26,7 @@ export class Reel {
   }
 
   get playoutDelay(): number {
-    return this.timeline === null ? 0 : playoutDelay(this.timeline);
+    return this.clock === null ? 0 : playoutDelay(this.clock);
   }
 
   /**
@@ -36,12 +36,12 @@ export class Reel {
    */
   take(scene: Scene, displacement: Float32Array | null, now: number): void {
     const { t_server, users, room } = scene;
-    this.timeline =
-      this.timeline === null
+    this.clock =
+      this.clock === null
         ? firstFrame(t_server, now, this.interval)
-        : nextFrame(this.timeline, t_server, now, this.interval);
+        : nextFrame(this.clock, t_server, now, this.interval);
     const surface = displacement ?? this.frames.at(-1)?.displacement ?? new Float32Array(this.positions.length);
-    const shown = now - this.timeline.lag;
+    const shown = now - this.clock.lag;
     // The last one before what is shown stays, however old: it holds until the next.
     const old = this.frames.findLastIndex((frame) => frame.t_server <= shown - KEPT);
     this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, room, displacement: surface }];
@@ -54,9 +54,9 @@ export class Reel {
   }
 
   /** What is shown at `now`; null before the first frame. */
-  at(now: number, room: Room): SceneView | null {
-    if (this.timeline === null) return null;
-    const t_server = now - this.timeline.lag;
+  at(now: number, room: Room): SceneSnapshot | null {
+    if (this.clock === null) return null;
+    const t_server = now - this.clock.lag;
     const found = between(this.frames, t_server, GAP * this.interval);
     if (found === null) return null;
     const moved = !sameSurface(this.drawn, found);

@@ -10,7 +10,7 @@ const REST = 1; // s before a vertex that could not be had is asked for again
 export type Fetch = (vertex: number) => Promise<ArrayBuffer>;
 
 /** The blocks of one model. */
-export class Blocks {
+export class GreenBlocks {
   private readonly kept = new Map<number, Block>(); // in the order of their last use
   private readonly pending = new Set<number>();
   private readonly failed = new Map<number, number>(); // until when not to ask again

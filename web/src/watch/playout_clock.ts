@@ -20,7 +20,7 @@ interface Span {
 }
 
 /** What is known of the way from the server to the screen. */
-export interface Timeline {
+export interface PlayoutClock {
   readonly recent: Span;
   readonly before: Span | null;
   /** End of the present window, page's clock [s]. */
@@ -34,7 +34,7 @@ export interface Timeline {
 }
 
 /** The first frame of a connection came. */
-export function firstFrame(t_server: number, now: number, interval: number): Timeline {
+export function firstFrame(t_server: number, now: number, interval: number): PlayoutClock {
   const age = now - t_server;
   const recent = { least: age, largest: age };
   return { recent, before: null, until: now + BEGINNING, beginning: true, lag: age + interval + MARGIN, at: now };
@@ -45,26 +45,26 @@ export function firstFrame(t_server: number, now: number, interval: number): Tim
  *
  * @param interval Between frames [s].
  */
-export function nextFrame(timeline: Timeline, t_server: number, now: number, interval: number): Timeline {
+export function nextFrame(clock: PlayoutClock, t_server: number, now: number, interval: number): PlayoutClock {
   const age = now - t_server;
-  const over = now >= timeline.until;
+  const over = now >= clock.until;
   const recent = over
     ? { least: age, largest: age }
-    : { least: Math.min(timeline.recent.least, age), largest: Math.max(timeline.recent.largest, age) };
+    : { least: Math.min(clock.recent.least, age), largest: Math.max(clock.recent.largest, age) };
   // After a pause in which nothing changed, the window before is long past.
-  const outdated = timeline.beginning || now >= timeline.until + WINDOW;
-  const before = over ? (outdated ? null : timeline.recent) : timeline.before;
+  const outdated = clock.beginning || now >= clock.until + WINDOW;
+  const before = over ? (outdated ? null : clock.recent) : clock.before;
   const least = Math.min(recent.least, before?.least ?? Infinity);
   const largest = Math.max(recent.largest, before?.largest ?? -Infinity);
   const target = least + Math.min(largest - least, MOST_LATE) + interval + MARGIN;
-  const most = SLEW * (now - timeline.at);
-  const lag = timeline.lag + Math.min(Math.max(target - timeline.lag, -most), most);
-  const until = over ? now + WINDOW : timeline.until;
-  return { recent, before, until, beginning: timeline.beginning && !over, lag, at: now };
+  const most = SLEW * (now - clock.at);
+  const lag = clock.lag + Math.min(Math.max(target - clock.lag, -most), most);
+  const until = over ? now + WINDOW : clock.until;
+  return { recent, before, until, beginning: clock.beginning && !over, lag, at: now };
 }
 
 /** How late frames are shown after the fastest could be [s]. */
-export function playoutDelay({ recent, before, lag }: Timeline): number {
+export function playoutDelay({ recent, before, lag }: PlayoutClock): number {
   return lag - Math.min(recent.least, before?.least ?? Infinity);
 }
 

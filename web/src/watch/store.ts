@@ -5,12 +5,12 @@
  */
 
 import type { RestMesh } from "../model/body";
-import type { Encoding, RoomEvent, SceneView, UserHistory, WatchInfo } from "../model/scene";
+import type { Encoding, RoomEvent, SceneSnapshot, UserHistory, WatchInfo } from "../model/scene";
 import { encodeAck } from "../protocol/ack";
 import { encodeControl } from "../protocol/messages";
 import type { Scene } from "../protocol/scene";
-import { Reel } from "./frame_buffer";
-import { Blocks, type Fetch } from "./green_blocks";
+import { FrameBuffer } from "./frame_buffer";
+import { GreenBlocks, type Fetch } from "./green_blocks";
 import { displacementOf, needed, type Press, pressesOf } from "./green_surface";
 import { Histories } from "./history";
 import { frameInterval } from "./playout_clock";
@@ -21,11 +21,11 @@ import type { WatchEvent } from "./session";
 /** What is had of a body. */
 interface Held {
   readonly mesh: RestMesh;
-  readonly reel: Reel;
+  readonly frames: FrameBuffer;
   readonly quadrature: Quadrature;
   readonly model: string | null;
   /** Null where the surface is no sum of Green's functions. */
-  readonly blocks: Blocks | null;
+  readonly blocks: GreenBlocks | null;
 }
 
 /** The scene of one room, over all connections to it. */
@@ -58,7 +58,7 @@ export class Store {
   }
 
   get playoutDelay(): number {
-    return this.held?.reel.playoutDelay ?? 0;
+    return this.held?.frames.playoutDelay ?? 0;
   }
 
   /** Blocks that are here, and that are missing. */
@@ -87,8 +87,8 @@ export class Store {
   }
 
   /** What is shown at `now`. */
-  at(now: number): SceneView | null {
-    return this.held?.reel.at(now, this.room) ?? null;
+  at(now: number): SceneSnapshot | null {
+    return this.held?.frames.at(now, this.room) ?? null;
   }
 
   history(user: number): UserHistory | null {
@@ -99,7 +99,7 @@ export class Store {
   setView(encoding: Encoding, rate: number): string {
     this.encoding = encoding;
     this.rate = Math.min(60, Math.max(1, rate));
-    if (this.held !== null) this.held.reel.interval = this.interval;
+    if (this.held !== null) this.held.frames.interval = this.interval;
     return encodeControl({ type: "set_view", encoding, rate: this.rate });
   }
 
@@ -114,7 +114,7 @@ export class Store {
     if (!this.held.blocks.ask(needed(this.lacking))) return;
     const made = this.make(this.held, this.lacking);
     if (made === null) return;
-    if (this.newest?.surface === null) this.held.reel.amend(made);
+    if (this.newest?.surface === null) this.held.frames.amend(made);
     this.lacking = [];
   }
 
@@ -135,16 +135,16 @@ export class Store {
     const model = this.info?.model ?? null;
     this.held = {
       mesh: kept,
-      reel: new Reel(kept, this.interval),
+      frames: new FrameBuffer(kept, this.interval),
       quadrature: same ? before.quadrature : quadratureOf(mesh),
       model,
       blocks: same && before.model === model ? before.blocks : this.newBlocks(model, mesh),
     };
   }
 
-  private newBlocks(model: string | null, mesh: RestMesh): Blocks | null {
+  private newBlocks(model: string | null, mesh: RestMesh): GreenBlocks | null {
     if (model === null) return null;
-    return new Blocks(mesh.vertices.length / 3, this.fetch(model), this.now, () => {
+    return new GreenBlocks(mesh.vertices.length / 3, this.fetch(model), this.now, () => {
       this.complete();
       this.arrived();
     });
@@ -154,7 +154,7 @@ export class Store {
     if (this.held === null) return;
     this.newest = scene;
     this.histories.push(scene.t_server, scene.users);
-    this.held.reel.take(scene, this.surfaceOf(this.held, scene), now);
+    this.held.frames.take(scene, this.surfaceOf(this.held, scene), now);
   }
 
   /** Displacement that a scene says or implies; null while blocks are missing. */

@@ -3,7 +3,7 @@
 const SPAN = 1; // s
 
 /** Counts frames and bytes, all and those of the last second. */
-export class Meter {
+export class Traffic {
   frames = 0;
   bytes = 0;
   private recent: { readonly at: number; readonly bytes: number }[] = [];

@@ -15,7 +15,7 @@ import { holdBack, slewCompliance, slewNormal, SOFT } from "./slew";
 import type { LoopSettings, LoopState, Period } from "./state";
 
 /** What they make of it; the safety layer has the last word. */
-export interface Pressed {
+export interface ContactForce {
   readonly fade: LawFade | null;
   readonly local: LocalForce;
   readonly friction: FrictionState;
@@ -35,7 +35,7 @@ export interface Pressed {
   readonly from_body: number;
 }
 
-export const NOTHING: Pressed = {
+export const NO_CONTACT: ContactForce = {
   fade: null,
   local: NO_FORCE,
   friction: NO_FRICTION,
@@ -51,13 +51,13 @@ export const NOTHING: Pressed = {
 };
 
 /** Laws, friction and damping at a surface, `before` the law in use so far. */
-export function press(
+export function contactForce(
   state: LoopState,
   patch: Patch,
   before: LawFade,
   period: Period,
   settings: LoopSettings,
-): Pressed {
+): ContactForce {
   const { sample, sight, counted } = period;
   const told = patch.law === before.now.law ? withGainsOfPatch(state, patch, before, period, settings) : before;
   const { k_h } = told.now.gains;

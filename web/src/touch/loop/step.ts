@@ -2,12 +2,12 @@
  * One period of the haptic loop as a pure function.
  *
  * `client/cohaptic_client/loop/step.py` in TypeScript, for planes and spheres: what a patch does when it arrives is in
- * `arrival.ts`, what a surface does to a hand in `press.ts`, what the loop remembers in `loop.ts`.
+ * `arrival.ts`, what a surface does to a hand in `contactForce.ts`, what the loop remembers in `loop.ts`.
  */
 
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
 import { isSilent, shown } from "./arrival";
-import { NOTHING, press } from "./contact_force";
+import { NO_CONTACT, contactForce } from "./contact_force";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";
 import { guard } from "./safety";
 import type { DeviceSample, LoopSettings, LoopState, Output } from "./state";
@@ -27,8 +27,8 @@ export function step(
   const { patch, fade } = state;
   const pressed =
     sight === null || patch === null || fade === null
-      ? { ...NOTHING, fade, normal: state.normal }
-      : press(state, patch, fade, { sample, sight, now, counted, silent }, settings);
+      ? { ...NO_CONTACT, fade, normal: state.normal }
+      : contactForce(state, patch, fade, { sample, sight, now, counted, silent }, settings);
   const { wanted, local } = pressed;
   const safety = guard(state.safety, wanted, now, sample.velocity, silent, settings.limits);
   const size = norm(wanted);

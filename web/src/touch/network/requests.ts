@@ -10,7 +10,7 @@ function telling(law: LawName, fixed_gains: FixedGains | null): string {
   return encodeControl({ type: "set_law", law, fixed_gains });
 }
 
-export class Wishes {
+export class Requests {
   /** Gains instead of the server's. */
   fixed: FixedGains | null = null;
   private told = ""; // law and gains that the server knows of

@@ -3,7 +3,7 @@
 import { type Gains, isStable, stableOutline } from "../../control/stable_set";
 import { linear } from "../../model/scale";
 import type { UserState } from "../../model/scene";
-import { type Inks, sharpen } from "./strip_chart";
+import { type Inks, sharpen } from "./canvas";
 
 /** Which K_o the gains are measured by: of the contact alone, or with the others at it. */
 export type Yardstick = "alone" | "coupled";

@@ -2,7 +2,7 @@
 
 import type { TouchState } from "../../model/hand";
 import { dot, norm, scale, sub } from "../../model/vec";
-import { type Inks, sharpen } from "./strip_chart";
+import { type Inks, sharpen } from "./canvas";
 
 const DEEP = 0.03; // m from the resting surface to the lower end of the picture, at the least
 

@@ -1,10 +1,11 @@
 /** Live plots on a canvas: lanes over one time axis, each with its scale, its lines and its name. */
 
 import { digits, follow, linear, type Range, ticks } from "../../model/scale";
-import type { Timeline } from "./trace_buffer";
+import { type Inks, sharpen } from "./canvas";
+import type { TraceBuffer } from "./trace_buffer";
 
 export interface Line {
-  /** Column of the timeline. */
+  /** Column of the buffer. */
   readonly column: number;
   /** Custom property that holds the colour, or a colour. */
   readonly colour: string;
@@ -31,32 +32,7 @@ const RIGHT = 6;
 const TOP = 15;
 const GAP = 9;
 
-/** Inks of the page at this moment: they differ by day and night. */
-export interface Inks {
-  readonly text: string;
-  readonly faint: string;
-  readonly get: (name: string) => string;
-}
-
-export function inks(from: Element): Inks {
-  const style = getComputedStyle(from);
-  const get = (name: string): string => (name.startsWith("--") ? style.getPropertyValue(name).trim() : name);
-  return { text: get("--ink-2"), faint: get("--line"), get };
-}
-
-/** Make the canvas as sharp as the screen; its drawing units are CSS pixels. */
-export function sharpen(canvas: HTMLCanvasElement, width: number, height: number): CanvasRenderingContext2D | null {
-  const ratio = Math.min(window.devicePixelRatio, 2);
-  const w = Math.round(width * ratio);
-  const h = Math.round(height * ratio);
-  if (canvas.width !== w) canvas.width = w;
-  if (canvas.height !== h) canvas.height = h;
-  const context = canvas.getContext("2d");
-  context?.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return context;
-}
-
-export class Plot {
+export class StripChart {
   readonly canvas = document.createElement("canvas");
   private readonly lanes: readonly Lane[];
   private readonly ranges: (Range | null)[];
@@ -76,7 +52,7 @@ export class Plot {
    * @param now Time at the right edge [s].
    * @param span That the axis is long [s].
    */
-  draw(data: Timeline, now: number, span: number, ink: Inks): void {
+  draw(data: TraceBuffer, now: number, span: number, ink: Inks): void {
     const width = this.canvas.clientWidth;
     if (width === 0) return;
     const c = sharpen(this.canvas, width, this.height);
@@ -156,7 +132,7 @@ function key(c: CanvasRenderingContext2D, lane: Lane, width: number, top: number
 
 function trace(
   c: CanvasRenderingContext2D,
-  data: Timeline,
+  data: TraceBuffer,
   line: Line,
   x: (t: number) => number,
   y: (v: number) => number,

@@ -2,7 +2,7 @@
 
 import type { Range } from "../../model/scale";
 
-export class Timeline {
+export class TraceBuffer {
   readonly times: Float64Array;
   readonly columns: readonly Float32Array[];
   private next = 0;

@@ -11,7 +11,7 @@ import {
 } from "three";
 import type { RestMesh } from "../../model/body";
 import { niceStep } from "../../model/scale";
-import type { SceneView } from "../../model/scene";
+import type { SceneSnapshot } from "../../model/scene";
 import { DISPLACEMENT, PLAIN, type Scheme, STIFFNESS, table, toLinear } from "../../model/colours";
 import { alongNormals } from "./normals";
 import { Refiner } from "./refine";
@@ -103,7 +103,7 @@ export class Surface {
   }
 
   /** Learn how stiff the body is where it is touched; returns whether the picture changed. */
-  learn(view: SceneView): boolean {
+  learn(view: SceneSnapshot): boolean {
     let changed = false;
     for (const user of view.users) {
       const pressed = user.c_ii > 0 && Math.hypot(...user.force) > 0.05;

@@ -27,7 +27,7 @@ interface Down {
 }
 
 /** @returns What ends it. */
-export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => void {
+export function attachPointer(canvas: HTMLElement, actions: PointerDeeds): () => void {
   const down = new Map<number, Down>();
   /** The pointer that presses; null while the view is turned. */
   let finger: number | null = null;
@@ -41,11 +41,11 @@ export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => v
       canvas.setPointerCapture(event.pointerId);
       canvas.focus({ preventScroll: true });
       down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      deeds.took();
+      actions.took();
       const may = down.size === 1 && event.button === 0 && !event.altKey;
-      if (may && deeds.press(event.clientX, event.clientY)) {
+      if (may && actions.press(event.clientX, event.clientY)) {
         finger = event.pointerId;
-        if (event.pointerType === "pen" && event.pressure > 0) deeds.depth(penDepth(event.pressure));
+        if (event.pointerType === "pen" && event.pressure > 0) actions.depth(penDepth(event.pressure));
       }
     },
     { signal },
@@ -55,7 +55,7 @@ export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => v
     (event) => {
       const before = down.get(event.pointerId);
       if (before === undefined) {
-        if (event.pointerType !== "touch") deeds.hover(event.clientX, event.clientY);
+        if (event.pointerType !== "touch") actions.hover(event.clientX, event.clientY);
         return;
       }
       const dx = event.clientX - before.x;
@@ -64,17 +64,17 @@ export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => v
       before.x = event.clientX;
       before.y = event.clientY;
       if (finger === event.pointerId) {
-        if (event.pointerType === "pen" && event.pressure > 0) deeds.depth(penDepth(event.pressure));
-        if (event.shiftKey) deeds.deeper(0.002 * dy);
-        else deeds.slide(event.clientX, event.clientY);
+        if (event.pointerType === "pen" && event.pressure > 0) actions.depth(penDepth(event.pressure));
+        if (event.shiftKey) actions.deeper(0.002 * dy);
+        else actions.slide(event.clientX, event.clientY);
       } else if (finger !== null) {
         // A second finger beside the one that presses: down is deeper.
-        deeds.deeper(0.002 * dy);
+        actions.deeper(0.002 * dy);
       } else if (down.size === 2 && spread > 0) {
-        deeds.zoom(spread / Math.max(1, distance(down)));
-        deeds.rotate(-0.5 * TURN * dx, 0.5 * TURN * dy);
+        actions.zoom(spread / Math.max(1, distance(down)));
+        actions.rotate(-0.5 * TURN * dx, 0.5 * TURN * dy);
       } else {
-        deeds.rotate(-TURN * dx, TURN * dy);
+        actions.rotate(-TURN * dx, TURN * dy);
       }
     },
     { signal },
@@ -83,7 +83,7 @@ export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => v
     down.delete(event.pointerId);
     if (finger !== event.pointerId) return;
     finger = null;
-    deeds.release();
+    actions.release();
   };
   canvas.addEventListener("pointerup", up, { signal });
   canvas.addEventListener("pointercancel", up, { signal });
@@ -93,8 +93,8 @@ export function attachPointer(canvas: HTMLElement, deeds: PointerDeeds): () => v
     (event) => {
       event.preventDefault();
       const notches = event.deltaY / (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 3 : 100);
-      if (finger !== null) deeds.deeper(-DEPTH.notch * Math.max(-3, Math.min(3, notches)));
-      else deeds.zoom(1.1 ** Math.max(-3, Math.min(3, notches)));
+      if (finger !== null) actions.deeper(-DEPTH.notch * Math.max(-3, Math.min(3, notches)));
+      else actions.zoom(1.1 ** Math.max(-3, Math.min(3, notches)));
     },
     { signal, passive: false },
   );

@@ -1,22 +1,6 @@
-/** From a pointer to the tip: presses go in along the normal, ways go round the body. */
-
 import { describe, expect, it } from "vitest";
-import { norm, sub, turn, type Vec3 } from "../../src/model/vec";
-import { guidedDirection } from "../../src/page/tour_place";
-import { beside } from "../../src/view/labels";
-import { eased, eye, facing, FARTHEST, HOME, NEAREST, nearTurn, rotated, zoomed } from "../../src/view/orbit";
-import {
-  deeper,
-  DEPTH,
-  follow,
-  goal,
-  hover,
-  penDepth,
-  type Place3,
-  press,
-  release,
-  slide,
-} from "../../src/view/pointing/finger";
+import { norm, sub, turn, type Vec3 } from "../../../src/model/vec";
+import { deeper, DEPTH, follow, goal, hover, penDepth, type Place3, press, release, slide } from "../../../src/view/pointing/finger";
 
 const R = 0.1;
 const SIDE: Place3 = { surface: [R, 0, 0], normal: [1, 0, 0], point: [R - 0.004, 0, 0] };
@@ -102,65 +86,5 @@ describe("the tip", () => {
     const d = turn([0, 0, 1], [0, 0, -1], 0.1);
     expect(norm(d)).toBeCloseTo(1, 9);
     expect(d[2]).toBeCloseTo(Math.cos(0.1), 9);
-  });
-});
-
-describe("the guided hand", () => {
-  const left = { direction: [-1, 0, 0] as Vec3, busy: 3 };
-  const right = { direction: [1, 0, 0] as Vec3, busy: 1 };
-
-  it("stands opposite to a single other", () => {
-    expect(guidedDirection([left], [0, -1, 0])[0]).toBeGreaterThan(0.95);
-  });
-
-  it("keeps away from the others, next to the place opposite to who moves most, in sight", () => {
-    const d = guidedDirection([left, right], [0.2, -0.9, 0]);
-    expect(Math.acos(d[0])).toBeGreaterThan(0.7);
-    expect(Math.acos(d[0])).toBeLessThan(0.95);
-    expect(d[1]).toBeLessThan(0);
-  });
-
-  it("comes to who looks, where nobody else is", () => {
-    expect(guidedDirection([], [0, -0.9, 0.4])).toEqual([0, -1, 0]);
-  });
-});
-
-describe("a name", () => {
-  const tip = { x: 100, y: 100 };
-
-  it("begins where the stem ends, whichever way it points", () => {
-    expect(beside(tip, { x: 200, y: 100 }, 40)).toEqual({ x: 240, y: 100 });
-    expect(beside(tip, { x: 0, y: 100 }, 40)).toEqual({ x: -40, y: 100 });
-    expect(beside(tip, { x: 100, y: 0 }, 40).y).toBeLessThan(-10);
-  });
-
-  it("leaves a hand in sight whose stem points at the eye", () => {
-    expect(beside(tip, { x: 104, y: 96 }, 40).y).toBeLessThan(60);
-  });
-});
-
-describe("the camera", () => {
-  it("keeps to its limits", () => {
-    expect(zoomed(HOME, 1e6).distance).toBe(FARTHEST);
-    expect(zoomed(HOME, 1e-6).distance).toBe(NEAREST);
-    expect(rotated(HOME, 0, 99).elevation).toBeLessThan(Math.PI / 2);
-  });
-
-  it("is where its angles say", () => {
-    const at = eye({ azimuth: 0, elevation: 0, distance: 5 }, [1, 2, 3], 0.1);
-    expect(at[0]).toBeCloseTo(1.5, 9);
-    expect(at[2]).toBeCloseTo(3, 9);
-  });
-
-  it("arrives, so that drawing can stop", () => {
-    let at = HOME;
-    const to = rotated(zoomed(HOME, 1.5), 1, 0.3);
-    for (let i = 0; i < 120; i++) at = eased(at, to, DT);
-    expect(at).toBe(to);
-  });
-
-  it("takes the short way round", () => {
-    const far = { ...HOME, azimuth: HOME.azimuth + 6 * Math.PI + 0.2 };
-    expect(nearTurn(facing([0, -1, 0]), far).azimuth - far.azimuth).toBeLessThan(Math.PI);
   });
 });

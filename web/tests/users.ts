@@ -1,6 +1,6 @@
 /** A user at rest on the +x side of a body of 0.1 m. */
 
-import type { UserState } from "../../src/model/scene";
+import type { UserState } from "../src/model/scene";
 
 export function user(number: number): UserState {
   return {
