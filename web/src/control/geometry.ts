@@ -1,5 +1,5 @@
 /**
- * The local surface that a client holds between patches, and what a probe sees of it.
+ * The local surface that a client holds between patches, and its value at a probe.
  *
  * Plane and sphere (Adachi 1995); `shared/cohaptic/control/geometry.py` in TypeScript. A surface is free of the
  * client's own force (science 3.3), so a change of patch never moves the force by itself.
@@ -7,7 +7,7 @@
 
 import { add, dot, lerp, sub, unit, type Vec3 } from "../model/vec";
 
-/** What one probe sees of a local surface, and all that a law needs of it. */
+/** A local surface evaluated at one probe: all that a law needs. */
 export interface Sight {
   /** Of the probe below the surface, negative outside [m]. */
   readonly depth: number;
@@ -15,7 +15,7 @@ export interface Sight {
   readonly normal: Vec3;
   /** Compliance of the contact there [m/N]. */
   readonly c_ii: number;
-  /** On this hand that the body carries at the patch's tick, its opposite [N]. */
+  /** Force on this hand whose opposite the body carries at the patch's tick [N]. */
   readonly own_force: Vec3;
   /** Displacement of the material under the contact by the others [m]. */
   readonly u_others: Vec3;
@@ -33,7 +33,7 @@ export interface LocalSurface {
   readonly u_others: Vec3;
 }
 
-/** What a probe at `probe` [m] sees. */
+/** The surface at a probe [m]. */
 export function look(surface: LocalSurface, probe: Vec3): Sight {
   return {
     depth: depthOf(surface, probe),
@@ -92,7 +92,7 @@ export function shift(sight: Sight, by: Sight | null): Sight {
   };
 }
 
-/** What turns sight b into sight a; its normal is a difference of normals. */
+/** The sight to be added to b to get a; its normal is a difference of normals. */
 export function difference(a: Sight, b: Sight): Sight {
   return {
     depth: a.depth - b.depth,

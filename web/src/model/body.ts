@@ -1,28 +1,28 @@
-/** The body that all touch. */
+/** The body that everybody touches, and its compliance. */
 
 import type { Vec3 } from "./vec";
 
-/** Symmetric, of a contact in all directions, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
+/** Compliance of a contact in all directions, symmetric, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
 export type Compliance3 = readonly [number, number, number, number, number, number];
 
 /** The body, as in `welcome` and `watching`. */
 export interface BodyInfo {
   readonly name: string;
-  /** Of the resting surface, world frame [m]. */
+  /** Centre of the resting surface, world frame [m]. */
   readonly center: Vec3;
-  /** Of the sphere round `center` that holds the resting surface [m]. */
+  /** Radius of the sphere round `center` that encloses the resting surface [m]. */
   readonly radius: number;
-  /** Of the pressure under a contact [m]. */
+  /** Radius of the pressure distribution of a contact [m]. */
   readonly contact_radius: number;
 }
 
-/** How soon the object answers what the others do (science 3.8). */
+/** How fast the object responds to the forces of the others (science 3.8). */
 export interface RoomLag {
-  /** tau in use, 0 for none [s]. */
+  /** Time constant tau of the low-pass filter on forces, 0 for none [s]. */
   readonly lag: number;
-  /** m, the spectral radius of the coupling; below 1 no delay can make hands at rest swing. */
+  /** m, the spectral radius of the coupling; below 1 hands at rest are stable at any delay. */
   readonly coupling: number;
-  /** How far the room is from the edge of stability: above 1 it is stable. */
+  /** Stability margin of the room: above 1 it is stable. */
   readonly margin: number;
 }
 

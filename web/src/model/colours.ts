@@ -1,6 +1,6 @@
 /** Colours as values: maps for the surface, one colour for each user. */
 
-/** Red, green, blue, 0 to 1, as screens mean them (sRGB). */
+/** Red, green, blue, 0 to 1, in sRGB. */
 export type Rgb = readonly [number, number, number];
 
 /** Steps of a map, at even distances. */
@@ -54,7 +54,7 @@ export function colourAt(map: ColourMap, t: number): Rgb {
   return [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])];
 }
 
-/** From what screens mean to light, which is what shading adds and multiplies. */
+/** From an sRGB component to linear light, in which shading is computed. */
 export function toLinear(c: number): number {
   return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
 }
@@ -65,7 +65,7 @@ export function luminance(c: Rgb): number {
 }
 
 /**
- * A map as a table of linear light, three numbers a step: what a surface of thousands of vertices reads.
+ * A map as a table of linear light, three numbers a step, for surfaces of thousands of vertices.
  *
  * @param steps How many colours.
  */

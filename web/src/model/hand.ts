@@ -33,7 +33,7 @@ export interface TouchSettings {
 
 export type TouchPhase = "connecting" | "joined" | "closed";
 
-/** What the haptic Worker reports, about 60 times a second. */
+/** Report of the haptic Worker, about 60 times a second. */
 export interface TouchState {
   readonly phase: TouchPhase;
   /** Why it is "closed" or trying again, one sentence; empty otherwise. */
@@ -68,14 +68,14 @@ export interface TouchState {
   readonly u_others: number;
   /** The law in use, and the one asked for: they differ during a change. */
   readonly law: LawName | null;
-  readonly law_wanted: LawName;
+  readonly requested_law: LawName;
   readonly k_o: number;
   readonly k_h: number;
   readonly integral_gain: number;
   /** Passivity layer [N s/m], [J]. */
   readonly damping: number;
   readonly owed: number;
-  /** Share of the wanted force that the safety layer gives, 0 to 1. */
+  /** Share of the requested force that the safety layer gives, 0 to 1. */
   readonly scale: number;
   /** Why the force is off; empty for no reason. */
   readonly fault: string;

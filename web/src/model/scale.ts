@@ -46,16 +46,16 @@ export function digits(step: number): number {
 export function follow(before: Range | null, data: Range, least: number): Range {
   const width = Math.max(least, data.high - data.low);
   const step = niceStep(width / 4);
-  const wanted: Range = {
+  const fitted: Range = {
     low: Math.floor(data.low / step + 1e-9) * step,
     high: Math.ceil(data.high / step - 1e-9) * step,
   };
-  if (wanted.high - wanted.low < least) {
-    const middle = 0.5 * (wanted.low + wanted.high);
+  if (fitted.high - fitted.low < least) {
+    const middle = 0.5 * (fitted.low + fitted.high);
     return follow(before, { low: middle - 0.5 * least, high: middle + 0.5 * least }, 0.5 * least);
   }
-  if (before === null) return wanted;
+  if (before === null) return fitted;
   const holds = before.low <= data.low && data.high <= before.high;
-  const roomy = before.high - before.low > 2 * (wanted.high - wanted.low);
-  return holds && !roomy ? before : wanted;
+  const roomy = before.high - before.low > 2 * (fitted.high - fitted.low);
+  return holds && !roomy ? before : fitted;
 }

@@ -62,7 +62,7 @@ export interface SceneSnapshot {
   readonly room: RoomLag;
 }
 
-/** What the server said of the room in `watching`. */
+/** The room as `watching` described it. */
 export interface WatchInfo {
   readonly body: BodyInfo;
   /** N T [s]. */
@@ -77,12 +77,12 @@ export type Encoding = "frames" | "forces";
 
 export type WatchPhase = "connecting" | "watching" | "waiting" | "refused";
 
-/** What the watch connection can say of itself. */
+/** State of the watch connection. */
 export interface WatchStatus {
   readonly phase: WatchPhase;
   /** Why it is not "watching", one sentence; empty when there is nothing to say. */
   readonly reason: string;
-  /** Close code of what ended the last connection (docs/protocol.md); 0 while one is had. */
+  /** Close code of the last connection (docs/protocol.md); 0 while one is open. */
   readonly code: number;
   /** Next attempt, when "waiting" [s]. */
   readonly retry_at: number;
@@ -98,7 +98,7 @@ export interface WatchStatus {
   readonly encoding: Encoding;
   /** Blocks that are here, and that are on their way. */
   readonly blocks: number;
-  readonly blocks_wanted: number;
+  readonly blocks_missing: number;
 }
 
 /** Something that happened in the room, for people. */
@@ -119,7 +119,7 @@ export interface Series {
   value(i: number): number;
 }
 
-/** What is plotted of each user; on the server's clock [s]. */
+/** The plotted quantities of one user; times on the server's clock [s]. */
 export interface UserHistory {
   /** |force| [N]. */
   readonly force: Series;
@@ -143,7 +143,7 @@ export interface SceneStore {
   /** Who is in the room, also without a contact, rising by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
   /**
-   * Interpolated between frames for display at `now`; a pure function of `now` and of what came. Null before mesh
+   * Interpolated between frames for display at `now`; a pure function of `now` and of the messages so far. Null before mesh
    * and first frame.
    */
   at(now: number): SceneSnapshot | null;

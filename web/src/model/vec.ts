@@ -1,4 +1,4 @@
-/** Three numbers and what the haptic loop does with them; `shared/cohaptic/vec.py` in TypeScript. */
+/** Vectors of three numbers and their arithmetic; `shared/cohaptic/vec.py` in TypeScript. */
 
 export type Vec3 = readonly [number, number, number];
 

@@ -1,8 +1,8 @@
-/** Says aloud, to those who listen to the page, who came, who left, and what went wrong. */
+/** Tells screen readers who came, who left, and which errors occurred. */
 
 import type { RoomEvent } from "../model/scene";
 
-/** One event as a sentence; empty for what is not worth an interruption. */
+/** One event as a sentence; empty for events that are not worth an interruption. */
 export function spoken(event: RoomEvent): string {
   const who = event.name === "" ? `User ${event.user}` : event.name;
   switch (event.kind) {

@@ -1,4 +1,4 @@
-/** From pointers and keys to what the page does. */
+/** Pointers and keys: translates their events into actions of the page. */
 
 import type { Help } from "../ui/help";
 import { actionOf, type KeyAction } from "../ui/keyboard";
@@ -10,7 +10,7 @@ import { toggleFullScreen } from "./layout";
 import type { OwnHand } from "./own_hand";
 import type { TourRunner } from "./tour_runner";
 
-/** What pointers and keys may do to the page. */
+/** The actions of the page that pointers and keys may use. */
 export interface PageActions {
   /** Null without WebGL. */
   readonly stage: Stage | null;
@@ -46,7 +46,7 @@ export function attachControls(page: PageActions, host: HTMLElement): void {
     if (event.key === " " && page.own.pressing) page.own.release();
   });
   document.addEventListener("visibilitychange", () => {
-    // In the background nobody sees what the hand does: it lets go.
+    // In the background nobody watches the hand: it lets go.
     if (document.hidden) page.hide();
   });
   addEventListener("pagehide", () => {
@@ -74,8 +74,8 @@ function pointers(page: PageActions, host: HTMLElement): void {
     release: () => { page.own.release(); },
     deeper: (by) => { page.own.deeper(by); },
     depth: (depth) => { page.own.depth(depth); },
-    rotate: (right, up) => { stage.wanted = rotated(stage.wanted, right, up); stage.touch(); },
-    zoom: (factor) => { stage.wanted = zoomed(stage.wanted, factor); stage.touch(); },
+    rotate: (right, up) => { stage.target = rotated(stage.target, right, up); stage.touch(); },
+    zoom: (factor) => { stage.target = zoomed(stage.target, factor); stage.touch(); },
     took: () => { page.tour.yield(); },
   });
 }
@@ -84,12 +84,12 @@ function act(page: PageActions, action: KeyAction): void {
   const stage = page.stage;
   const turn = (right: number, up: number): void => {
     if (stage === null) return;
-    stage.wanted = rotated(stage.wanted, right, up);
+    stage.target = rotated(stage.target, right, up);
     stage.touch();
   };
   const zoom = (factor: number): void => {
     if (stage === null) return;
-    stage.wanted = zoomed(stage.wanted, factor);
+    stage.target = zoomed(stage.target, factor);
     stage.touch();
   };
   const actions: Record<KeyAction, () => void> = {

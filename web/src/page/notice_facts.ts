@@ -1,4 +1,4 @@
-/** From the state of the connections to what a notice depends on. */
+/** Collects the facts on which the choice of a notice depends. */
 
 import type { TouchState } from "../model/hand";
 import type { SceneStore } from "../model/scene";

@@ -1,4 +1,4 @@
-/** The visitor's hand: in the room or not, where it wants to be, and the law it presses with. */
+/** The visitor's hand: in the room or not, its target position, and the law it presses with. */
 
 import type { RestMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
@@ -25,7 +25,7 @@ export class OwnHand {
   handle: TouchHandle | null = null;
   /** Last word of a hand that the server ended; null while there is none. */
   ended: TouchState | null = null;
-  /** What was chosen; the law that runs follows with the next patches. */
+  /** The chosen law; the law in use follows with the next patches. */
   law: LawChoice = "predictive";
   /** mu of the finger. */
   friction = 0;
@@ -48,7 +48,7 @@ export class OwnHand {
     return this.handle?.state ?? null;
   }
 
-  /** A hand that the server sent away is gone; what it said last stays to be read. */
+  /** Drop a hand whose connection the server has closed; its last report stays in `ended`. */
   tidy(): void {
     const state = this.state;
     if (this.handle === null || state?.phase !== "closed") return;
@@ -60,7 +60,7 @@ export class OwnHand {
     return this.finger?.pressing === true;
   }
 
-  /** One line on what to do next; empty when it is plain. */
+  /** One line about the next step; empty when it is obvious. */
   hint(): string {
     const state = this.state;
     if (this.handle === null) return "";
@@ -161,8 +161,8 @@ export class OwnHand {
       return;
     }
     this.guided = direction;
-    const found = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
-    if (found !== null) this.finger = press(this.place(found), now, depth);
+    const hit = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
+    if (hit !== null) this.finger = press(this.place(hit), now, depth);
   }
 
   /** Move on to `now`; the loop is told where the hand wants to be. */

@@ -114,7 +114,7 @@ export class Page {
     requestAnimationFrame((t) => { this.frame(t / 1000); });
   }
 
-  /** The tab went to the background: nobody sees what the hand does, so it lets go. */
+  /** The tab went to the background: nobody watches the hand, so it lets go. */
   hide(): void {
     this.sleep.hide();
     if (this.tour.running || !this.own.pressing) return;

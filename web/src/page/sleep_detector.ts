@@ -31,7 +31,7 @@ export class SleepDetector {
     return gap;
   }
 
-  /** What there is to say of it at `now`: the length of the pause, 0 for nothing [s]. */
+  /** Length of a pause that ended in the last moments before `now`, 0 for none [s]. */
   told(now: number): number {
     return now < this.until ? this.slept : 0;
   }

@@ -13,8 +13,8 @@ export interface Other {
 }
 
 /**
- * Opposite to the one who moves most, where the push of what is squeezed out comes to, or as near to that as the
- * others leave place; of two such places the one in sight.
+ * Opposite to the one who moves most, where the displaced material bulges out, or as near to that as the
+ * others leave room; of two such places the one in sight.
  *
  * @param towardsEye From the middle of the body.
  */

@@ -22,7 +22,7 @@ import { facing, HOME, type Orbit } from "../view/orbit";
 import type { OwnHand } from "./own_hand";
 import { guidedDirection } from "./tour_place";
 
-/** What the tour may do to the page. */
+/** The parts of the page that the tour may use. */
 export interface Hands {
   readonly store: () => SceneStore;
   readonly view: () => SceneSnapshot | null;

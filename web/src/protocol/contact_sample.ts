@@ -1,4 +1,4 @@
-/** Client to server, once per simulation period: where the tip is and what the hand feels. */
+/** Client to server, once per simulation period: position of the tip and force on the hand. */
 
 import type { Vec3 } from "../model/vec";
 import {

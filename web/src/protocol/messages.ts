@@ -93,7 +93,7 @@ export function encodeControl(message: ClientControl): string {
   return JSON.stringify(message);
 }
 
-/** What the server said; throws ProtocolError, whatever the text. */
+/** Decode a message of the server; any invalid text throws ProtocolError. */
 export function decodeServerControl(said: string): ServerControl {
   const fields = parseFields(said, MAX_SERVER_TEXT);
   const type = text(fields, "type");

@@ -1,4 +1,4 @@
-/** Server to client, once: the resting surface. What comes out is bounded before anything is inflated. */
+/** Server to client, once: the resting surface. The inflated size is bounded before inflating. */
 
 import type { RestMesh } from "../model/body";
 import type { Vec3 } from "../model/vec";

@@ -1,5 +1,5 @@
 /**
- * Server to client, on a watch connection: who touches where, and the surface if it is wanted.
+ * Server to client, on a watch connection: who touches where, and the surface if it was asked for.
  *
  * State, not an event: the newest replaces every older one.
  */

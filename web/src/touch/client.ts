@@ -18,7 +18,7 @@ const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
 
-/** What a browser gives. */
+/** The services of the browser. */
 export interface World {
   /** On the page's clock [s]. */
   now(): number;
@@ -28,7 +28,7 @@ export interface World {
   post(message: FromWorker): void;
 }
 
-/** A hand, its connection and what becomes of both. */
+/** A hand and its connection, until both end. */
 export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: WebSocket | null = null;
@@ -47,7 +47,7 @@ export class TouchClient {
     this.wake();
   }
 
-  /** What the page says after `start`. */
+  /** Carry out a message of the page after `start`. */
   obey(message: Exclude<ToWorker, { type: "start" }>): void {
     switch (message.type) {
       case "point":
@@ -87,7 +87,7 @@ export class TouchClient {
 
   private run(now: number): void {
     this.joinAnew();
-    const law = this.engine.lawToTell();
+    const law = this.engine.lawRequest();
     if (law !== null) this.socket?.send(law);
     const sample = this.engine.advance(now);
     // Newest wins: the next sample is one period away.

@@ -55,13 +55,13 @@ export class TouchEngine {
   private reported_at: number;
 
   constructor(
-    private readonly wanted: TouchSettings,
+    private readonly initial: TouchSettings,
     now: number,
   ) {
-    this.cursor = wanted.target;
-    this.hand = wanted.hand;
-    this.requests = new Requests(wanted.law, wanted.friction);
-    this.device = restAt(wanted.target);
+    this.cursor = initial.target;
+    this.hand = initial.hand;
+    this.requests = new Requests(initial.law, initial.friction);
+    this.device = restAt(initial.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
   }
@@ -71,7 +71,7 @@ export class TouchEngine {
     return this.welcome !== null;
   }
 
-  /** A connection is open: what to say first. */
+  /** A connection is open: returns its first message. */
   opened(): string {
     this.session = new TouchSession();
     this.seq = 0;
@@ -132,8 +132,8 @@ export class TouchEngine {
   }
 
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
-  lawToTell(): string | null {
-    return this.pacer === null ? null : this.requests.lawToTell();
+  lawRequest(): string | null {
+    return this.pacer === null ? null : this.requests.lawRequest();
   }
 
   /** From now on the server counts as silent: the force fades before the end. */
@@ -165,7 +165,7 @@ export class TouchEngine {
     return this.sample(now, this.output?.on_body ?? ZERO);
   }
 
-  /** What the page is told; begins a new trace. */
+  /** The report for the page; begins a new trace. */
   report(now: number, connection: Connection): TouchState {
     const seconds = now - this.reported_at;
     const state = reportOf({
@@ -191,13 +191,13 @@ export class TouchEngine {
   private period(t: number): void {
     const force = this.output?.force ?? ZERO;
     this.device = follow(this.device, this.hand, this.cursor, force, HAPTIC_PERIOD);
-    const settings = this.rub();
+    const settings = this.currentSettings();
     if (settings === null) return;
     const [loop, output] = step(this.loop, this.device.tip, t, settings);
     this.loop = loop;
     this.output = output;
-    const given = Math.hypot(...output.force);
-    this.trace.push(t, given, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
+    const force_size = Math.hypot(...output.force);
+    this.trace.push(t, force_size, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
   }
 
   /** The server took us in. */
@@ -207,9 +207,9 @@ export class TouchEngine {
       const same =
         welcome.simulation_period === this.welcome.simulation_period &&
         JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
-      if (!same) throw new ProtocolError("what the server has now", welcome.body.name, "the body and rate from before");
+      if (!same) throw new ProtocolError("body of the server", welcome.body.name, "the body and rate from before");
     }
-    const { max_force, passivity } = this.wanted;
+    const { max_force, passivity } = this.initial;
     this.welcome = welcome;
     this.settings ??= {
       ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall, CURSOR.max_stiffness),
@@ -220,13 +220,13 @@ export class TouchEngine {
     this.pacer = { period: welcome.simulation_period, due: now };
   }
 
-  /** What is wanted now. */
+  /** The settings with the law and friction that the user asks for now. */
   private get asked(): TouchSettings {
-    return { ...this.wanted, law: this.requests.law, friction: this.requests.mu };
+    return { ...this.initial, law: this.requests.law, friction: this.requests.mu };
   }
 
-  /** The settings with the friction of this period; none is felt before the server sends what it takes. */
-  private rub(): LoopSettings | null {
+  /** The settings with the friction of this period; zero until the server sends the compliance that friction needs. */
+  private currentSettings(): LoopSettings | null {
     const settings = this.settings;
     if (settings === null) return null;
     const friction = this.loop.patch?.compliance ? this.requests.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;

@@ -1,4 +1,4 @@
-/** What the haptic Worker tells the page, as a function of what it knows. */
+/** The report of the haptic Worker to the page, as a pure function. */
 
 import { normalShift } from "../control/friction";
 import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
@@ -16,7 +16,7 @@ export interface Connection {
   readonly code: number;
 }
 
-/** All that a report is made of. */
+/** Inputs of a report. */
 export interface Known {
   readonly connection: Connection;
   readonly settings: TouchSettings;
@@ -59,7 +59,7 @@ export function reportOf(known: Known): TouchState {
     indentation,
     u_others: output?.u_others ?? 0,
     law: loop.fade?.now.law ?? null,
-    law_wanted: settings.law,
+    requested_law: settings.law,
     k_o: patch === null ? 0 : 1 / patch.c_ii,
     k_h: loop.fade?.now.gains.k_h ?? 0,
     integral_gain: loop.fade?.now.gains.integral_gain ?? 0,

@@ -1,4 +1,4 @@
-/** What page and haptic Worker say to each other. */
+/** The messages between the page and the haptic Worker. */
 
 import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
 import type { FixedGains, LawName } from "../model/laws";

@@ -1,4 +1,4 @@
-/** The tour's card: where one is, what there is to see, and the way on. */
+/** The card of the tour: the number of the step, its text, and the buttons. */
 
 import { el, say, show } from "../ui/dom";
 import { icon } from "../ui/icons";

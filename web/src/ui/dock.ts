@@ -1,4 +1,4 @@
-/** The own hand: into the room and out, its law, and what it feels. */
+/** The dock of the own hand: joining and leaving, law, friction, and the force. */
 
 import type { TouchState } from "../model/hand";
 import type { LawName } from "../model/laws";
@@ -88,7 +88,7 @@ export class Dock {
     this.set(false, "");
   }
 
-  /** Whether the page touches, and what it says of that. */
+  /** Show whether the hand is in the room, with a hint. */
   set(on: boolean, hint: string): void {
     this.on = on;
     this.root.classList.toggle("on", on);
@@ -124,7 +124,7 @@ export class Dock {
 
 function factWords(state: TouchState): (Node | string)[] {
   if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
-  // The gain gives way to what is felt: with friction a line has no place for both.
+  // With friction the line has no room for the gain: the tangential force replaces it.
   const more = state.along > 0 ? [`${fixed(state.along, 2)} N along`] : [symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
   return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, ...more];
 }

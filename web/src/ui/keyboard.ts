@@ -30,7 +30,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["Escape"], shown: "Esc", words: "close, let go", action: "escape" },
 ];
 
-/** What a key does; null where it belongs to something else: a field, a button, the browser. */
+/** The action of a key; null where the key belongs to a field, a button or the browser. */
 export function actionOf(
   event: Pick<KeyboardEvent, "key" | "ctrlKey" | "metaKey" | "altKey">,
   target: { readonly tagName: string; readonly type?: string } | null,

@@ -1,4 +1,4 @@
-/** What the colours of the surface mean, and the switch between its two meanings. */
+/** The legend of the surface colours, and the switch between displacement and stiffness. */
 
 import { colourAt, DISPLACEMENT, type Scheme, STIFFNESS } from "../model/colours";
 import type { Colouring, Legend } from "../view/body/surface";

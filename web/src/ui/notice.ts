@@ -1,4 +1,4 @@
-/** What the page says when something is not as it should be: what happened, and what one can do. */
+/** The notices of the page in abnormal states: the cause and the remedy. */
 
 import type { WatchPhase } from "../model/scene";
 import { NAME_TAKEN, ROOM_FULL, SERVER_STOPS, TOO_SLOW, WRONG_VERSION } from "../protocol/close_codes";

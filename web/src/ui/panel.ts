@@ -111,7 +111,7 @@ export class Panel {
     say(this.stream, streamWords(store));
   }
 
-  /** How soon the object answers; what a hand could not know from its own numbers. */
+  /** How fast the object responds, which a hand cannot know from its own numbers. */
   private tellTime(view: SceneSnapshot | null): void {
     const words = view === null ? "" : lagWords(view.room, view.users.filter((user) => user.c_ii > 0).length);
     show(this.time, words !== "");
@@ -145,7 +145,7 @@ export class Panel {
 function streamWords(store: SceneStore): string {
   const s = store.status;
   if (s.phase !== "watching") return "";
-  const fetching = s.blocks_wanted > 0 ? [`fetching ${s.blocks_wanted} blocks`] : [];
+  const fetching = s.blocks_missing > 0 ? [`fetching ${s.blocks_missing} blocks`] : [];
   const parts = [bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`, ...fetching];
   return [...parts, `${milliseconds(s.playout_delay)} behind`].join(" \u00b7 ");
 }

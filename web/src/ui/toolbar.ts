@@ -1,4 +1,4 @@
-/** The line on top: whose room this is, how it goes, and what can be done with the picture. */
+/** The line on top: the name of the body, the state of the connection, and buttons for the view. */
 
 import type { SceneStore } from "../model/scene";
 import { el, iconButton, say } from "./dom";

@@ -1,4 +1,4 @@
-/** One user's panel: force, what its law presses against, its plots, and the delay that it has to bear. */
+/** The card of one user: force, stiffness of its contact, plots, and the injected delay. */
 
 import type { Latency, UserState } from "../model/scene";
 import { dot, norm, sub } from "../model/vec";
@@ -55,12 +55,12 @@ export class UserCard {
   private readonly toggle: HTMLButtonElement;
   private readonly chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
-  private wanted: Latency = { delay: 0, jitter: 0 };
+  private requested: Latency = { delay: 0, jitter: 0 };
 
   constructor(user: number, setLatency: (latency: Latency) => void) {
     const send = (change: Partial<Latency>): void => {
-      this.wanted = { ...this.wanted, ...change };
-      setLatency(this.wanted);
+      this.requested = { ...this.requested, ...change };
+      setLatency(this.requested);
     };
     const delay = slider("delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
     const jitter = slider("jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
@@ -135,7 +135,7 @@ export class UserCard {
     say(this.coupled, stiffness(user.k_o_coupled));
     say(this.gain, stiffness(user.k_h));
     say(this.loop, user.loop_delay > 0 ? milliseconds(user.loop_delay) : "\u2013");
-    this.wanted = user.latency;
+    this.requested = user.latency;
     this.latency.delay.set(Math.round(1e3 * user.latency.delay));
     this.latency.jitter.set(Math.round(1e3 * user.latency.jitter));
   }

@@ -1,4 +1,4 @@
-/** What the body stands on: a shadow that tells where the floor is, and the part that is held. */
+/** The ground under the body: a shadow that shows the height of the floor, and rings round the fixed part. */
 
 import { CanvasTexture, CircleGeometry, Color, Group, Mesh, MeshBasicMaterial, RingGeometry } from "three";
 import type { RestMesh } from "../model/body";

@@ -1,5 +1,5 @@
 /**
- * The watch connection: a socket that comes back when it is lost, acks for what is drawn, and the store behind it.
+ * The watch connection: a socket that comes back when it is lost, acks for drawn frames, and the store behind it.
  *
  * Socket, clock and timers are given, so that a test can be the server. `openWatch` gives the browser's.
  */
@@ -30,7 +30,7 @@ const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledg
 const FINAL: readonly number[] = [BAD_MESSAGE, WRONG_VERSION]; // refusals that another attempt would not change
 const OPEN = 1; // of a socket
 
-/** What a browser gives. */
+/** The services of the browser. */
 export interface World {
   /** [s] */
   now(): number;
@@ -104,7 +104,7 @@ export class Watch implements SceneStore {
       playout_delay: this.store.playoutDelay,
       encoding: this.store.inUse,
       blocks: here,
-      blocks_wanted: missing,
+      blocks_missing: missing,
     };
   }
 

@@ -42,7 +42,7 @@ export class FrameBuffer {
         : nextFrame(this.clock, t_server, now, this.interval);
     const surface = displacement ?? this.frames.at(-1)?.displacement ?? new Float32Array(this.positions.length);
     const shown = now - this.clock.lag;
-    // The last one before what is shown stays, however old: it holds until the next.
+    // The last frame before the shown time stays, however old: it holds until the next.
     const old = this.frames.findLastIndex((frame) => frame.t_server <= shown - KEPT);
     this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, room, displacement: surface }];
   }
@@ -53,19 +53,19 @@ export class FrameBuffer {
     if (newest !== undefined) this.frames.push({ ...newest, displacement });
   }
 
-  /** What is shown at `now`; null before the first frame. */
+  /** The scene at `now`; null before the first frame. */
   at(now: number, room: Room): SceneSnapshot | null {
     if (this.clock === null) return null;
     const t_server = now - this.clock.lag;
-    const found = between(this.frames, t_server, GAP * this.interval);
-    if (found === null) return null;
-    const moved = !sameSurface(this.drawn, found);
-    if (moved) place(this.positions, this.mesh.vertices, found);
-    this.drawn = found;
-    const users: UserState[] = usersBetween(found)
+    const pair = between(this.frames, t_server, GAP * this.interval);
+    if (pair === null) return null;
+    const moved = !sameSurface(this.drawn, pair);
+    if (moved) place(this.positions, this.mesh.vertices, pair);
+    this.drawn = pair;
+    const users: UserState[] = usersBetween(pair)
       .map((record) => ({ ...record, name: room.nameOf(record.user), latency: room.latencyOf(record.user) }))
       .sort((a, b) => a.user - b.user);
-    return { t_server, positions: this.positions, moved, users, room: found.b.room };
+    return { t_server, positions: this.positions, moved, users, room: pair.b.room };
   }
 }
 

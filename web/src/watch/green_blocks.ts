@@ -1,4 +1,4 @@
-/** Blocks of Green's functions that are here, the least recently used given up first, and the fetching of others. */
+/** A cache of blocks of Green's functions, least recently used out first, and their fetching. */
 
 import { type Block, decodeBlock } from "./green_surface";
 
@@ -6,7 +6,7 @@ export const MOST_BLOCKS = 256; // 12 MB for 2,562 vertices
 const AT_ONCE = 6; // requests; a browser has no more connections to one server
 const REST = 1; // s before a vertex that could not be had is asked for again
 
-/** How blocks are had: the body of a response, or a rejection. */
+/** Fetches one block: the body of a response, or a rejection. */
 export type Fetch = (vertex: number) => Promise<ArrayBuffer>;
 
 /** The blocks of one model. */
@@ -14,7 +14,7 @@ export class GreenBlocks {
   private readonly kept = new Map<number, Block>(); // in the order of their last use
   private readonly pending = new Set<number>();
   private readonly failed = new Map<number, number>(); // until when not to ask again
-  private wanted: readonly number[] = [];
+  private requested: readonly number[] = [];
 
   /**
    * @param vertices Of the resting mesh.
@@ -33,7 +33,7 @@ export class GreenBlocks {
 
   /** Of those asked for last, how many are not here. */
   get missing(): number {
-    return this.wanted.filter((vertex) => !this.kept.has(vertex)).length;
+    return this.requested.filter((vertex) => !this.kept.has(vertex)).length;
   }
 
   readonly get = (vertex: number): Block | null => {
@@ -46,15 +46,15 @@ export class GreenBlocks {
 
   /** Whether all of these are here; those that are not are fetched, unless they could never be here together. */
   ask(vertices: readonly number[]): boolean {
-    this.wanted = vertices;
-    const here = vertices.every((vertex) => this.get(vertex) !== null);
-    if (!here && vertices.length <= MOST_BLOCKS) this.fetchMore();
-    return here;
+    this.requested = vertices;
+    const complete = vertices.every((vertex) => this.get(vertex) !== null);
+    if (!complete && vertices.length <= MOST_BLOCKS) this.fetchMore();
+    return complete;
   }
 
   private fetchMore(): void {
     const now = this.now();
-    for (const vertex of this.wanted) {
+    for (const vertex of this.requested) {
       if (this.pending.size >= AT_ONCE) return;
       const rests = (this.failed.get(vertex) ?? -Infinity) > now;
       if (this.kept.has(vertex) || this.pending.has(vertex) || rests) continue;

@@ -15,7 +15,7 @@ export interface Block {
   readonly units: Int16Array;
 }
 
-/** The block in what the server sends; throws ProtocolError. */
+/** Decode the server's response for one block; throws ProtocolError. */
 export function decodeBlock(bytes: ArrayBuffer, vertices: number): Block {
   const size = 4 + 18 * vertices;
   if (bytes.byteLength !== size) {
@@ -26,14 +26,14 @@ export function decodeBlock(bytes: ArrayBuffer, vertices: number): Block {
   return { scale, units: new Int16Array(bytes, 4) };
 }
 
-/** What one user does to the body. */
+/** The load of one user on the body. */
 export interface Press {
   /** On the hand [N]; the body gets its opposite. */
   readonly force: Vec3;
   readonly under: Pressure;
 }
 
-/** The presses of those who press. */
+/** The loads of all users who press. */
 export function pressesOf(
   users: readonly { readonly foot: Vec3; readonly force: Vec3 }[],
   q: Quadrature,

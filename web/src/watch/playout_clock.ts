@@ -1,14 +1,14 @@
 /**
  * When a frame is shown: the server's clock against the page's, and how far behind the newest frame to stay.
  *
- * The fastest frame of late gives the clocks' offset, the latest one the room that is needed between two frames; what
- * is shown is `now - lag` on the server's clock. The lag moves slowly, so that shown time runs at most a tenth faster
+ * The fastest frame of late gives the clocks' offset, the latest one the time that is needed between two frames; the
+ * shown time is `now - lag` on the server's clock. The lag moves slowly, so that shown time runs at most a tenth faster
  * or slower than real time. (One way only, the offset holds the way's least delay: it cannot be told apart, and does
- * not matter for what is shown.)
+ * not matter for the display.)
  */
 
 const WINDOW = 4; // s; a frame counts for at least this long and at most twice that
-const BEGINNING = 1; // s; what came while the page was busy with its own start counts no longer than that
+const BEGINNING = 1; // s; frames that came while the page was busy starting count no longer
 const SLEW = 0.1; // s of lag per s
 const MARGIN = 0.003; // s; a display does not ask at the moment that a frame comes
 const MOST_LATE = 0.5; // s; a stall of the network is a stall, not a reason to show the past for ever
@@ -19,7 +19,7 @@ interface Span {
   readonly largest: number;
 }
 
-/** What is known of the way from the server to the screen. */
+/** Estimated delay from the server to the screen. */
 export interface PlayoutClock {
   readonly recent: Span;
   readonly before: Span | null;

@@ -1,4 +1,4 @@
-/** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `bodies/mesh.py`. */
+/** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `mesh/surface.py`. */
 
 import type { RestMesh } from "../model/body";
 

@@ -1,4 +1,4 @@
-/** Who is in the room and what happened, as the events say. */
+/** The users and the events of a room. */
 
 import type { Latency, RoomEvent } from "../model/scene";
 import type { WatchEvent } from "./session";

@@ -1,5 +1,5 @@
 /**
- * The page's copy of the scene without I/O: messages and time in, acks and what is shown out.
+ * The page's copy of the scene without I/O: messages and time in, acks and snapshots out.
  *
  * The connection (`connection.ts`) is the shell round it.
  */
@@ -18,7 +18,7 @@ import { type Quadrature, quadratureOf } from "./quadrature";
 import { Room } from "./room";
 import type { WatchEvent } from "./session";
 
-/** What is had of a body. */
+/** Everything that belongs to one body. */
 interface Held {
   readonly mesh: RestMesh;
   readonly frames: FrameBuffer;
@@ -39,7 +39,7 @@ export class Store {
 
   /**
    * @param fetch Has Green's functions of a model.
-   * @param arrived Called when blocks have come and what is shown may be better.
+   * @param arrived Called when blocks have come and the shown surface may be better.
    */
   constructor(
     public encoding: Encoding,
@@ -86,7 +86,7 @@ export class Store {
     }
   }
 
-  /** What is shown at `now`. */
+  /** The scene at `now`. */
   at(now: number): SceneSnapshot | null {
     return this.held?.frames.at(now, this.room) ?? null;
   }
@@ -95,7 +95,7 @@ export class Store {
     return this.histories.get(user);
   }
 
-  /** What to say to have another view. */
+  /** The message that asks for another view. */
   setView(encoding: Encoding, rate: number): string {
     this.encoding = encoding;
     this.rate = Math.min(60, Math.max(1, rate));
@@ -103,7 +103,7 @@ export class Store {
     return encodeControl({ type: "set_view", encoding, rate: this.rate });
   }
 
-  /** The ack of what has come, once it is drawn; null before the first scene. */
+  /** The ack of the newest scene, to be sent once it is drawn; null before the first. */
   ack(): Uint8Array<ArrayBuffer> | null {
     return this.newest === null ? null : encodeAck(this.newest.tick, this.wants);
   }
@@ -129,7 +129,7 @@ export class Store {
   private hold(mesh: RestMesh): void {
     const before = this.held;
     const same = before !== null && sameMesh(before.mesh, mesh);
-    // The very object where nothing has changed: who draws it keeps what it has made of it.
+    // The very object where nothing has changed: the view keeps the geometry that it made from it.
     const kept = same ? before.mesh : mesh;
     if (!same) this.histories.clear();
     const model = this.info?.model ?? null;

@@ -49,7 +49,7 @@ test("material that others drag takes a finger that sticks along, by its stiffne
   expect(state.touching).toBe(true);
 });
 
-test("a drag comes no faster than allowed, and what was there when the finger came is none", () => {
+test("a drag comes no faster than allowed, and a displacement from before the touch is none", () => {
   const came = frictionStep(NO_FRICTION, { ...AT_REST, material: [0.005, 0, 0] });
   expectClose(came.force, [0, 0, 0], "force on coming");
   const [carried, followed] = followMaterial(came, [0.009, 0, 0], 0.001);

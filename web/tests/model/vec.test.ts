@@ -10,7 +10,7 @@ test("a product is at right angles to both", () => {
   expect(cross([1, 0, 0], [0, 1, 0])).toEqual([0, 0, 1]);
 });
 
-test("what is added can be taken away, and a line goes from end to end", () => {
+test("an added vector can be subtracted, and a line goes from end to end", () => {
   expect(sub(add(a, b), b)).toEqual(a);
   expect(lerp(a, b, 0)).toEqual(a);
   expect(lerp(a, b, 1)).toEqual(b);

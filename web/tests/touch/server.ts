@@ -25,7 +25,7 @@ export const WELCOME = {
 
 const LAWS: readonly LawName[] = ["proportional", "pi", "predictive"];
 
-/** The bytes of a plane's patch; what a test needs of the encoder that the page has not. */
+/** The bytes of a plane's patch; the part of an encoder that tests need. */
 function planePatch(
   tick: number,
   sample: ContactSample | null,

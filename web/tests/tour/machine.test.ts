@@ -1,4 +1,4 @@
-/** The tour goes on when it has shown what it is for, says what it leaves out, and never hangs. */
+/** The tour goes on when a step is complete, names the steps it skips, and never hangs. */
 
 import { describe, expect, it } from "vitest";
 import {
@@ -35,7 +35,7 @@ function run(factsAt: (step: string) => Facts, most = 3600): { seen: string[]; d
   return { seen, done, last: state };
 }
 
-/** What the live system does in each step. */
+/** The live system in each step. */
 const live = (step: string): Facts => {
   if (step === "paper" || step === "coupled") return { ...ALL, paper: true, law: "proportional", lag: 2 * SLOW };
   if (step === "soft") return { ...ALL, law: "proportional" };
@@ -79,7 +79,7 @@ describe("the tour", () => {
     expect(seen).toContain("paper");
   });
 
-  it("leaves out what the server does not allow, with a word", () => {
+  it("skips the steps that the server does not allow, with a sentence", () => {
     const strict = { ...ALL, allowLatency: false, allowFixedGains: false };
     let { state } = start(STEPS, strict, 0);
     while (stepOf(state) !== "sheet") state = goNext(STEPS, state, strict, 0).state;
@@ -97,7 +97,7 @@ describe("the tour", () => {
     expect(seen).toContain("ocean");
   });
 
-  it("goes back over what was left out, and not before the beginning", () => {
+  it("goes back over skipped steps, and not before the beginning", () => {
     const strict = { ...ALL, allowLatency: false, allowFixedGains: false };
     let { state } = start(STEPS, strict, 0);
     while (stepOf(state) !== "soft") state = goNext(STEPS, state, strict, 0).state;

@@ -5,7 +5,7 @@ describe("keys", () => {
   const key = (k: string, target: { tagName: string; type?: string } | null = null): string | null =>
     actionOf({ key: k, ctrlKey: false, metaKey: false, altKey: false }, target);
 
-  it("do what the list says", () => {
+  it("do as the list says", () => {
     expect([key("ArrowLeft"), key("+"), key("-"), key("R"), key("f"), key("T"), key("?"), key(" ")]).toEqual(
       ["left", "closer", "farther", "reset", "full", "touch", "help", "press"],
     );

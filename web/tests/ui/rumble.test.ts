@@ -7,7 +7,7 @@ describe("feedback", () => {
     expect(vibration(0)).toEqual([]);
   });
 
-  it("grows with the force up to what motors can", () => {
+  it("grows with the force up to the limit of the motors", () => {
     expect(rumble(3, 0).strong).toBeCloseTo(0.5, 9);
     expect(rumble(60, 300)).toEqual({ strong: 1, weak: 1 });
     const [on, off] = vibration(3);

@@ -4,7 +4,7 @@ import { sample } from "../../src/ui/user_card";
 import { proxyOf } from "../../src/view/pose";
 import { user } from "../users";
 
-describe("what is plotted of a user", () => {
+describe("the sample of a user", () => {
   it("is probe and proxy below the resting surface", () => {
     const pressed: UserState = { ...user(1), foot: [0.1, 0, 0], normal: [1, 0, 0], probe: [0.085, 0, 0], x_free: [0.097, 0, 0], force: [3, 0, 0], c_ii: 0.004 };
     const [probe, proxy, force] = sample(pressed);

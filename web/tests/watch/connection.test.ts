@@ -21,7 +21,7 @@ describe("one who watches", () => {
     expect(browser.watch.at(browser.time)?.moved).toBe(false);
   });
 
-  test("acknowledges what is drawn, once", () => {
+  test("acknowledges a drawn frame, once", () => {
     const browser = new Browser();
     browser.join();
     browser.line.frame(sceneFrame(5, 100, [], 0));
@@ -36,7 +36,7 @@ describe("one who watches", () => {
     expect(browser.line.acks.length).toBe(2);
   });
 
-  test("acknowledges what nobody draws: at once when the page is hidden, else after a while", () => {
+  test("acknowledges frames that nobody draws: at once when the page is hidden, else after a while", () => {
     const browser = new Browser();
     browser.join();
     browser.line.frame(sceneFrame(5, 100, [], 0));
@@ -146,7 +146,7 @@ describe("a connection that is lost", () => {
       line.frame(sceneFrame(2, 1, [], null));
       line.frame(sceneFrame(2, 1, [], null));
     }],
-    ["what is for those who touch", (line: Line) => { line.say({ ...WATCHING, type: "welcome" }); }],
+    ["a message for those who touch", (line: Line) => { line.say({ ...WATCHING, type: "welcome" }); }],
     ["bytes of nothing", (line: Line) => { line.frame(Uint8Array.of(2)); }],
   ])("%s breaks the protocol", (_, offend) => {
     const browser = new Browser();
@@ -182,7 +182,7 @@ describe("a surface from forces", () => {
     // 1 N on the hand is 1 N into the body, a millimetre per newton.
     expect(browser.watch.at(browser.time + 2)?.positions[0]).toBeCloseTo(0.099, 6);
     expect(browser.line.acks.at(-1)).toEqual({ tick: 3, wants: 0 });
-    expect(browser.watch.status).toMatchObject({ encoding: "forces", blocks_wanted: 0 });
+    expect(browser.watch.status).toMatchObject({ encoding: "forces", blocks_missing: 0 });
   });
 
   test("is shown as soon as the blocks come, without another frame", async () => {

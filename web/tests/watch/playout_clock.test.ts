@@ -49,7 +49,7 @@ describe("the time that is shown", () => {
     expect(playoutDelay(clock)).toBeCloseTo(INTERVAL + 0.003, 3);
   });
 
-  test("forgets what came before a pause", () => {
+  test("forgets frames before a pause", () => {
     const busy = stream(100, (i) => (i % 2 ? 0.3 : 0.02));
     const after = nextFrame(busy, 60 + AHEAD, 60.02, INTERVAL);
     expect(playoutDelay(after)).toBeCloseTo(INTERVAL + 0.003, 3);

@@ -1,4 +1,4 @@
-/** A patch arrives: what a probe sees on the way to it, and how long the next may take. */
+/** Arrival of a patch: the transition of the surface to it, and how long the next may take. */
 
 import { blend, difference, look, shift, type Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
@@ -7,7 +7,7 @@ import type { Patch } from "../../protocol/patch";
 import { settled, switchLaw } from "./law_fade";
 import type { LoopSettings, LoopState } from "./state";
 
-// Times the longest gap between patches of late: so long a silence is the link's way, not an end.
+// Times the longest gap between patches of late: a silence up to this length is normal for the link.
 const PATIENCE = 2;
 const LONGEST_PATIENCE = 1; // s; no link that is worth touching over is silent for longer
 const FORGET_GAPS = 30; // s
@@ -15,7 +15,7 @@ const FORGET_GAPS = 30; // s
 /**
  * Take a patch in; an older one than the newest is left out.
  *
- * Surface and gain move to the new patch over one simulation period, from what is shown now.
+ * Surface and gain move to the new patch over one simulation period, from the surface in use.
  */
 export function receive(state: LoopState, patch: Patch, now: number, settings: LoopSettings): LoopState {
   // After a silence it may be another server's: one that was started anew counts from 1.
@@ -37,7 +37,7 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
 /** How long the server may be silent after one more patch, which came `gap` after the one before [s]. */
 export function nextPatience(patience: number, gap: number): number {
   const kept = patience * Math.exp(-gap / FORGET_GAPS);
-  // A longer one is an outage, which says nothing of the link's way.
+  // A longer one is an outage and tells nothing about the normal gaps of the link.
   return gap > LONGEST_PATIENCE ? kept : Math.min(LONGEST_PATIENCE, Math.max(PATIENCE * gap, kept));
 }
 
@@ -50,7 +50,7 @@ export function isSilent(state: LoopState, now: number, settings: LoopSettings):
   return now - state.arrived > Math.max(settings.limits.silent_after, state.patience);
 }
 
-/** What a probe sees at `now`, on the way from the patch before to the newest. */
+/** The surface at a probe at `now`, in transition from the previous patch to the newest. */
 export function shown(state: LoopState, probe: Vec3, now: number, settings: LoopSettings): Sight | null {
   if (state.patch === null) return null;
   const sight = look(state.patch, probe);
@@ -59,7 +59,7 @@ export function shown(state: LoopState, probe: Vec3, now: number, settings: Loop
   return blend(shift(look(state.before, probe), state.offset), sight, share);
 }
 
-/** How far the way to the newest patch is gone, 0 to 1. */
+/** Progress of the transition to the newest patch, 0 to 1. */
 export function progress(state: LoopState, now: number, settings: LoopSettings): number {
   const way = settings.smoothing * settings.simulation_period;
   return way > 0 ? Math.min(1, (now - state.arrived) / way) : 1;

@@ -1,4 +1,4 @@
-/** Laws, friction and damping at a surface in one period; half of `step.py`. */
+/** Laws, friction and damping at a surface in one period; a part of `client/cohaptic_client/loop/step.py`. */
 
 import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
@@ -14,24 +14,24 @@ import { EXTERNAL_RATE, FADE_RATE } from "./safety";
 import { holdBack, slewCompliance, slewNormal, SOFT } from "./slew";
 import type { LoopSettings, LoopState, Period } from "./state";
 
-/** What they make of it; the safety layer has the last word. */
+/** Result of laws, friction and damping, before the safety layer. */
 export interface ContactForce {
   readonly fade: LawFade | null;
   readonly local: LocalForce;
   readonly friction: FrictionState;
   readonly depth: number;
-  /** Along which the law pressed. */
+  /** Direction in which the law pressed. */
   readonly normal: Vec3;
-  /** Of the contact, for its friction; null without. */
+  /** Compliance of the contact for its friction; null without friction. */
   readonly compliance: Compliance3 | null;
   readonly damping: number;
   /** Normal force with the damping [N]. */
   readonly damped: number;
-  readonly wanted: Vec3;
+  readonly requested: Vec3;
   readonly on_body: Vec3;
-  /** In the springs of the contact [J]. */
+  /** Energy in the springs of the contact [J]. */
   readonly stored: number;
-  /** What the body gave in this period [J]. */
+  /** Energy from the body in this period [J]. */
   readonly from_body: number;
 }
 
@@ -44,7 +44,7 @@ export const NO_CONTACT: ContactForce = {
   compliance: null,
   damping: 0,
   damped: 0,
-  wanted: ZERO,
+  requested: ZERO,
   on_body: ZERO,
   stored: 0,
   from_body: 0,
@@ -59,9 +59,9 @@ export function contactForce(
   settings: LoopSettings,
 ): ContactForce {
   const { sample, sight, counted } = period;
-  const told = patch.law === before.now.law ? withGainsOfPatch(state, patch, before, period, settings) : before;
-  const { k_h } = told.now.gains;
-  let pace = paceOf(state, k_h - before.now.gains.k_h, told, period);
+  const updated = patch.law === before.now.law ? withGainsOfPatch(state, patch, before, period, settings) : before;
+  const { k_h } = updated.now.gains;
+  let pace = paceOf(state, k_h - before.now.gains.k_h, updated, period);
   let C: Compliance3 | null = null;
   if (settings.friction > 0) {
     pace *= 0.5; // the other half is the friction's
@@ -71,7 +71,7 @@ export function contactForce(
   let { normal } = sight;
   if (state.normal_force > 0 && !same(normal, state.normal)) {
     const force = Math.min(state.normal_force, settings.limits.max_force);
-    // A force that is to go need not turn any more.
+    // A force that vanishes need not turn any more.
     if (sight.depth <= 0) ({ normal } = state);
     else [normal, pace] = slewNormal(state.normal, normal, moved, k_h, force, pace);
   }
@@ -81,7 +81,7 @@ export function contactForce(
     depth = holdBack(state.depth + moved_in, depth, pace / Math.max(k_h, SOFT));
   }
   const aside = C === null ? 0 : normalShift(state.friction, normal, C);
-  const [fade, local] = run(told, { ...sight, depth: depth - aside }, counted, settings.law);
+  const [fade, local] = run(updated, { ...sight, depth: depth - aside }, counted, settings.law);
   const f = local.normal_force;
   let damping = 0;
   let damped = f;
@@ -92,8 +92,8 @@ export function contactForce(
   const from_body = state.sight === null ? 0 : fromBody(state.sight, sight, fade, moved_in, C !== null);
   const common = { fade, local, depth, normal, compliance: C, damping, damped, from_body };
   if (C === null) {
-    const [wanted, on_body] = [scale(normal, damped), scale(normal, f)];
-    return { ...common, friction: NO_FRICTION, wanted, on_body, stored: local.stored };
+    const [requested, on_body] = [scale(normal, damped), scale(normal, f)];
+    return { ...common, friction: NO_FRICTION, requested, on_body, stored: local.stored };
   }
   const share = Math.min(1, k_h * sight.c_ii);
   const friction = frictionStep(state.friction, {
@@ -109,13 +109,13 @@ export function contactForce(
   });
   const on_body = add(scale(normal, f), friction.force);
   const stored = local.stored + storedAlong(friction.force, on_body, C, friction.share);
-  return { ...common, friction, wanted: add(scale(normal, damped), friction.force), on_body, stored };
+  return { ...common, friction, requested: add(scale(normal, damped), friction.force), on_body, stored };
 }
 
-/** By how much what others do may change the force in this period [N]. */
+/** Largest change of the force by the others in this period [N]. */
 function paceOf(state: LoopState, gain_change: number, fade: LawFade, { counted, silent }: Period): number {
   let pace = EXTERNAL_RATE * counted;
-  // What a change of gain or a fade of the safety layer moves is not the surface's.
+  // Changes of gain and fades of the safety layer use up a part of the allowed change.
   pace -= Math.abs(gain_change) * Math.max(0, state.depth);
   if (silent || state.safety.scale < 1) pace -= FADE_RATE * counted;
   if (fade.before !== null) pace -= LAW_FADE_RATE * counted;
@@ -137,19 +137,19 @@ function turned(state: LoopState): Vec3 {
   return scale(state.normal, Math.max(0, state.depth));
 }
 
-/** What the contact's 3x3 spring stores beside its normal one, of a force with a part `along` the surface [J]. */
+/** Energy in the contact's 3x3 spring beyond its normal part, for a force with a part `along` the surface [J]. */
 function storedAlong(along: Vec3, force: Vec3, C: Compliance3, share: number): number {
   // f C f / 2 over all of f, less the part of the normal force alone.
   const normal = sub(force, along);
   return (0.5 * dot(along, times(C, add(force, normal)))) / Math.max(share, 1e-9);
 }
 
-/** What the body gave in a period: its own force of this client times the surface's way [J]. */
+/** Energy from the body in a period: this client's force on it times the displacement of the surface [J]. */
 function fromBody(before: Sight, now: Sight, fade: LawFade, moved_in: number, sticks: boolean): number {
   // The mean of both ends, as for the work on the hand.
   const both = scale(add(before.own_force, now.own_force), 0.5);
   const own = dot(both, now.normal);
-  // The probe's own way changes the depth too; what is left is the surface's.
+  // The probe's own motion changes the depth too; the difference is due to the surface.
   const wayFor = (law: LawName): number => pressedDepth(law, now) - pressedDepth(law, before) - moved_in;
   let towards_hand = wayFor(fade.now.law);
   if (fade.before !== null) {

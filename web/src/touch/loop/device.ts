@@ -5,11 +5,11 @@ import { type Vec3, ZERO } from "../../model/vec";
 import { deviceDampingLimit } from "./passivity";
 import { type HandState, move, reach } from "./simulated_hand";
 
-/** What the device can do; that of the Python client's simulated one. */
+/** Properties of the device; the values are those of the Python client's simulated one. */
 export interface DeviceInfo {
-  /** It renders stably [N/m]. */
+  /** Largest stiffness that it renders stably [N/m]. */
   readonly max_stiffness: number;
-  /** Of its tip [N s/m]. */
+  /** Damping of its tip [N s/m]. */
   readonly damping: number;
   /** A loop that stood still for longer lets the hand go [s]; this hand stands still with it. */
   readonly stall: number;

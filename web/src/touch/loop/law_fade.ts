@@ -79,14 +79,14 @@ export function run(
   const now = { ...fade.now, memory };
   const old = fade.before;
   if (old === null) return [{ now, before: null, share: 1 }, force];
-  const [oldMemory, was] = advance(old, sight, dt, settings);
-  const gap = Math.abs(force.normal_force - was.normal_force);
-  const present = was.normal_force + fade.share * (force.normal_force - was.normal_force);
+  const [oldMemory, oldForce] = advance(old, sight, dt, settings);
+  const gap = Math.abs(force.normal_force - oldForce.normal_force);
+  const present = oldForce.normal_force + fade.share * (force.normal_force - oldForce.normal_force);
   let step = dt / FADE_TIME;
   if (gap > 0) step = Math.min(step, (Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST)) * dt) / gap);
   const share = Math.min(1, fade.share + step);
   if (share >= 1) return [{ now, before: null, share: 1 }, force];
-  return [{ now, before: { ...old, memory: oldMemory }, share }, mix(was, force, share)];
+  return [{ now, before: { ...old, memory: oldMemory }, share }, mix(oldForce, force, share)];
 }
 
 function advance(running: Running, sight: Sight, dt: number, settings: LawSettings): [IntegralState, LocalForce] {

@@ -1,16 +1,16 @@
 /**
- * Takes out the energy that the server's side makes; silent until some is made (science 3.4, 3.9).
+ * Dissipates the energy that the server's side generates; inactive until there is some (science 3.4, 3.9).
  *
  * A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et al. 2010), for
  * a predictive port; `client/cohaptic_client/loop/passivity.py` has the argument. In each period
  *
- *     made = work on the hand + what the local spring stores more - what the body gave,
+ *     generated = work on the hand + increase of the energy in the local spring - energy from the body,
  *
- * with the body giving own_force times the way of its surface. It is taken out by damping in contact, never more than
+ * where the energy from the body is own_force times the displacement of its surface. It is dissipated by damping in contact, never more than
  * is owed, than the device renders stably, or than the contact's own force, so that it comes and goes with the contact.
  */
 
-const FORGET = 5; // s; a hand that rested so long has swallowed by itself what it was given
+const FORGET = 5; // s; a hand at rest for so long has dissipated the energy by itself
 const SLOW = 0.01; // m/s; a slower hand has little energy, and damping would only wait for it
 const RAMP = 0.05; // s; from no damping to all of it
 const STEP_RATE = 10; // N/s; by which a change of the damping may move the force
@@ -33,8 +33,8 @@ export const NOTHING_OWED: Passivity = { owed: 0, damping: 0, stored: 0 };
  *
  * @param owed After the last period, never negative [J].
  * @param work Of the device on the hand in this period [J].
- * @param stored What the local spring stores more than before it [J].
- * @param from_body What the body gave while its surface moved [J].
+ * @param stored Increase of the energy in the local spring [J].
+ * @param from_body Energy from the body while its surface moved [J].
  */
 export function observe(owed: number, work: number, stored: number, from_body: number, dt: number): number {
   const kept = Math.max(0, 1 - dt / FORGET);
@@ -42,7 +42,7 @@ export function observe(owed: number, work: number, stored: number, from_body: n
 }
 
 /**
- * What a spring stores whose force is given in part [J].
+ * Energy in a spring whose force is given in part [J].
  *
  * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as it is held: the area
  * under it, f d - f^2 / (2 K).
@@ -75,9 +75,9 @@ export function dissipate(
 ): [damping: number, damped: number] {
   if (force <= 0 || max_damping <= 0) return [0, force];
   const speed = Math.max(SLOW, Math.abs(speed_in));
-  const wanted = dt > 0 ? Math.min(max_damping, before.owed / (speed * speed * dt)) : 0;
+  const full = dt > 0 ? Math.min(max_damping, before.owed / (speed * speed * dt)) : 0;
   const change = Math.min((max_damping * dt) / RAMP, (STEP_RATE * dt) / speed);
-  const damping = Math.min(Math.max(wanted, before.damping - change), before.damping + change);
+  const damping = Math.min(Math.max(full, before.damping - change), before.damping + change);
   // A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
   return [damping, force + Math.min(force, Math.max(-force, damping * speed_in))];
 }

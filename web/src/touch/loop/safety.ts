@@ -3,7 +3,7 @@
  *
  * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. A force that is not finite, a stalled
  * loop or a hand that moves too fast lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only
- * after the hand has been out of the object. A silent server fades the force; its return raises it again. What is left
+ * after the hand has been out of the object. A silent server fades the force; its return raises it again. Any other force
  * is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as one that comes.
  */
 
@@ -11,16 +11,16 @@ import { add, isFinite3, norm, scale, sub, type Vec3, ZERO } from "../../model/v
 
 const RELEASE_TIME = 0.02; // s from a fault to no force
 /**
- * What the hand's own motion does not cause moves its force no faster [N/s]: 0.02 N in a millisecond, below what a
- * fingertip can tell from steady.
+ * Largest rate of a change of force that the hand's own motion does not cause [N/s]: 0.02 N in a millisecond, which a
+ * fingertip cannot tell from a steady force.
  */
 export const EXTERNAL_RATE = 20;
-/** Of it for fades of this layer [N/s]; the rest is the surface's. */
+/** Part of it for fades of this layer [N/s]; the rest is for motions of the surface. */
 export const FADE_RATE = 10;
 const LEAST_RATE = 1000; // N/s
 const OWN_SPEED = 0.5; // m/s, of a hand that taps
 
-/** What a hand may be given. */
+/** Limits of the force on a hand. */
 export interface SafetyLimits {
   /** Magnitude [N]. */
   readonly max_force: number;
@@ -66,15 +66,15 @@ export function rateOf(max_stiffness: number): number {
 export interface SafetyState {
   /** Whether the hand is engaged; it waits at the start and after every fault. */
   readonly engaged: boolean;
-  /** Share of the wanted force that is given, 0 to 1. */
+  /** Share of the requested force that is given, 0 to 1. */
   readonly scale: number;
   /** Given in the last period [N]. */
   readonly force: Vec3;
-  /** Periods in a row in which the wanted force was small. */
+  /** Periods in a row in which the requested force was small. */
   readonly quiet: number;
   /** Time of the last period [s]; null before the first. */
   readonly now: number | null;
-  /** What caused the last return to waiting; empty for none. */
+  /** Cause of the last return to waiting; empty for none. */
   readonly fault: string;
   /** Force at the fault, while it is let go [N]. */
   readonly released: Vec3;
@@ -96,14 +96,14 @@ export const NOT_ENGAGED: SafetyState = {
 /**
  * The force that the device gets, as `force` of the next state.
  *
- * @param wanted Force that the law asks for [N].
+ * @param requested Force that the law asks for [N].
  * @param now Time of this period [s].
  * @param velocity Of the hand [m/s].
  * @param silent Whether the server has been silent for too long.
  */
 export function guard(
   state: SafetyState,
-  wanted: Vec3,
+  requested: Vec3,
   now: number,
   velocity: Vec3,
   silent: boolean,
@@ -111,15 +111,15 @@ export function guard(
 ): SafetyState {
   const dt = state.now === null ? 0 : now - state.now;
   const step = Math.min(Math.max(0, dt), 2 * limits.period);
-  const fault = faultOf(wanted, velocity, dt, limits);
+  const fault = faultOf(requested, velocity, dt, limits);
   if (fault !== "" || state.left > 0) return release(state, fault, step, now);
-  const size = norm(wanted);
+  const size = norm(requested);
   const quiet = size < limits.engage_below ? state.quiet + 1 : 0;
   const engaged = state.engaged || (quiet >= limits.engage_periods && !silent);
   const up = engaged && !silent;
   const time = up ? limits.engage_time : limits.fade_time;
   const share = nextShare(state.scale, up, Math.min(size, limits.max_force), time, step);
-  const force = limited(state.force, wanted, share, limits.max_force, limits.max_rate * step);
+  const force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step);
   return { engaged, scale: share, force, quiet, now, fault: engaged ? "" : state.fault, released: ZERO, left: 0 };
 }
 
@@ -140,19 +140,19 @@ export function nextShare(share: number, up: boolean, size: number, time: number
 /**
  * The share of a force, clamped, that is given, no further from the last than allowed [N].
  *
- * Clamped first: what the law asks for beyond the limit must not hold up a fade.
+ * Clamped first: the part of the requested force beyond the limit must not hold up a fade.
  *
  * @param most Change in this period [N].
  */
-function limited(before: Vec3, wanted: Vec3, share: number, max_force: number, most: number): Vec3 {
-  const size = norm(wanted);
-  const force = scale(wanted, size > max_force ? (share * max_force) / size : share);
+function limited(before: Vec3, requested: Vec3, share: number, max_force: number, most: number): Vec3 {
+  const size = norm(requested);
+  const force = scale(requested, size > max_force ? (share * max_force) / size : share);
   const change = sub(force, before);
   const jump = norm(change);
   return jump > most ? add(before, scale(change, most / jump)) : force;
 }
 
-/** Let a hand go after a fault: a smooth ramp from what it had to nothing. */
+/** Let a hand go after a fault: a smooth ramp from its force to zero. */
 function release(state: SafetyState, fault: string, step: number, now: number): SafetyState {
   const released = state.left > 0 ? state.released : state.force;
   const left = Math.max(0, (state.left > 0 ? state.left : 1) - step / RELEASE_TIME);
@@ -161,8 +161,8 @@ function release(state: SafetyState, fault: string, step: number, now: number): 
 }
 
 /** Why the hand must be let go; empty when it need not. */
-function faultOf(wanted: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
-  if (!isFinite3(wanted)) return `the law asked for ${wanted.join(", ")} N`;
+function faultOf(requested: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
+  if (!isFinite3(requested)) return `the law asked for ${requested.join(", ")} N`;
   const speed = norm(velocity);
   if (!isFinite3(velocity) || speed > limits.max_speed) {
     return `the hand moved at ${speed.toFixed(2)} m/s, above ${limits.max_speed} m/s`;

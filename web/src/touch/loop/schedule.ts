@@ -1,7 +1,7 @@
 /** Haptic periods in batches: a Worker wakes every few milliseconds and runs as many as have passed. */
 
 export const HAPTIC_PERIOD = 0.001; // s, T
-const MOST_AT_ONCE = 20; // periods of one wake; what a longer stall cost is lost
+const MOST_AT_ONCE = 20; // periods of one wake; the periods of a longer stall are lost
 
 /** Where the loop is in time. */
 export interface Schedule {

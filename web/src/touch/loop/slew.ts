@@ -1,5 +1,5 @@
 /**
- * Slew limits: what the hand's own motion does not cause moves its force no faster than so.
+ * Slew limits of the changes of force that the hand's own motion does not cause.
  *
  * `client/cohaptic_client/loop/slew.py` in TypeScript: `EXTERNAL_RATE` is for all of it; depth, direction, gain and
  * compliance of a contact each move as fast as their share of it allows.
@@ -13,10 +13,10 @@ import type { LoopState } from "./state";
 
 // A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
 const GAIN_RATE = 10; // 1/s
-export const SOFT = 1; // N/m; what is softer gives no force that could step, and a gain of 0 would stay 0
+export const SOFT = 1; // N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
 
 /**
- * Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
+ * Depth on which the law presses; motion of the surface by the others changes it by `most` at most [m].
  *
  * @param depth Of the last period, and the way that the hand itself went in since [m].
  * @param target Of the probe below the surface that is shown [m].
@@ -29,7 +29,7 @@ export function holdBack(depth: number, target: number, most: number): number {
 }
 
 /**
- * Direction of the force: what others do to the surface turns it by `most` at most.
+ * Direction of the force; motion of the surface by the others turns it by `most` at most.
  *
  * @param normal Of the last period.
  * @param target Of the surface that is shown.
@@ -48,14 +48,14 @@ export function turnBack(normal: Vec3, target: Vec3, most: number): [normal: Vec
 }
 
 /**
- * Direction of the force in this period, and what is left of the pace for its size [N].
+ * Direction of the force in this period, and the part of the pace that remains for its size [N].
  *
  * The hand's own way along the surface turns the force as far as that way makes force. Half of the pace is left to the
  * size in any case.
  *
  * @param moved Way of the hand in this period [m].
  * @param force On the hand, above 0 [N].
- * @param pace By how much what others do may change the force in this period [N].
+ * @param pace Largest change of the force by the others in this period [N].
  */
 export function slewNormal(
   before: Vec3,
@@ -84,22 +84,22 @@ export function slewGain(k_h: number, target: number, dt: number, force = 0): nu
 /**
  * Compliance that the friction uses, on its way to the newest patch's [m/N].
  *
- * A patch without one says nothing new of it: a contact that sticks does not let go for that.
+ * A patch without a compliance keeps the previous one: a sticking contact does not let go because of it.
  *
  * @param most By how much the change of it may change the force in this period [N].
  */
 export function slewCompliance(state: LoopState, most: number, counted: number, period: number): Compliance3 | null {
-  const was = state.compliance;
+  const previous = state.compliance;
   const newest = state.patch?.compliance ?? null;
-  if (newest === null || was === null || !state.friction.touching) return newest ?? was;
-  const change = Math.hypot(...was.map((a, i) => (newest[i] ?? a) - a));
+  if (newest === null || previous === null || !state.friction.touching) return newest ?? previous;
+  const change = Math.hypot(...previous.map((a, i) => (newest[i] ?? a) - a));
   if (change === 0) return newest;
   let s = counted / period;
   // f = C^-1 x, so a change of C moves it by at most |dC| |f| over the least eigenvalue of C.
   const force = Math.hypot(state.normal_force, norm(state.friction.force));
-  if (force > 0) s = Math.min(s, (most * leastEigenvalue(was)) / (Math.SQRT2 * change * force));
+  if (force > 0) s = Math.min(s, (most * leastEigenvalue(previous)) / (Math.SQRT2 * change * force));
   if (s >= 1) return newest;
   const [xx, yy, zz, xy, xz, yz] = newest;
   const mid = (a: number, b: number): number => a + s * (b - a);
-  return [mid(was[0], xx), mid(was[1], yy), mid(was[2], zz), mid(was[3], xy), mid(was[4], xz), mid(was[5], yz)];
+  return [mid(previous[0], xx), mid(previous[1], yy), mid(previous[2], zz), mid(previous[3], xy), mid(previous[4], xz), mid(previous[5], yz)];
 }

@@ -1,4 +1,4 @@
-/** What one client's haptic loop is told, remembers and gives; `step.ts` and `arrival.ts` have what happens. */
+/** Settings, state, input and output of one client's haptic loop; `step.ts` and `arrival.ts` compute with them. */
 
 import { type FrictionState, NO_FRICTION } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
@@ -10,7 +10,7 @@ import type { LawFade } from "./law_fade";
 import { NOTHING_OWED, type Passivity } from "./passivity";
 import { DEFAULT_LIMITS, NOT_ENGAGED, rateOf, type SafetyLimits, type SafetyState } from "./safety";
 
-/** What one client's loop is told. */
+/** Settings of one client's loop. */
 export interface LoopSettings {
   /** Time between patches, N T [s]. */
   readonly simulation_period: number;
@@ -63,12 +63,12 @@ export interface DeviceSample {
   readonly velocity: Vec3;
 }
 
-/** What comes into one period. */
+/** Input of one period. */
 export interface Period {
   readonly sample: DeviceSample;
   readonly sight: Sight;
   readonly now: number;
-  /** Since the last period, at most two punctual ones: what time moves the force by [s]. */
+  /** Since the last period, at most two punctual ones: limits changes of force by time [s]. */
   readonly counted: number;
   /** Whether the server counts as silent. */
   readonly silent: boolean;
@@ -81,26 +81,26 @@ export interface LoopState {
   /** When it came [s]. */
   readonly arrived: number;
   readonly before: Patch | null;
-  /** What was shown when the newest came, less what `before` shows. */
+  /** The surface in use when the newest came, minus that of `before`. */
   readonly offset: Sight | null;
   /** Gain in use when it came [N/m]. */
   readonly k_h_before: number;
   /** Law in use; null before the first patch. */
   readonly fade: LawFade | null;
-  /** Of the law in the last period [N]. */
+  /** Force of the law in the last period [N]. */
   readonly normal_force: number;
-  /** Shown in the last period; null before the first. */
+  /** Surface at the probe in the last period; null before the first. */
   readonly sight: Sight | null;
-  /** On which the law pressed in the last period, `holdBack` [m]. */
+  /** Depth on which the law pressed in the last period, `holdBack` [m]. */
   readonly depth: number;
-  /** Of the last period [m]. */
+  /** Position in the last period [m]. */
   readonly probe: Vec3;
-  /** Along which the law pressed in the last period, `turnBack`. */
+  /** Direction in which the law pressed in the last period, `turnBack`. */
   readonly normal: Vec3;
   readonly passivity: Passivity;
   /** Memory of the sticking contact. */
   readonly friction: FrictionState;
-  /** That the friction uses, on its way to the newest patch's; null without one. */
+  /** Compliance that the friction uses, in transition to that of the newest patch; null without one. */
   readonly compliance: Compliance3 | null;
   readonly safety: SafetyState;
   /** How long the server may be silent on this link [s]. */
@@ -126,11 +126,11 @@ export const START: LoopState = {
   patience: 0,
 };
 
-/** What a period gives. */
+/** Output of a period. */
 export interface Output {
   /** On the hand, to the device [N]. */
   readonly force: Vec3;
-  /** The same without the passivity layer's damping, which is the hand's affair: what the body gets [N]. */
+  /** The same without the passivity layer's damping, which acts on the hand only: its opposite acts on the body [N]. */
   readonly on_body: Vec3;
   readonly local: LocalForce;
   /** Of the passivity layer, along the normal [N]. */

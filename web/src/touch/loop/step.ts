@@ -1,8 +1,8 @@
 /**
  * One period of the haptic loop as a pure function.
  *
- * `client/cohaptic_client/loop/step.py` in TypeScript, for planes and spheres: what a patch does when it arrives is in
- * `arrival.ts`, what a surface does to a hand in `contactForce.ts`, what the loop remembers in `loop.ts`.
+ * `client/cohaptic_client/loop/step.py` in TypeScript, for planes and spheres: the arrival of a patch is in
+ * `arrival.ts`, the force of a surface on the hand in `contact_force.ts`, the state of the loop in `state.ts`.
  */
 
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
@@ -25,40 +25,40 @@ export function step(
   const silent = isSilent(state, now, settings);
   const sight = shown(state, sample.position, now, settings);
   const { patch, fade } = state;
-  const pressed =
+  const contact =
     sight === null || patch === null || fade === null
       ? { ...NO_CONTACT, fade, normal: state.normal }
       : contactForce(state, patch, fade, { sample, sight, now, counted, silent }, settings);
-  const { wanted, local } = pressed;
-  const safety = guard(state.safety, wanted, now, sample.velocity, silent, settings.limits);
-  const size = norm(wanted);
+  const { requested, local } = contact;
+  const safety = guard(state.safety, requested, now, sample.velocity, silent, settings.limits);
+  const size = norm(requested);
   const ratio = size > 0 ? norm(safety.force) / size : safety.scale;
   let passivity = NOTHING_OWED;
   if (settings.max_damping > 0 && state.sight !== null) {
     const before = state.passivity;
-    const stored = givenShare(pressed.stored, ratio, safety.scale);
+    const stored = givenShare(contact.stored, ratio, safety.scale);
     const work = 0.5 * dot(add(state.safety.force, safety.force), sub(sample.position, state.probe));
-    const owed = observe(before.owed, work, stored - before.stored, pressed.from_body, dt);
-    passivity = { owed, damping: pressed.damping, stored };
+    const owed = observe(before.owed, work, stored - before.stored, contact.from_body, dt);
+    passivity = { owed, damping: contact.damping, stored };
   }
   const after: LoopState = {
     ...state,
-    fade: pressed.fade,
+    fade: contact.fade,
     normal_force: local.normal_force,
     sight,
-    depth: pressed.depth,
+    depth: contact.depth,
     probe: sample.position,
     passivity,
-    normal: pressed.normal,
-    friction: pressed.friction,
-    compliance: pressed.compliance,
+    normal: contact.normal,
+    friction: contact.friction,
+    compliance: contact.compliance,
     safety,
   };
   const output: Output = {
     force: safety.force,
-    on_body: onBody(pressed.on_body, ratio, settings.limits.max_force),
+    on_body: onBody(contact.on_body, ratio, settings.limits.max_force),
     local,
-    damping_force: pressed.damped - local.normal_force,
+    damping_force: contact.damped - local.normal_force,
     u_others: sight === null ? 0 : dot(sight.u_others, sight.normal),
     silent,
   };
@@ -66,10 +66,10 @@ export function step(
 }
 
 /**
- * What the body gets of the law's force: the share that the hand has, and never more than the law's.
+ * The part of the law's force that the body gets: the same share as the hand, and never more than the law's.
  *
- * Damping may take nearly all of the law's force, or double it, and is not the body's affair; and while a force still
- * comes down to the law's, the body has the law's.
+ * Damping may cancel nearly all of the law's force, or double it, and does not act on the body; while a force still
+ * falls to the law's, the body gets the law's.
  */
 function onBody(force: Vec3, ratio: number, max_force: number): Vec3 {
   const size = norm(force);

@@ -1,5 +1,7 @@
 /**
- * When to send: so that a sample reaches the server just before the tick that uses it; `cohaptic_client/pacing.py`.
+ * When to send a sample, so that it reaches the server just before the tick that uses it.
+ *
+ * `client/cohaptic_client/network/pacing.py` in TypeScript.
  */
 
 const TARGET_WAIT = 0.002; // s; room for the jitter of two schedulers

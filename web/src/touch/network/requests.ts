@@ -1,4 +1,4 @@
-/** What the user wants of law and finger, and what the server knows of that. */
+/** The law and friction that the user asks for, and which of them the server knows. */
 
 import type { FixedGains, LawName } from "../../model/laws";
 import { encodeControl } from "../../protocol/messages";
@@ -13,8 +13,8 @@ function telling(law: LawName, fixed_gains: FixedGains | null): string {
 export class Requests {
   /** Gains instead of the server's. */
   fixed: FixedGains | null = null;
-  private told = ""; // law and gains that the server knows of
-  private rough = false; // whether it knows of friction
+  private knownLaw = ""; // law and gains that the server knows of
+  private knowsFriction = false; // the last hello asked for friction
 
   /** @param mu Of the finger. */
   constructor(
@@ -22,30 +22,30 @@ export class Requests {
     public mu: number,
   ) {}
 
-  /** A hello is on its way, which speaks of law and friction. */
+  /** A hello with law and friction was sent. */
   greet(): void {
-    this.told = telling(this.law, null);
-    this.rough = this.mu > 0;
+    this.knownLaw = telling(this.law, null);
+    this.knowsFriction = this.mu > 0;
   }
 
-  /** What to say of the law; null where the server knows it. */
-  lawToTell(): string | null {
-    const wanted = telling(this.law, this.fixed);
-    if (wanted === this.told) return null;
-    this.told = wanted;
-    return wanted;
+  /** The message that asks for the law; null where the server knows it. */
+  lawRequest(): string | null {
+    const message = telling(this.law, this.fixed);
+    if (message === this.knownLaw) return null;
+    this.knownLaw = message;
+    return message;
   }
 
   /**
-   * Whether the last hello was for another finger than the wanted one.
+   * Whether the last hello was for another finger than the present one.
    *
    * @param friction mu in use: a finger becomes smooth before the server hears of it.
    */
   needsHello(friction: number): boolean {
-    return this.mu > 0 ? !this.rough : this.rough && friction === 0;
+    return this.mu > 0 ? !this.knowsFriction : this.knowsFriction && friction === 0;
   }
 
-  /** mu after one more period, on its way to the wanted one: a choice does not move the force fast, either. */
+  /** mu after one more period, in transition to the requested one, so that a choice does not step the force. */
   nextFriction(now: number, dt: number): number {
     return Math.min(Math.max(this.mu, now - RATE * dt), now + RATE * dt);
   }

@@ -1,4 +1,4 @@
-/** The touching client's half of the protocol as a state machine without I/O; `cohaptic_client/session.py`. */
+/** The touching client's half of the protocol as a state machine without I/O; `cohaptic_client/network/session.py`. */
 
 import type { TouchSettings } from "../../model/hand";
 import { ProtocolError } from "../../protocol/frame";

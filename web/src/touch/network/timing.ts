@@ -1,7 +1,8 @@
 /**
- * Round trip, jitter and clock offset of a link, estimated from every patch; `cohaptic_client/timing.py`.
+ * Round trip, jitter and clock offset of a link, estimated from every patch;
+ * `client/cohaptic_client/network/timing.py` in TypeScript.
  *
- * A patch sends back when its sample left (`t_client`), how long that waited for the tick (`sample_wait`) and when
+ * A patch sends back when its sample left (`t_client`), how long the sample waited for the tick (`sample_wait`) and when
  * the tick was (`t_server`), as in NTP. The clock offset is taken from the shortest round trip of late.
  */
 
@@ -16,7 +17,7 @@ export interface Passage {
   readonly offset: number;
 }
 
-/** What is known of a link. */
+/** Estimated timing of a link. */
 export interface LinkTiming {
   /** Running mean [s]; 0 before the first patch. */
   readonly round_trip: number;
@@ -45,15 +46,15 @@ export function measured(
 ): LinkTiming {
   const trip = Math.max(0, now - patch.t_client - patch.sample_wait);
   const arrived = patch.t_server - patch.sample_wait;
-  const here = { round_trip: trip, offset: 0.5 * (arrived - patch.t_client + (patch.t_server - now)) };
+  const passage = { round_trip: trip, offset: 0.5 * (arrived - patch.t_client + (patch.t_server - now)) };
   if (timing.shortest === null) {
-    return { round_trip: trip, jitter: 0, shortest: here, shortest_before: null, until: now + WINDOW };
+    return { round_trip: trip, jitter: 0, shortest: passage, shortest_before: null, until: now + WINDOW };
   }
   const round_trip = timing.round_trip + SMOOTHING * (trip - timing.round_trip);
   const jitter = timing.jitter + SMOOTHING * (Math.abs(trip - round_trip) - timing.jitter);
   if (now >= timing.until) {
-    return { round_trip, jitter, shortest: here, shortest_before: timing.shortest, until: now + WINDOW };
+    return { round_trip, jitter, shortest: passage, shortest_before: timing.shortest, until: now + WINDOW };
   }
-  const shortest = trip < timing.shortest.round_trip ? here : timing.shortest;
+  const shortest = trip < timing.shortest.round_trip ? passage : timing.shortest;
   return { ...timing, round_trip, jitter, shortest };
 }

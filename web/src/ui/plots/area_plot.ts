@@ -20,7 +20,7 @@ export function gainsOf(user: UserState, simulationPeriod: number, yardstick: Ya
   return { kappa: user.k_h / k_o, int: (user.integral_gain * simulationPeriod) / k_o };
 }
 
-/** What the figure says of a user; the predictive law has its own proof and is no point of this set. */
+/** Where a user's gains lie; the predictive law has its own proof and is no point of this set. */
 export function verdict(user: UserState, simulationPeriod: number, yardstick: Yardstick): "inside" | "outside" | "own" | "none" {
   const gains = gainsOf(user, simulationPeriod, yardstick);
   if (gains === null) return "none";
@@ -34,12 +34,12 @@ const BOX = { left: 34, right: 10, top: 10, bottom: 20 } as const;
 const outlines = new Map<number, [number, number][]>();
 
 function outline(delay: number): [number, number][] {
-  let found = outlines.get(delay);
-  if (found === undefined) {
-    found = stableOutline(delay, delay > 8 ? 40 : 60);
-    outlines.set(delay, found);
+  let points = outlines.get(delay);
+  if (points === undefined) {
+    points = stableOutline(delay, delay > 8 ? 40 : 60);
+    outlines.set(delay, points);
   }
-  return found;
+  return points;
 }
 
 export function drawArea(

@@ -1,4 +1,4 @@
-/** What the own hand would feel, as a picture: a cut through the surface, the tip held on it, the cursor below. */
+/** A cut through the surface under the own hand: the tip on the surface, the cursor below, the force as an arrow. */
 
 import type { TouchState } from "../../model/hand";
 import { dot, norm, scale, sub } from "../../model/vec";

@@ -17,7 +17,7 @@ export interface Line {
 export interface Lane {
   readonly name: string;
   readonly unit: string;
-  /** From SI to what is written at the axis. */
+  /** Factor from SI to the unit at the axis. */
   readonly factor: number;
   /** Least width of the scale, in SI. */
   readonly least: number;
@@ -63,8 +63,8 @@ export class StripChart {
     let top = 0;
     this.lanes.forEach((lane, i) => {
       const columns = lane.lines.map((line) => line.column);
-      const found = data.range(columns, now - span);
-      const range = follow(this.ranges[i] ?? null, withZero(found, lane), lane.least);
+      const extent = data.range(columns, now - span);
+      const range = follow(this.ranges[i] ?? null, withZero(extent, lane), lane.least);
       this.ranges[i] = range;
       const y = linear(range, { low: top + TOP + lane.height, high: top + TOP });
       axis(c, lane, range, y, width, top, ink);
@@ -74,9 +74,9 @@ export class StripChart {
   }
 }
 
-/** What a lane has to show: its data with zero, and no less than its least width. */
-export function withZero(found: Range | null, lane: Pick<Lane, "zero" | "least">): Range {
-  const data = found ?? { low: 0, high: 0 };
+/** The range that a lane shows: its data with zero, and no less than its least width. */
+export function withZero(extent: Range | null, lane: Pick<Lane, "zero" | "least">): Range {
+  const data = extent ?? { low: 0, high: 0 };
   const low = lane.zero ? Math.min(0, data.low) : data.low;
   const high = lane.zero ? Math.max(0, data.high) : data.high;
   return { low, high: Math.max(high, low + lane.least) };

@@ -1,6 +1,6 @@
 /**
- * A map of how stiff the surface was found to be: each contact says K_o of its place, and what nobody
- * touched stays blank. Newer findings replace older ones, most under the finger's middle.
+ * A map of the measured stiffness of the surface: each contact gives K_o at its place, and places that nobody
+ * touched stay blank. Newer values replace older ones, most under the middle of the finger.
  */
 
 import type { Vec3 } from "../../model/vec";
@@ -9,7 +9,7 @@ export class StiffnessMap {
   /** K_o [N/m] and how much is known of it, 0 to 1; shape (n,). */
   readonly values: Float32Array;
   readonly known: Float32Array;
-  /** Least and largest that were found [N/m]. */
+  /** Least and largest measured value [N/m]. */
   low = Infinity;
   high = -Infinity;
 
@@ -23,7 +23,7 @@ export class StiffnessMap {
   }
 
   /**
-   * Write down a finding.
+   * Enter a measured value.
    *
    * @param foot Where, on the resting surface [m].
    * @param k_o Stiffness [N/m].

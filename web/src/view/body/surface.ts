@@ -1,4 +1,4 @@
-/** The deformed body: smooth, lit so that a dent is seen, coloured by what it did or how stiff it is. */
+/** The deformed body: smooth, lit so that a dent is seen, coloured by displacement or stiffness. */
 
 import {
   BufferAttribute,
@@ -19,7 +19,7 @@ import { StiffnessMap } from "./stiffness_map";
 
 export type Colouring = "displacement" | "stiffness";
 
-/** What a legend has to say. */
+/** Content of the legend. */
 export interface Legend {
   readonly colouring: Colouring;
   /** Ends of the map: [m] or [N/m]; null where nothing is known yet. */
@@ -32,7 +32,7 @@ const STEPS = 256;
 export class Surface {
   readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
   colouring: Colouring = "displacement";
-  /** Ends of the displacement's map [m]; grows with what is seen. */
+  /** Ends of the displacement's map [m]; grows with the displacement. */
   private span: number;
   private scheme: Scheme = "light";
   private readonly refiner: Refiner;

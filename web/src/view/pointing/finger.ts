@@ -1,5 +1,5 @@
 /**
- * From a pointer to where the hand wants to be.
+ * The target position of the hand, from presses and drags of a pointer.
  *
  * A press takes hold of the surface as it stands at that moment and goes in along the normal, gently, to a
  * depth that wheel, Shift and a pen's pressure change; a drag slides. Places are those of the resting
@@ -18,7 +18,7 @@ const FLIGHT = 6; // radii per second round the body
 const FAR = 0.45; // rad from which the way goes round
 const ORBIT = 1.12; // radii from the middle at which it does
 
-/** What the hand is to do. */
+/** Target of the hand. */
 export interface Finger {
   /** On the resting surface [m], and the outward normal there. */
   readonly surface: Vec3;
@@ -28,7 +28,7 @@ export interface Finger {
   readonly pressing: boolean;
   /** When the press began [s]. */
   readonly since: number;
-  /** Wanted depth below the surface that was taken hold of, in radii. */
+  /** Target depth below the surface that was taken hold of, in radii. */
   readonly depth: number;
 }
 

@@ -2,7 +2,7 @@
 
 import { DEPTH, penDepth } from "./finger";
 
-/** What the pointers ask for; the page knows how. */
+/** The actions that pointers ask for. */
 export interface PointerDeeds {
   /** Begin to press at a point of the window; false where there is no body or nobody touches. */
   press(x: number, y: number): boolean;
@@ -26,7 +26,7 @@ interface Down {
   y: number;
 }
 
-/** @returns What ends it. */
+/** @returns A function that removes the listeners. */
 export function attachPointer(canvas: HTMLElement, actions: PointerDeeds): () => void {
   const down = new Map<number, Down>();
   /** The pointer that presses; null while the view is turned. */

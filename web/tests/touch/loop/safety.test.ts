@@ -6,7 +6,7 @@ import { vectors } from "../../vectors";
 
 interface Row {
   now: number;
-  /** Null for what is no number. */
+  /** Null for NaN and infinities. */
   wanted: [number | null, number | null, number | null];
   velocity: Vec3;
   silent: boolean;

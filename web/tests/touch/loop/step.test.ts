@@ -33,7 +33,7 @@ test("whatever laws follow each other, the force has no step", () => {
     const now = i / 1000;
     if (i % 16 === 0) {
       const law = laws[Math.floor(i / 1000)] ?? "pi";
-      // The body carries what the hand gave: what the paper's laws press on.
+      // The body carries the force of the hand, on which the paper's laws press.
       const patch = { ...first, tick: i + 1, law, k_h: 90, integral_gain: 2000, own_force: scale(play.normal, before) };
       state = receive(state, patchOf(play, patch), now, settings);
     }
@@ -47,7 +47,7 @@ test("whatever laws follow each other, the force has no step", () => {
   expect(before).toBeGreaterThan(0.1);
 });
 
-describe("what others do", () => {
+describe("the motion of others", () => {
   test("moves the surface under a hand by so much in a period, in and out, and not at all in the air", () => {
     expect(holdBack(0.01, 0.02, 1e-4)).toBeCloseTo(0.0101, 9);
     expect(holdBack(0.01, -0.02, 1e-4)).toBeCloseTo(0.0099, 9);

@@ -9,7 +9,7 @@ describe("a lane", () => {
     expect(withZero(null, lane)).toEqual({ low: 0, high: 2 });
   });
 
-  it("shows what is below zero too", () => {
+  it("shows values below zero too", () => {
     expect(withZero({ low: -3, high: -1 }, lane)).toEqual({ low: -3, high: 0 });
   });
 });

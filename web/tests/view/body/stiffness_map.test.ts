@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { StiffnessMap } from "../../../src/view/body/stiffness_map";
 
 describe("the map of stiffness", () => {
-  it("knows what was touched and nothing else", () => {
+  it("knows the touched places only", () => {
     const map = new StiffnessMap(Float32Array.from([0, 0, 0, 1, 0, 0]));
     expect(map.empty).toBe(true);
     expect(map.add([0, 0, 0], 250, 0.2)).toBe(true);
@@ -20,7 +20,7 @@ describe("the map of stiffness", () => {
     expect(map.values[0]).toBeCloseTo(500, 0);
   });
 
-  it("leaves out what is no stiffness", () => {
+  it("ignores invalid values", () => {
     const map = new StiffnessMap(new Float32Array(3));
     expect(map.add([0, 0, 0], Infinity, 1)).toBe(false);
     expect(map.add([0, 0, 0], 0, 1)).toBe(false);
