@@ -65,7 +65,7 @@ export function normalAt(surface: LocalSurface, probe: Vec3): Vec3 {
   return unit([n[0] + c * radial[0], n[1] + c * radial[1], n[2] + c * radial[2]], n);
 }
 
-/** Sight between a (s = 0) and b (s = 1): surfaces follow each other without a step. */
+/** Sight between a (s = 0) and b (s = 1): the transition between surfaces has no step. */
 export function blend(a: Sight, b: Sight, s: number): Sight {
   if (s >= 1) return b;
   if (s <= 0) return a;

@@ -6,28 +6,29 @@ import type { Vec3 } from "./vec";
 
 /** Mechanics of the simulated hand that follows the cursor. */
 export interface HandSettings {
-  /** Hand and device together [kg]. */
+  /** Mass of hand and device together [kg]. */
   readonly mass: number;
-  /** [N s/m] */
+  /** Damping of the hand [N s/m]. */
   readonly damping: number;
-  /** Of the spring between cursor and tip [N/m]. */
+  /** Stiffness of the spring between cursor and tip [N/m]. */
   readonly stiffness: number;
 }
 
+/** Settings of a hand when it joins. */
 export interface TouchSettings {
-  /** Of the server, ws: or wss:. */
+  /** Address of the server, ws: or wss:. */
   readonly url: string;
   /** 1 to 32 printable characters. */
   readonly name: string;
   readonly law: LawName;
   readonly geometry: "plane" | "sphere";
-  /** Never more on the hand [N]. */
+  /** Limit of the force on the hand [N]. */
   readonly max_force: number;
-  /** mu between finger and surface; 0 for none. */
+  /** Coefficient of friction mu between finger and surface; 0 for none. */
   readonly friction: number;
   readonly passivity: boolean;
   readonly hand: HandSettings;
-  /** Where the cursor is at first: outside the body [m]. */
+  /** Initial position of the cursor, outside the body [m]. */
   readonly target: Vec3;
 }
 
@@ -38,51 +39,51 @@ export interface TouchState {
   readonly phase: TouchPhase;
   /** Why it is "closed" or trying again, one sentence; empty otherwise. */
   readonly reason: string;
-  /** Close code behind that reason; 0 for none. */
+  /** Close code that belongs to the reason; 0 for none. */
   readonly code: number;
-  /** In words: "connecting", "waiting" (to be engaged), "free", "touching", "server silent", "stopped". */
+  /** State of the loop for people: "connecting", "waiting" (to be engaged), "free", "touching", "server silent", "stopped". */
   readonly doing: string;
   /** Number and name in the room; 0 before the welcome. */
   readonly user: number;
   readonly name: string;
-  /** On the page's clock [s]. */
+  /** Time of the report on the page's clock [s]. */
   readonly t: number;
-  /** Cursor: where the hand wants to be [m]. */
+  /** Cursor: the target position of the hand [m]. */
   readonly target: Vec3;
-  /** Tip, which gives way to the force [m]. */
+  /** Tip of the device, which yields to the force [m]. */
   readonly probe: Vec3;
-  /** Tip held on the surface as it is with the own force: where the cursor is drawn [m]. */
+  /** Contact point on the surface deformed by the own force too, where the tip is drawn [m]. */
   readonly proxy: Vec3;
   readonly normal: Vec3;
-  /** On the hand [N]. */
+  /** Force on the hand [N]. */
   readonly force: Vec3;
-  /** Its part along the surface, of friction [N]. */
+  /** Tangential part of the force, from friction [N]. */
   readonly along: number;
-  /** Share that is there because others touch too, along the normal [N]. */
+  /** Part of the force that the contacts of the others cause, along the normal [N]. */
   readonly felt_from_others: number;
-  /** Of the tip below the surface free of its own force; negative outside [m]. */
+  /** Depth of the tip below the surface free of its own force; negative outside [m]. */
   readonly depth: number;
-  /** Of the surface under the tip by the own force [m]. */
+  /** Indentation of the surface under the tip by the own force [m]. */
   readonly indentation: number;
   /** Displacement of the contact by the others, along the normal [m]. */
   readonly u_others: number;
-  /** The law in use, and the one asked for: they differ during a change. */
+  /** The law in use, and the requested one: they differ during a change. */
   readonly law: LawName | null;
   readonly requested_law: LawName;
   readonly k_o: number;
   readonly k_h: number;
   readonly integral_gain: number;
-  /** Passivity layer [N s/m], [J]. */
+  /** Damping of the passivity layer [N s/m], and the energy that it still has to dissipate [J]. */
   readonly damping: number;
   readonly owed: number;
   /** Share of the requested force that the safety layer gives, 0 to 1. */
   readonly scale: number;
   /** Why the force is off; empty for no reason. */
   readonly fault: string;
-  /** Of the link [s]; 0 before the first patch. */
+  /** Round trip and jitter of the link [s]; 0 before the first patch. */
   readonly round_trip: number;
   readonly jitter: number;
-  /** Server's clock less the page's [s]. */
+  /** Server's clock minus the page's [s]. */
   readonly clock_offset: number;
   readonly simulation_period: number;
   /** Haptic periods per second, and those lost because the Worker was held up. */
@@ -96,17 +97,17 @@ export interface TouchState {
 export interface TouchHandle {
   /** Newest report; null before the first. */
   readonly state: TouchState | null;
-  /** Why there are no more reports, if the Worker itself has failed; empty else. */
+  /** Why there are no more reports, if the Worker itself has failed; empty otherwise. */
   readonly failure: string;
   /** Move the intended hand position [m]. */
   point(target: Vec3): void;
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
   setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;
-  /** mu from now on; from none to some and back the hand leaves the room for a moment, since the hello tells of it. */
+  /** Set mu. Between zero and above zero the hand leaves the room for a moment, since the hello announces friction. */
   setFriction(mu: number): void;
-  /** A report came. */
+  /** Notifies of each report. */
   readonly subscribe: Subscribe;
-  /** Fade the force, say goodbye; done when the Worker has ended. */
+  /** Fade the force and leave the room; resolves when the Worker has ended. */
   close(): Promise<void>;
 }

@@ -6,8 +6,8 @@ export type GeometryName = "plane" | "sphere" | "mesh";
 
 /** Gains that a client asks for instead of the server's choice: experiments only. */
 export interface FixedGains {
-  /** [N/m] */
+  /** K_h [N/m]. */
   readonly k_h: number;
-  /** [N/(m s)] */
+  /** I [N/(m s)]. */
   readonly integral_gain: number;
 }

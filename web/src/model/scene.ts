@@ -1,4 +1,10 @@
-/** The scene: all users and the surface, as the page watches them. */
+/**
+ * The scene: all users and the surface, as the page watches them.
+ *
+ * Names of quantities are those of the wire and of `docs/notation.md`; SI everywhere, mm and ms only on screen. Times
+ * are in seconds on the page's clock, `performance.now() / 1000`, unless a name says otherwise; `now` is an argument.
+ * Text from others (names, reasons) is inserted as text, never as markup.
+ */
 
 import type { BodyInfo, RestMesh, RoomLag } from "./body";
 import type { GeometryName, LawName } from "./laws";
@@ -24,40 +30,40 @@ export interface UserState {
   readonly x_free: Vec3;
   /** Outward unit normal there. */
   readonly normal: Vec3;
-  /** On the hand, world frame; the body carries its opposite [N]. */
+  /** Force on the hand, world frame; the body carries its opposite [N]. */
   readonly force: Vec3;
-  /** Compliance of the contact [m/N]; 0 for one who has left, as the next four. */
+  /** Compliance of the contact [m/N]; 0 after the user has left, like the next four. */
   readonly c_ii: number;
-  /** Coupling-aware stiffness, which the gains of the paper's laws respect [N/m]. */
+  /** Stiffness of the body with the coupling of all hands, which limits the gains of the paper's laws [N/m]. */
   readonly k_o_coupled: number;
   /** Gains that the server chose [N/m], [N/(m s)]. */
   readonly k_h: number;
   readonly integral_gain: number;
-  /** Measured, of the whole loop [s]. */
+  /** Measured delay of the whole loop [s]. */
   readonly loop_delay: number;
-  /** Of the patch [1/m]. */
+  /** Curvature of the patch [1/m]. */
   readonly curvature: number;
   readonly law: LawName;
   readonly geometry: GeometryName;
-  /** Whether its samples still come. */
+  /** Whether samples of this user still arrive. */
   readonly fresh: boolean;
   /** Whether its force may have a part along the surface. */
   readonly friction: boolean;
-  /** 1 while there, to 0 as a lost user lets go. */
+  /** 1 while present; falls to 0 while the force of a lost user fades. */
   readonly presence: number;
-  /** Injected by `set_latency`, each way [s]. */
+  /** Latency injected by `set_latency`, each way [s]. */
   readonly latency: Latency;
 }
 
 /** The scene at one moment. */
 export interface SceneSnapshot {
-  /** Server's clock [s]. */
+  /** Time of the snapshot on the server's clock [s]. */
   readonly t_server: number;
-  /** Vertices as they are, shape (n, 3) [m]; one array, written again at each call of `at`. */
+  /** Deformed vertices, shape (n, 3) [m]; one array, overwritten by each call of `at`. */
   readonly positions: Float32Array;
-  /** Whether `positions` differs from the call before: else nothing needs to go to the GPU. */
+  /** Whether `positions` differs from the previous call; otherwise the GPU needs no update. */
   readonly moved: boolean;
-  /** Rising by number. */
+  /** Sorted by number. */
   readonly users: readonly UserState[];
   readonly room: RoomLag;
 }
@@ -65,9 +71,9 @@ export interface SceneSnapshot {
 /** The room as `watching` described it. */
 export interface WatchInfo {
   readonly body: BodyInfo;
-  /** N T [s]. */
+  /** Simulation period N T [s]. */
   readonly simulation_period: number;
-  /** Content hash of the model; null where "forces" cannot work. */
+  /** Content hash of the model; null where the encoding "forces" is not available. */
   readonly model: string | null;
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
@@ -84,30 +90,30 @@ export interface WatchStatus {
   readonly reason: string;
   /** Close code of the last connection (docs/protocol.md); 0 while one is open. */
   readonly code: number;
-  /** Next attempt, when "waiting" [s]. */
+  /** Time of the next attempt while "waiting" [s]. */
   readonly retry_at: number;
-  /** Since the connection was opened. */
+  /** Frames and bytes since the connection was opened. */
   readonly frames: number;
   readonly bytes: number;
-  /** Over the last second or so. */
+  /** Rates over the last second. */
   readonly frames_per_second: number;
   readonly bytes_per_second: number;
-  /** How late frames are shown, so that there are two to interpolate between [s]. */
+  /** Delay of the display behind the newest frame, so that there are two frames to interpolate between [s]. */
   readonly playout_delay: number;
-  /** In use: "frames" while blocks of Green's functions are on their way. */
+  /** Encoding in use: "frames" while blocks of Green's functions are being fetched. */
   readonly encoding: Encoding;
-  /** Blocks that are here, and that are on their way. */
+  /** Blocks in the cache, and blocks still missing. */
   readonly blocks: number;
   readonly blocks_missing: number;
 }
 
-/** Something that happened in the room, for people. */
+/** An event in the room, for people. */
 export interface RoomEvent {
   readonly at: number;
   readonly kind: "joined" | "left" | "latency" | "error";
   readonly user: number;
   readonly name: string;
-  /** Reason, or the values; text. */
+  /** The reason, or the values, as text. */
   readonly detail: string;
 }
 
@@ -123,7 +129,7 @@ export interface Series {
 export interface UserHistory {
   /** |force| [N]. */
   readonly force: Series;
-  /** Below the surface free of its own force [m]. */
+  /** Depth below the surface free of the user's own force [m]. */
   readonly depth: Series;
   /** K_o coupled and K_h [N/m]. */
   readonly k_o_coupled: Series;
@@ -136,15 +142,15 @@ export interface SceneStore {
   readonly status: WatchStatus;
   /** Null before the first `watching`. */
   readonly info: WatchInfo | null;
-  /** Null before it came. A new object when the body has changed. */
+  /** Null before it arrived; a new object when the body has changed. */
   readonly mesh: RestMesh | null;
-  /** Newest last, at most 100. */
+  /** Newest last; at most 100. */
   readonly events: readonly RoomEvent[];
-  /** Who is in the room, also without a contact, rising by number. */
+  /** All users in the room, also without a contact, sorted by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
   /**
-   * Interpolated between frames for display at `now`; a pure function of `now` and of the messages so far. Null before mesh
-   * and first frame.
+   * The scene interpolated between frames for display at `now`: a pure function of `now` and of the messages so far.
+   * Null before mesh and first frame.
    */
   at(now: number): SceneSnapshot | null;
   /** Rolling histories for plots, by user. */
@@ -152,7 +158,7 @@ export interface SceneStore {
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
   setLatency(user: number, latency: Latency): void;
-  /** Status, info, mesh, roster or events changed. Frames do not count: ask `at` when you draw. */
+  /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */
   readonly subscribe: Subscribe;
   close(): void;
 }

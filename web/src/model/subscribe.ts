@@ -1,2 +1,2 @@
-/** Says that something has changed; the answer ends the subscription. */
+/** Calls a listener at every change; the returned function ends the subscription. */
 export type Subscribe = (listener: () => void) => () => void;

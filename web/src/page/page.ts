@@ -1,4 +1,4 @@
-/** The whole page: makes its parts, lets them know of each other, and runs the frame. */
+/** The whole page: makes its parts, connects them, and runs the frame. */
 
 import { socketUrl } from "../address";
 import type { SceneStore, SceneSnapshot } from "../model/scene";

@@ -1,8 +1,8 @@
 /** Notices that the page did not run for a while: a tab in the background, a laptop asleep. */
 
-const HIDDEN = 3; // s in the background that are worth a word
+const HIDDEN = 3; // s in the background that are worth a notice
 const GAP = 15; // s without a frame, though in sight: the machine slept
-const TELL = 8; // s for which it is said
+const TELL = 8; // s for which the notice stays
 const SETTLED = 10; // frames after which the page has begun
 
 export class SleepDetector {

@@ -1,5 +1,5 @@
 /**
- * One hand at one server: engine, socket and timers put together. The shell that decides when to connect again.
+ * One hand at one server: engine, socket and timers. It decides when to reconnect.
  *
  * Socket, clock and timers are given, so that a test can be the server.
  */

@@ -10,7 +10,7 @@ import { clockOffset, type LinkTiming } from "./network/timing";
 /** How the connection is, as the Worker sees it. */
 export interface Connection {
   readonly phase: TouchPhase;
-  /** Why, in one sentence; empty for no reason. */
+  /** Reason in one sentence; empty for none. */
   readonly reason: string;
   /** Close code behind it; 0 for none. */
   readonly code: number;

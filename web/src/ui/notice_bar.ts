@@ -1,4 +1,4 @@
-/** The place where a notice stands. */
+/** The element that shows a notice. */
 
 import { el, say, show } from "./dom";
 import { icon } from "./icons";

@@ -1,4 +1,4 @@
-/** Day and night: as the system says, until the reader says otherwise. */
+/** Light and dark scheme: as the system prefers, until the visitor chooses. */
 
 import type { Scheme } from "../model/colours";
 

@@ -1,4 +1,4 @@
-/** Numbers and names as people read them; millimetres and milliseconds are made here. */
+/** Numbers and names as people read them; the only place with millimetres and milliseconds. */
 
 import type { RoomLag } from "../model/body";
 import type { LawName } from "../model/laws";

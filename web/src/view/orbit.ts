@@ -1,4 +1,4 @@
-/** The camera's place as numbers: on a sphere round the body, with z up. */
+/** Position of the camera as numbers: on a sphere round the body, with z up. */
 
 import type { Vec3 } from "../model/vec";
 

@@ -1,4 +1,4 @@
-/** The frames that came, and the scene that they show at any time. */
+/** The received frames, and the scene at any time between them. */
 
 import type { RestMesh } from "../model/body";
 import type { SceneSnapshot, UserState } from "../model/scene";
@@ -8,7 +8,7 @@ import { firstFrame, nextFrame, playoutDelay, type PlayoutClock } from "./playou
 import type { Room } from "./room";
 
 const KEPT = 1; // s of frames behind the time that is shown
-const GAP = 2; // intervals; a frame is on its way for so long, and holds before
+const GAP = 2; // intervals; the transition to a frame takes at most this long
 
 /** Newest frames of one connection. */
 export class FrameBuffer {

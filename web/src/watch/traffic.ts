@@ -1,4 +1,4 @@
-/** How much comes over a connection. */
+/** Frames and bytes over a connection. */
 
 const SPAN = 1; // s
 

@@ -64,7 +64,7 @@ export function contactForce(
   let pace = paceOf(state, k_h - before.now.gains.k_h, updated, period);
   let C: Compliance3 | null = null;
   if (settings.friction > 0) {
-    pace *= 0.5; // the other half is the friction's
+    pace *= 0.5; // the other half is for the friction
     C = slewCompliance(state, 0.5 * pace, counted, settings.simulation_period);
   }
   const moved = sub(sample.position, state.probe);

@@ -1,4 +1,4 @@
-/** The gains of the newest patch where the probe is now, and the way to them. */
+/** The gains of the newest patch where the probe is now, and the transition to them. */
 
 import type { Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
@@ -11,7 +11,7 @@ import type { LoopSettings, LoopState, Period } from "./state";
 const MOST_CHANGE = 2; // of a compliance within one patch; more is a mistake of the patch
 const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand that has the object's own stiffness, in 32 bits
 
-/** The law in use with the gains of the newest patch, on the way from those before. */
+/** The law in use with the gains of the newest patch, in transition from those of the previous patch. */
 export function withGainsOfPatch(
   state: LoopState,
   patch: Patch,

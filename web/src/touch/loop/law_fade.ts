@@ -1,5 +1,5 @@
 /**
- * The law in use, and the way from one law to the next without a step in the force.
+ * The law in use, and the transition to another law without a step in the force.
  *
  * When patches come for another law, both run, and the force moves from the one to the other: within `FADE_TIME`, and
  * by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second. `client/cohaptic_client/loop/law_fade.py` in

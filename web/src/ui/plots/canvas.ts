@@ -1,6 +1,6 @@
 /** A canvas as sharp as the screen, and the colours of the page to draw with. */
 
-/** Inks of the page at this moment: they differ by day and night. */
+/** Inks of the page at this moment: they depend on the colour scheme. */
 export interface Inks {
   readonly text: string;
   readonly faint: string;

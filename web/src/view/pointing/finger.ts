@@ -2,7 +2,7 @@
  * The target position of the hand, from presses and drags of a pointer.
  *
  * A press takes hold of the surface as it stands at that moment and goes in along the normal, gently, to a
- * depth that wheel, Shift and a pen's pressure change; a drag slides. Places are those of the resting
+ * depth that wheel, Shift and a pen's pressure change; a drag slides. Places are on the resting
  * surface, so that the own dent does not draw the finger further in. A way to another place goes round
  * the body and not through it.
  */
@@ -23,7 +23,7 @@ export interface Finger {
   /** On the resting surface [m], and the outward normal there. */
   readonly surface: Vec3;
   readonly normal: Vec3;
-  /** The surface over the resting one when it was taken hold of, along the normal [m]. */
+  /** Height of the surface over the resting one when it was grasped, along the normal [m]. */
   readonly offset: number;
   readonly pressing: boolean;
   /** When the press began [s]. */
