@@ -130,7 +130,7 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
     most -= held * Math.abs(share / state.share - 1);
   }
   const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
-  // A normal force that is present at first touch is no reason for a tangential one: the friction starts from zero here.
+  // At first touch the friction starts from zero, whatever the normal force.
   const stretch = state.touching ? state.stretch : add(scale(one, -b1), scale(two, -b2));
   const way = sub(add(stretch, moved), carried);
   // As coordinates in the tangent plane: the surface turns under the tip.

@@ -41,7 +41,7 @@ export interface TouchState {
   readonly reason: string;
   /** Close code that belongs to the reason; 0 for none. */
   readonly code: number;
-  /** State of the loop for people: "connecting", "waiting" (to be engaged), "free", "touching", "server silent", "stopped". */
+  /** State of the loop: "connecting", "waiting" (to be engaged), "free", "touching", "server silent" or "stopped". */
   readonly doing: string;
   /** Number and name in the room; 0 before the welcome. */
   readonly user: number;

@@ -13,7 +13,7 @@ const LONGEST_PATIENCE = 1; // s; no link that is worth touching over is silent 
 const FORGET_GAPS = 30; // s
 
 /**
- * Take a patch in; an patch older than the newest is ignored.
+ * Take a patch in; a patch older than the newest is ignored.
  *
  * Surface and gain move to the new patch over one simulation period, from the surface in use.
  */

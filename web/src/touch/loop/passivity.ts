@@ -6,8 +6,9 @@
  *
  *     generated = work on the hand + increase of the energy in the local spring - energy from the body,
  *
- * where the energy from the body is own_force times the displacement of its surface. It is dissipated by damping in contact, never more than
- * is owed, than the device renders stably, or than the contact's own force, so that it comes and goes with the contact.
+ * where the energy from the body is own_force times the displacement of its surface. It is dissipated by damping in
+ * contact: never more than is left to dissipate, than the device renders stably, or than the contact's own force, so
+ * that the damping comes and goes with the contact.
  */
 
 const FORGET = 5; // s; a hand at rest for so long has dissipated the energy by itself

@@ -1,5 +1,5 @@
 /**
- * The last thing before the device: limits that hold whatever law, network or device did.
+ * Limits of the force, applied last: they hold for any output of law, network or device.
  *
  * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. A force that is not finite, a stalled
  * loop or a hand that moves too fast lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only
