@@ -37,15 +37,15 @@ export function actionOf(
 ): KeyAction | null {
   if (event.ctrlKey || event.metaKey || event.altKey) return null;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-  const found = SHORTCUTS.find((s) => s.keys.includes(key));
-  if (found === undefined) return null;
+  const shortcut = SHORTCUTS.find((s) => s.keys.includes(key));
+  if (shortcut === undefined) return null;
   const tag = target?.tagName ?? "";
   if (tag === "INPUT" || tag === "TEXTAREA" || tag === "SELECT") {
     const typing = tag !== "INPUT" || target?.type === "text";
-    const moves = found.action === "press" || key.startsWith("Arrow");
-    if (typing ? found.action !== "escape" : moves) return null;
+    const moves = shortcut.action === "press" || key.startsWith("Arrow");
+    if (typing ? shortcut.action !== "escape" : moves) return null;
   }
   // Space on a button presses the button.
-  if (tag === "BUTTON" && found.action === "press") return null;
-  return found.action;
+  if (tag === "BUTTON" && shortcut.action === "press") return null;
+  return shortcut.action;
 }

@@ -55,19 +55,19 @@ function ofWatch(c: NoticeFacts): Notice | null {
     return make("version", "bad", "The server was upgraded",
       "This page is older than the server and they no longer understand each other. Reloading brings the new page.", "reload");
   }
-  const told = sentence(c.reason);
+  const reason = sentence(c.reason);
   switch (c.phase) {
     case "watching":
       return null;
     case "refused":
-      return make("refused", "bad", "The server refused this page", told === "" ? "It gave no reason." : told, "reload");
+      return make("refused", "bad", "The server refused this page", reason === "" ? "It gave no reason." : reason, "reload");
     case "connecting":
       return c.seen
-        ? make("lost", "busy", "Connecting again\u2026", told)
+        ? make("lost", "busy", "Connecting again\u2026", reason)
         : make("connecting", "busy", "Connecting\u2026", "Asking the server for the object.");
     case "waiting":
       return make("lost", "busy", lostTitle(c.code),
-        [told, c.retryIn > 0 ? `Trying again in ${Math.ceil(c.retryIn)} s.` : "Trying again."].filter((s) => s !== "").join(" "));
+        [reason, c.retryIn > 0 ? `Trying again in ${Math.ceil(c.retryIn)} s.` : "Trying again."].filter((s) => s !== "").join(" "));
   }
 }
 
@@ -79,10 +79,10 @@ function lostTitle(code: number): string {
 }
 
 function ofTouch(c: NoticeFacts): Notice {
-  const told = sentence(c.touch);
-  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", told, "dismiss");
-  if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${told} Choose another name and touch again.`, "dismiss");
-  return make(`touch-${c.touch}`, "bad", "You are not touching", told, "dismiss");
+  const reason = sentence(c.touch);
+  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", reason, "dismiss");
+  if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${reason} Choose another name and touch again.`, "dismiss");
+  return make(`touch-${c.touch}`, "bad", "You are not touching", reason, "dismiss");
 }
 
 function make(key: string, tone: Notice["tone"], title: string, text: string, action: Notice["action"] = null): Notice {

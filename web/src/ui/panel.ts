@@ -87,21 +87,21 @@ export class Panel {
   /** Write and draw all that is seen; called some times a second. */
   update(store: SceneStore, view: SceneSnapshot | null, own: number): void {
     const ink = (this.ink ??= inks(this.root));
-    const here = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
+    const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       card.root.remove();
       this.cards.delete(user);
     }
-    for (const user of [...here].sort((a, b) => a - b)) {
+    for (const user of [...present].sort((a, b) => a - b)) {
       const state = view?.users.find((u) => u.user === user);
       const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
       this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
     }
-    say(this.count, here.size === 0 ? "" : `${here.size}`);
+    say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);
-    show(this.empty, here.size === 0 && store.status.phase === "watching");
-    show(this.latencyNote, store.info !== null && !store.info.allow_latency && here.size > 0);
+    show(this.empty, present.size === 0 && store.status.phase === "watching");
+    show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
       for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
     }
@@ -141,7 +141,7 @@ export class Panel {
   }
 }
 
-/** How the picture comes here, in one line. */
+/** Encoding and rate of the stream, in one line. */
 function streamWords(store: SceneStore): string {
   const s = store.status;
   if (s.phase !== "watching") return "";

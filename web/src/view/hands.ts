@@ -141,9 +141,9 @@ export class Hands {
   }
 
   pose(poses: readonly Pose[]): void {
-    const here = new Set(poses.map((pose) => pose.user));
+    const present = new Set(poses.map((pose) => pose.user));
     for (const [user, hand] of this.hands) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       this.group.remove(hand.group);
       hand.dispose();
       this.hands.delete(user);

@@ -53,9 +53,9 @@ export class Labels {
     anchor: (user: number) => Vec3 | null,
     project: (point: Vec3) => { x: number; y: number } | null,
   ): void {
-    const here = new Set(poses.map((pose) => pose.user));
+    const present = new Set(poses.map((pose) => pose.user));
     for (const [user, label] of this.labels) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       label.box.remove();
       this.labels.delete(user);
     }

@@ -91,7 +91,7 @@ export class Watch implements SceneStore {
 
   get status(): WatchStatus {
     const rates = this.traffic.rates(this.world.now());
-    const { here, missing } = this.store.blocks;
+    const { cached, missing } = this.store.blocks;
     return {
       phase: this.phase,
       reason: this.reason,
@@ -103,7 +103,7 @@ export class Watch implements SceneStore {
       bytes_per_second: rates.bytes,
       playout_delay: this.store.playoutDelay,
       encoding: this.store.inUse,
-      blocks: here,
+      blocks: cached,
       blocks_missing: missing,
     };
   }

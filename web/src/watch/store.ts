@@ -61,10 +61,10 @@ export class Store {
     return this.held?.frames.playoutDelay ?? 0;
   }
 
-  /** Blocks that are here, and that are missing. */
-  get blocks(): { readonly here: number; readonly missing: number } {
+  /** Blocks in the cache, and blocks that are missing. */
+  get blocks(): { readonly cached: number; readonly missing: number } {
     const blocks = this.held?.blocks;
-    return { here: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
+    return { cached: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
   }
 
   /** Frames as long as blocks are on their way, and for bodies without any. */
