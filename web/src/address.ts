@@ -14,7 +14,7 @@ export function greenUrl(address: string, model: string, vertex: number): string
   return new URL(`v1/models/${model}/green/${vertex}`, url).href;
 }
 
-/** The address without what follows its last slash. */
+/** The address up to its last slash, without query and fragment. */
 function folder(address: string): URL {
   const url = new URL(".", address);
   url.search = "";

@@ -1,4 +1,4 @@
-/** Where the page begins: which server, what to watch, and with what to touch. */
+/** Entry point: opens the page on the server that delivered it. */
 
 import { Page } from "./page/page";
 import { startTouch } from "./touch/handle";

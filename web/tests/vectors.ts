@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 
 const FOLDER = new URL("../../tests/vectors/", import.meta.url);
 
-/** The values in a file of vectors; the caller says what they are. */
+/** The values in a file of vectors; the caller knows their type. */
 export function vectors(name: string): unknown {
   return JSON.parse(readFileSync(new URL(`${name}.json`, FOLDER), "utf8"));
 }

@@ -7,15 +7,15 @@
  * and the hand feels that (science 3.10).
  */
 
-import type { Compliance3, Vec3 } from "../types";
-import { add, cross, dot, norm, scale, sub, unit, ZERO } from "../vec";
+import type { Compliance3 } from "../model/body";
+import { add, cross, dot, norm, scale, sub, unit, type Vec3, ZERO } from "../model/vec";
 
 const ROUNDING = 1e-9; // of the product of the diagonal; the server sends none that is so nearly singular
 const WEDGE = 0.9; // of the way in that friction may take back
 
 /** Memory of the sticking contact. */
 export interface FrictionState {
-  /** s, the way of the tip over the material since it stuck [m]. */
+  /** s, the displacement of the tip relative to the material since it stuck [m]. */
   readonly stretch: Vec3;
   /** f_t on the hand [N]. */
   readonly force: Vec3;
@@ -77,7 +77,7 @@ export function followMaterial(state: FrictionState, material: Vec3, most: numbe
   return [gap, add(state.material, gap)];
 }
 
-/** What one period of stick and slip is told. */
+/** Inputs of one period of stick and slip. */
 export interface Slide {
   /** Way of the tip in this period [m]. */
   readonly moved: Vec3;
@@ -95,7 +95,7 @@ export interface Slide {
   readonly share: number;
   /** That the device renders stably, which no direction along the surface exceeds [N/m]. */
   readonly max_stiffness: number;
-  /** By how much what the others do may change the force in this period [N]. */
+  /** Largest change of the force by the others in this period [N]. */
   readonly most: number;
 }
 
@@ -113,7 +113,7 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   const c12 = dot(c1, two);
   const c22 = dot(times(C, two), two);
   const det = c11 * c22 - c12 * c12;
-  if (c11 <= 0 || det <= 0) return NO_FRICTION; // no body's
+  if (c11 <= 0 || det <= 0) return NO_FRICTION; // not the compliance of an elastic body
   // Where friction would take the contact point away faster than the finger presses it in, the contact would wedge,
   // and its force grow without bound.
   const lifts = Math.hypot(b1, b2);
@@ -124,13 +124,13 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   let share = Math.min(slide.share, max_stiffness * stiffest);
   const held = norm(state.force);
   if (state.touching && held > 0) {
-    // What the gain follows moves the friction too, by half of what may move it.
+    // A change of the gain moves the friction too: it may take half of the allowed change.
     const reach = (0.5 * most) / held;
     share = Math.min(Math.max(share, state.share * (1 - reach)), state.share * (1 + reach));
     most -= held * Math.abs(share / state.share - 1);
   }
   const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
-  // A force that is already there began somewhere else: from here the friction is counted.
+  // At first touch the friction starts from zero, whatever the normal force.
   const stretch = state.touching ? state.stretch : add(scale(one, -b1), scale(two, -b2));
   const way = sub(add(stretch, moved), carried);
   // As coordinates in the tangent plane: the surface turns under the tip.

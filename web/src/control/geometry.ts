@@ -1,14 +1,13 @@
 /**
- * The local surface that a client holds between patches, and what a probe sees of it.
+ * The local surface that a client holds between patches, and its value at a probe.
  *
  * Plane and sphere (Adachi 1995); `shared/cohaptic/control/geometry.py` in TypeScript. A surface is free of the
  * client's own force (science 3.3), so a change of patch never moves the force by itself.
  */
 
-import type { Vec3 } from "../types";
-import { add, dot, lerp, sub, unit } from "../vec";
+import { add, dot, lerp, sub, unit, type Vec3 } from "../model/vec";
 
-/** What one probe sees of a local surface, and all that a law needs of it. */
+/** A local surface evaluated at one probe: all that a law needs. */
 export interface Sight {
   /** Of the probe below the surface, negative outside [m]. */
   readonly depth: number;
@@ -16,7 +15,7 @@ export interface Sight {
   readonly normal: Vec3;
   /** Compliance of the contact there [m/N]. */
   readonly c_ii: number;
-  /** On this hand that the body carries at the patch's tick, its opposite [N]. */
+  /** Force on this hand whose opposite the body carries at the patch's tick [N]. */
   readonly own_force: Vec3;
   /** Displacement of the material under the contact by the others [m]. */
   readonly u_others: Vec3;
@@ -34,7 +33,7 @@ export interface LocalSurface {
   readonly u_others: Vec3;
 }
 
-/** What a probe at `probe` [m] sees. */
+/** The surface at a probe [m]. */
 export function look(surface: LocalSurface, probe: Vec3): Sight {
   return {
     depth: depthOf(surface, probe),
@@ -66,7 +65,7 @@ export function normalAt(surface: LocalSurface, probe: Vec3): Vec3 {
   return unit([n[0] + c * radial[0], n[1] + c * radial[1], n[2] + c * radial[2]], n);
 }
 
-/** Sight between a (s = 0) and b (s = 1): surfaces follow each other without a step. */
+/** Sight between a (s = 0) and b (s = 1): the transition between surfaces has no step. */
 export function blend(a: Sight, b: Sight, s: number): Sight {
   if (s >= 1) return b;
   if (s <= 0) return a;
@@ -93,7 +92,7 @@ export function shift(sight: Sight, by: Sight | null): Sight {
   };
 }
 
-/** What turns sight b into sight a; its normal is a difference of normals. */
+/** The sight to be added to b to get a; its normal is a difference of normals. */
 export function difference(a: Sight, b: Sight): Sight {
   return {
     depth: a.depth - b.depth,

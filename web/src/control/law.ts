@@ -1,12 +1,12 @@
 /**
  * The local models that a client may run, and the one function that runs them; `control/law.py` in TypeScript.
  *
- * A law turns what a probe sees of the surface into the normal force on the hand; its memory goes in and comes out.
+ * A law computes the normal force on the hand from the surface at the probe; its memory is an argument and a result.
  * It has no clock, no log and no clamp: limits are applied once, last, by `touch/safety.ts`.
  */
 
-import type { LawName } from "../types";
-import { dot } from "../vec";
+import type { LawName } from "../model/laws";
+import { dot } from "../model/vec";
 import type { Sight } from "./geometry";
 import { predictiveForce } from "./predictive";
 import { proportionalForce, proportionalStiffness } from "./proportional";
@@ -17,7 +17,7 @@ import {
   proportionalIntegralStep,
 } from "./proportional_integral";
 
-/** What the server chose for a client's law. */
+/** The gains that the server chose for a client's law. */
 export interface Gains {
   /** K_h [N/m]. */
   readonly k_h: number;
@@ -33,15 +33,15 @@ export const DEFAULT_LAW_SETTINGS: LawSettings = {
   max_force: 10,
 };
 
-/** What a law answers. */
+/** The result of a law. */
 export interface LocalForce {
   /** On the hand along the surface's normal, never negative [N]. */
   readonly normal_force: number;
-  /** Its part that is there because others touch too [N]. */
+  /** Part of it that the contacts of the others cause [N]. */
   readonly felt_from_others: number;
   /** Of the surface under the probe, own force included [m]. */
   readonly indentation: number;
-  /** In the law's spring; what is more in its force is no spring's [J]. */
+  /** Energy in the law's spring; the part of the force that is no spring's stores none [J]. */
   readonly stored: number;
 }
 
@@ -63,7 +63,7 @@ export function localForce(
 ): [memory: IntegralState, force: LocalForce] {
   const d_free = sight.depth;
   const { k_h, integral_gain } = gains;
-  // Where the probe would stand to the body if nobody else touched it.
+  // Depth that the probe would have if nobody else touched the body.
   const d_alone = Math.max(0, d_free - dot(sight.u_others, sight.normal));
   const said = (f: number, stiffness: number, stored: number): LocalForce => ({
     normal_force: f,

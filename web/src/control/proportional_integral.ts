@@ -1,7 +1,7 @@
 /**
  * The paper's proportional-integral local model, section 5, with the hygiene of 5.1.
  *
- * L(z) = K_h + T I / (z - 1), eq. (12). What is integrated is e - theta, with the threshold of eq. (17) or (18); when
+ * L(z) = K_h + T I / (z - 1), eq. (12). The integrand is e - theta, with the threshold of eq. (17) or (18); when
  * contact ends the integral's force goes to zero linearly over a few simulation periods. How (18) is read:
  * `shared/cohaptic/control/proportional_integral.py`.
  */
@@ -45,7 +45,7 @@ export function integrationThreshold(
   return leaving * (state.force >= full_force ? 1 : state.force / full_force);
 }
 
-/** What one period of the integral is told. */
+/** Settings of the integral. */
 export interface IntegralSettings {
   readonly thresholds: Thresholds;
   /** From full force of the integral to none when contact ends [s]. */

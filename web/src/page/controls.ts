@@ -1,35 +1,52 @@
-/** From pointers and keys to what the page does. */
+/** Pointers and keys: translates their events into actions of the page. */
 
-import { deedOf, type KeyDeed } from "../ui/keyboard";
-import { rotated, zoomed } from "../view/orbit";
-import { attachPointer } from "../view/pointer";
-import { DEPTH } from "../view/press";
+import type { Help } from "../ui/help";
+import { actionOf, type KeyAction } from "../ui/keyboard";
+import { DEPTH } from "../view/pointing/finger";
+import { HOME, rotated, zoomed } from "../view/orbit";
+import { attachPointer } from "../view/pointing/pointer";
+import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
-import { HOME } from "../view/orbit";
-import type { Page } from "./page";
+import type { OwnHand } from "./own_hand";
+import type { TourRunner } from "./tour_runner";
+
+/** The actions of the page that pointers and keys may use. */
+export interface PageActions {
+  /** Null without WebGL. */
+  readonly stage: Stage | null;
+  readonly own: OwnHand;
+  readonly tour: Pick<TourRunner, "running" | "yield">;
+  readonly help: Help;
+  /** Bring the visitor's hand into the room, or take it out. */
+  touch(on: boolean): void;
+  toggleTour(): void;
+  toggleTheme(): void;
+  /** The tab went to the background. */
+  hide(): void;
+}
 
 const TURN = 0.12; // rad for an arrow key
 const now = (): number => performance.now() / 1000;
 
-export function attachControls(page: Page, host: HTMLElement): void {
+export function attachControls(page: PageActions, host: HTMLElement): void {
   if (page.stage !== null) pointers(page, host);
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
-    const deed = deedOf(event, target);
+    const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
-    if (deed === null || (page.help.root.open && deed !== "help")) return;
-    if (event.repeat && deed === "press") {
+    if (action === null || (page.help.root.open && action !== "help")) return;
+    if (event.repeat && action === "press") {
       event.preventDefault();
       return;
     }
     event.preventDefault();
-    act(page, deed);
+    act(page, action);
   });
   addEventListener("keyup", (event) => {
     if (event.key === " " && page.own.pressing) page.own.release();
   });
   document.addEventListener("visibilitychange", () => {
-    // In the background nobody sees what the hand does: it lets go.
+    // In the background nobody watches the hand: it lets go.
     if (document.hidden) page.hide();
   });
   addEventListener("pagehide", () => {
@@ -37,7 +54,7 @@ export function attachControls(page: Page, host: HTMLElement): void {
   });
 }
 
-function pointers(page: Page, host: HTMLElement): void {
+function pointers(page: PageActions, host: HTMLElement): void {
   const stage = page.stage;
   if (stage === null) return;
   const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
@@ -52,30 +69,30 @@ function pointers(page: Page, host: HTMLElement): void {
     },
     hover: (x, y) => {
       const { origin, direction } = ray(x, y);
-      if (!page.guide.running) page.own.hover(origin, direction);
+      if (!page.tour.running) page.own.hover(origin, direction);
     },
     release: () => { page.own.release(); },
     deeper: (by) => { page.own.deeper(by); },
     depth: (depth) => { page.own.depth(depth); },
-    rotate: (right, up) => { stage.wanted = rotated(stage.wanted, right, up); stage.touch(); },
-    zoom: (factor) => { stage.wanted = zoomed(stage.wanted, factor); stage.touch(); },
-    took: () => { page.guide.yield(); },
+    rotate: (right, up) => { stage.target = rotated(stage.target, right, up); stage.touch(); },
+    zoom: (factor) => { stage.target = zoomed(stage.target, factor); stage.touch(); },
+    took: () => { page.tour.yield(); },
   });
 }
 
-function act(page: Page, deed: KeyDeed): void {
+function act(page: PageActions, action: KeyAction): void {
   const stage = page.stage;
   const turn = (right: number, up: number): void => {
     if (stage === null) return;
-    stage.wanted = rotated(stage.wanted, right, up);
+    stage.target = rotated(stage.target, right, up);
     stage.touch();
   };
   const zoom = (factor: number): void => {
     if (stage === null) return;
-    stage.wanted = zoomed(stage.wanted, factor);
+    stage.target = zoomed(stage.target, factor);
     stage.touch();
   };
-  const deeds: Record<KeyDeed, () => void> = {
+  const actions: Record<KeyAction, () => void> = {
     left: () => { turn(-TURN, 0); },
     right: () => { turn(TURN, 0); },
     up: () => { turn(0, TURN); },
@@ -95,9 +112,9 @@ function act(page: Page, deed: KeyDeed): void {
     theme: () => { page.toggleTheme(); },
     help: () => { page.help.toggle(); },
     escape: () => {
-      if (page.guide.running) page.toggleTour();
+      if (page.tour.running) page.toggleTour();
       else page.touch(false);
     },
   };
-  deeds[deed]();
+  actions[action]();
 }

@@ -1,4 +1,4 @@
-/** Where the parts of the page stand. */
+/** Arrangement of the parts of the page. */
 
 import { el } from "../ui/dom";
 

@@ -9,7 +9,7 @@ export function freshName(random: () => number): string {
   return `${of(FIRST)} ${of(SECOND)}`;
 }
 
-/** What of a text can be a name; `otherwise` where nothing of it can. */
+/** The text made a valid name; `otherwise` where nothing of it is printable. */
 export function usableName(text: string, otherwise: string): string {
   const printable = Array.from(text.normalize("NFC")).filter((c) => !/\p{C}|\p{Zl}|\p{Zp}/u.test(c)).join("");
   const tidy = Array.from(printable.replace(/\s+/gu, " ").trim()).slice(0, 32).join("").trim();

@@ -1,12 +1,14 @@
-/** The visitor's hand: in the room or not, where it wants to be, and the law it presses with. */
+/** The visitor's hand: in the room or not, its target position, and the law it presses with. */
 
-import type { HandSettings, LawName, SceneView, TouchHandle, TouchSettings, TouchState, Vec3, WatchInfo, RestMesh } from "../types";
-import { norm, unit } from "../vec";
+import type { RestMesh } from "../model/body";
+import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
+import type { LawName } from "../model/laws";
+import type { SceneSnapshot, WatchInfo } from "../model/scene";
+import { along, norm, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
-import { vertexNormals } from "../view/normals";
-import { at, pick, placeTowards, type Place } from "../view/pick";
-import { deeper, follow, goal, hover, press, release, slide, type Finger, type Place3 } from "../view/press";
-import { along } from "../view/vec";
+import { vertexNormals } from "../view/body/normals";
+import { deeper, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
+import { at, pick, type Place, placeTowards } from "../view/pointing/pick";
 
 /** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
 const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
@@ -23,7 +25,7 @@ export class OwnHand {
   handle: TouchHandle | null = null;
   /** Last word of a hand that the server ended; null while there is none. */
   ended: TouchState | null = null;
-  /** What was chosen; the law that runs follows with the next patches. */
+  /** The chosen law; the law in use follows with the next patches. */
   law: LawChoice = "predictive";
   /** mu of the finger. */
   friction = 0;
@@ -46,7 +48,7 @@ export class OwnHand {
     return this.handle?.state ?? null;
   }
 
-  /** A hand that the server sent away is gone; what it said last stays to be read. */
+  /** Drop a hand whose connection the server has closed; its last report stays in `ended`. */
   tidy(): void {
     const state = this.state;
     if (this.handle === null || state?.phase !== "closed") return;
@@ -58,7 +60,7 @@ export class OwnHand {
     return this.finger?.pressing === true;
   }
 
-  /** One line on what to do next; empty when it is plain. */
+  /** One line about the next step; empty when it is obvious. */
   hint(): string {
     const state = this.state;
     if (this.handle === null) return "";
@@ -153,18 +155,18 @@ export class OwnHand {
   guide(direction: Vec3, depth: number, now: number): void {
     if (this.mesh === null || this.info === null) return;
     const { center, radius } = this.info.body;
-    // Pressed again, the own dent would count as the surface.
+    // ContactForce again, the own dent would count as the surface.
     if (this.finger?.pressing === true && this.guided === direction) {
       this.depth(depth);
       return;
     }
     this.guided = direction;
-    const found = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
-    if (found !== null) this.finger = press(this.place(found), now, depth);
+    const hit = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
+    if (hit !== null) this.finger = press(this.place(hit), now, depth);
   }
 
   /** Move on to `now`; the loop is told where the hand wants to be. */
-  step(view: SceneView | null, now: number, dt: number): void {
+  step(view: SceneSnapshot | null, now: number, dt: number): void {
     if (view !== null) this.positions = view.positions;
     const { handle, info } = this;
     if (handle === null || info === null) return;

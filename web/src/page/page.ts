@@ -1,29 +1,29 @@
-/** The whole page: makes its parts, lets them know of each other, and runs the frame. */
+/** The whole page: makes its parts, connects them, and runs the frame. */
 
 import { socketUrl } from "../address";
-import type { SceneStore, SceneView } from "../types";
+import type { SceneStore, SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
-import { Feedback } from "../ui/feedback";
 import { Help } from "../ui/help";
 import { LegendBox } from "../ui/legend";
 import { notice } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
 import { Panel } from "../ui/panel";
-import { inks } from "../ui/plot";
+import { inks } from "../ui/plots/canvas";
+import { Rumble } from "../ui/rumble";
 import { keep, recall, Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
-import { userColour } from "../view/colours";
+import { userColour } from "../model/colours";
 import { HOME } from "../view/orbit";
-import { Player } from "../view/player";
+import { SceneView } from "../view/scene_view";
 import { openStage, type Stage } from "../view/stage";
-import { circumstances } from "./circumstances";
+import { Announcer } from "./announcer";
 import { attachControls } from "./controls";
-import { Guide } from "./guide";
 import { layOut, toggleFullScreen, togglePanel } from "./layout";
-import { Live } from "./live";
 import { freshName, usableName } from "./names";
+import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
-import { Watchfulness } from "./watchfulness";
+import { SleepDetector } from "./sleep_detector";
+import { TourRunner } from "./tour_runner";
 
 const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
@@ -41,23 +41,23 @@ export class Page {
   readonly root: HTMLElement;
   readonly store: SceneStore;
   readonly own: OwnHand;
-  readonly guide: Guide;
+  readonly tour: TourRunner;
   readonly dock: Dock;
   readonly help = new Help();
   readonly panel: Panel;
   /** Null without WebGL: everything else goes on. */
   readonly stage: Stage | null;
-  view: SceneView | null = null;
+  view: SceneSnapshot | null = null;
 
   private readonly address: string;
   private readonly theme: Theme;
-  private readonly player: Player | null;
+  private readonly sceneView: SceneView | null;
   private readonly toolbar: Toolbar;
   private readonly legend: LegendBox;
   private readonly bar = new NoticeBar(() => { location.reload(); });
-  private readonly feedback = new Feedback();
-  private readonly awake = new Watchfulness();
-  private readonly live: Live;
+  private readonly rumble = new Rumble();
+  private readonly sleep = new SleepDetector();
+  private readonly announcer: Announcer;
   private name = usableName(recall(NAME) ?? "", freshName(Math.random));
   private last = 0;
   private written = 0;
@@ -71,7 +71,7 @@ export class Page {
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
     this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); });
-    this.legend = new LegendBox((by) => { this.player?.setColouring(by); });
+    this.legend = new LegendBox((by) => { this.sceneView?.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
       law: (law) => { this.setLaw(law); },
@@ -86,26 +86,26 @@ export class Page {
       panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
       help: () => { this.help.toggle(); },
     });
-    this.guide = new Guide({
+    this.tour = new TourRunner({
       store: () => this.store,
       view: () => this.view,
       own: this.own,
       touch: () => { this.touch(true); },
       law: (law) => { this.setLaw(law); },
       measure: (by) => { this.panel.area.measure(by); },
-      colour: (by) => { this.player?.setColouring(by); },
+      colour: (by) => { this.sceneView?.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
     });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.guide.card.root, help: this.help.root,
+      notice: this.bar.root, tour: this.tour.card.root, help: this.help.root,
     });
     this.root = layout.root;
-    this.live = new Live(layout.live);
+    this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
     this.stage = openStage(layout.host);
-    this.player = this.stage === null ? null : new Player(this.stage, layout.host);
+    this.sceneView = this.stage === null ? null : new SceneView(this.stage, layout.host);
     attachControls(this, layout.host);
     this.store = openStore();
     this.store.subscribe(() => { this.body(); });
@@ -114,10 +114,10 @@ export class Page {
     requestAnimationFrame((t) => { this.frame(t / 1000); });
   }
 
-  /** The tab went to the background: nobody sees what the hand does, so it lets go. */
+  /** The tab went to the background: nobody watches the hand, so it lets go. */
   hide(): void {
-    this.awake.hide();
-    if (this.guide.running || !this.own.pressing) return;
+    this.sleep.hide();
+    if (this.tour.running || !this.own.pressing) return;
     this.own.release();
     this.letGo = true;
   }
@@ -127,12 +127,12 @@ export class Page {
     this.wish = on && this.store.info === null;
     if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
     else this.own.stop();
-    if (!on) this.feedback.still();
+    if (!on) this.rumble.still();
     this.write(performance.now() / 1000);
   }
 
   toggleTour(): void {
-    this.guide.toggle(performance.now() / 1000);
+    this.tour.toggle(performance.now() / 1000);
   }
 
   toggleTheme(): void {
@@ -150,16 +150,16 @@ export class Page {
   }
 
   private body(): void {
-    this.player?.setBody(this.store.mesh, this.store.info);
+    this.sceneView?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish && this.store.info !== null) this.touch(true);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
-    this.live.news(this.store.events);
+    this.announcer.news(this.store.events);
     this.write(performance.now() / 1000);
   }
 
   private repaint(): void {
-    this.player?.setScheme(this.theme.scheme);
+    this.sceneView?.setScheme(this.theme.scheme);
     this.panel.repaint();
   }
 
@@ -167,7 +167,7 @@ export class Page {
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     const dt = now - this.last;
     this.last = now;
-    if (this.awake.frame(now) > 0 && this.own.pressing) {
+    if (this.sleep.frame(now) > 0 && this.own.pressing) {
       this.own.release();
       this.letGo = true;
     }
@@ -175,9 +175,9 @@ export class Page {
     this.seen ||= this.view !== null;
     if (this.view !== null) this.panel.record(this.view);
     this.own.step(this.view, now, dt);
-    this.player?.draw(this.view, this.own.state, dt);
+    this.sceneView?.draw(this.view, this.own.state, dt);
     const own = this.own.state;
-    if (own !== null) this.feedback.feel(own.force, 1000 * now);
+    if (own !== null) this.rumble.feel(own.force, 1000 * now);
     if (now - this.written >= WRITE_EVERY) this.write(now);
   }
 
@@ -187,14 +187,14 @@ export class Page {
     const own = this.own.state;
     this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
-    this.guide.update(now);
+    this.tour.update(now);
     this.toolbar.update(this.store);
     this.panel.update(this.store, this.view, own?.user ?? 0);
-    if (this.player !== null) this.legend.update(this.player.legend, this.theme.scheme);
+    if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint());
     if (own !== null) this.dock.update(own, userColour(own.user, this.theme.scheme), inks(this.panel.root));
-    const slept = this.awake.told(now);
+    const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(circumstances(this.store, this.own.ended ?? own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

@@ -1,7 +1,17 @@
-/** Client to server, once per simulation period: where the tip is and what the hand feels. */
+/** Client to server, once per simulation period: position of the tip and force on the hand. */
 
-import type { Vec3 } from "../types";
-import { checkFinite, checkInteger, checkSize, checkVector, MAX_FORCE, MAX_POSITION, newFrame, openFrame, U32 } from "./frame";
+import type { Vec3 } from "../model/vec";
+import {
+  checkFinite,
+  checkInteger,
+  checkSize,
+  checkVector,
+  MAX_FORCE,
+  MAX_POSITION,
+  newFrame,
+  openFrame,
+  U32,
+} from "./frame";
 
 export const CONTACT_SAMPLE_SIZE = 44;
 

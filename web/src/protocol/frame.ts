@@ -1,11 +1,10 @@
 /**
- * What the binary frames have in common: the header, and checks of what a stranger sent.
+ * The common part of all binary frames: the header, and range checks of received values.
  *
  * A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the body of its kind.
  */
 
-import type { Vec3 } from "../types";
-import { norm } from "../vec";
+import { norm, type Vec3 } from "../model/vec";
 import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_POSITION = 10; // m
@@ -22,20 +21,20 @@ export class ProtocolError extends Error {
   override readonly name = "ProtocolError";
 
   /**
-   * @param what The message or field at fault.
-   * @param value What came.
-   * @param limit What would have been valid.
+   * @param field The message or field at fault.
+   * @param value The received value.
+   * @param limit The valid values.
    */
   constructor(
-    readonly what: string,
+    readonly field: string,
     readonly value: unknown,
     readonly limit: string,
   ) {
-    super(`${what} is ${short(value)}; expected ${limit}`);
+    super(`${field} is ${short(value)}; expected ${limit}`);
   }
 }
 
-/** One line of a value that a stranger may have chosen. */
+/** One printable line of a received value. */
 function short(value: unknown): string {
   const text = typeof value === "string" ? JSON.stringify(value) : String(value);
   const line = text.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?");
@@ -141,33 +140,33 @@ export function openFrame(
 }
 
 /** The frame has exactly `size` bytes. */
-export function checkSize(what: string, bytes: Uint8Array, size: number): void {
-  if (bytes.length !== size) throw new ProtocolError(`${what} length`, bytes.length, `${size} bytes`);
+export function checkSize(field: string, bytes: Uint8Array, size: number): void {
+  if (bytes.length !== size) throw new ProtocolError(`${field} length`, bytes.length, `${size} bytes`);
 }
 
-export function checkFinite(what: string, ...values: readonly number[]): void {
+export function checkFinite(field: string, ...values: readonly number[]): void {
   for (const value of values) {
-    if (!Number.isFinite(value)) throw new ProtocolError(what, value, "a finite number");
+    if (!Number.isFinite(value)) throw new ProtocolError(field, value, "a finite number");
   }
 }
 
 /** low <= value <= high; NaN is outside. */
-export function checkRange(what: string, value: number, low: number, high: number): void {
+export function checkRange(field: string, value: number, low: number, high: number): void {
   if (!(value >= low && value <= high)) {
-    throw new ProtocolError(what, value, `from ${low} to ${high}`);
+    throw new ProtocolError(field, value, `from ${low} to ${high}`);
   }
 }
 
-export function checkInteger(what: string, value: number, low: number, high: number): void {
-  checkRange(what, value, low, high);
-  if (!Number.isInteger(value)) throw new ProtocolError(what, value, "a whole number");
+export function checkInteger(field: string, value: number, low: number, high: number): void {
+  checkRange(field, value, low, high);
+  if (!Number.isInteger(value)) throw new ProtocolError(field, value, "a whole number");
 }
 
 /** Finite, and no longer than `limit`. */
-export function checkVector(what: string, value: Vec3, limit: number, unit: string): void {
-  checkFinite(what, ...value);
+export function checkVector(field: string, value: Vec3, limit: number, unit: string): void {
+  checkFinite(field, ...value);
   const length = norm(value);
   if (length > limit) {
-    throw new ProtocolError(`length of ${what}`, `${length.toPrecision(4)} ${unit}`, `<= ${limit} ${unit}`);
+    throw new ProtocolError(`length of ${field}`, `${length.toPrecision(4)} ${unit}`, `<= ${limit} ${unit}`);
   }
 }

@@ -4,22 +4,22 @@ import { unzlibSync } from "fflate";
 import { ProtocolError } from "./frame";
 
 /** Exactly `size` bytes; throws ProtocolError when it is another stream than that, or something lies behind it. */
-export function inflate(what: string, deflated: Uint8Array, size: number): Uint8Array {
+export function inflate(field: string, deflated: Uint8Array, size: number): Uint8Array {
   let raw: Uint8Array;
   try {
     // One byte more than is right: room to see that there is none. Nothing is written behind it.
     raw = unzlibSync(deflated, { out: new Uint8Array(size + 1) });
   } catch (error) {
-    throw new ProtocolError(`content of ${what}`, String(error), "a zlib stream");
+    throw new ProtocolError(`content of ${field}`, String(error), "a zlib stream");
   }
   if (raw.length !== size) {
     const came = raw.length > size ? "more" : raw.length;
-    throw new ProtocolError(`inflated size of ${what}`, came, `${size} bytes`);
+    throw new ProtocolError(`inflated size of ${field}`, came, `${size} bytes`);
   }
   const end = deflated.length - 4;
   const sum = new DataView(deflated.buffer, deflated.byteOffset + end, 4).getUint32(0);
   if (adler32(raw) !== sum) {
-    throw new ProtocolError(`checksum of ${what}`, adler32(raw), `${sum}, with nothing behind it`);
+    throw new ProtocolError(`checksum of ${field}`, adler32(raw), `${sum}, with nothing behind it`);
   }
   return raw;
 }

@@ -1,7 +1,7 @@
 /** Checks of one JSON message, field by field: each returns the value with its type or throws ProtocolError. */
 
+import type { Vec3 } from "../model/vec";
 import { ProtocolError } from "./frame";
-import type { Vec3 } from "../types";
 
 export type Fields = Readonly<Record<string, unknown>>;
 
@@ -24,10 +24,10 @@ export function parseFields(text: string, limit: number): Fields {
   return value;
 }
 
-/** Nothing beyond what is known: a field that is misspelt is not lost in silence. */
-export function checkKeys(what: string, fields: Fields, known: readonly string[]): void {
+/** Refuse unknown fields, so that a misspelt one is not ignored silently. */
+export function checkKeys(field: string, fields: Fields, known: readonly string[]): void {
   for (const key of Object.keys(fields)) {
-    if (!known.includes(key)) throw new ProtocolError(`field of ${what}`, key, known.join(", "));
+    if (!known.includes(key)) throw new ProtocolError(`field of ${field}`, key, known.join(", "));
   }
 }
 

@@ -1,6 +1,6 @@
 /** The tail of a mesh patch: the free surface around the contact, vertex by vertex. */
 
-import type { Vec3 } from "../types";
+import type { Vec3 } from "../model/vec";
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
 
 const HEAD = 10;
@@ -21,7 +21,7 @@ export interface Neighbourhood {
   readonly compliances: readonly number[];
 }
 
-/** The neighbourhood in what is left of a frame; throws ProtocolError, whatever the bytes. */
+/** Read the neighbourhood from the rest of a frame; any invalid bytes throw ProtocolError. */
 export function readNeighbourhood(reader: Reader): Neighbourhood {
   const length = reader.left;
   if (length < HEAD) {

@@ -7,9 +7,20 @@
  */
 
 import { isDefinite } from "../control/friction";
-import type { Compliance3, GeometryName, LawName, RoomLag, Vec3 } from "../types";
-import { norm } from "../vec";
-import { checkFinite, checkRange, checkSize, checkVector, MAX_FORCE, MAX_POSITION, openFrame, ProtocolError, U32 } from "./frame";
+import type { Compliance3, RoomLag } from "../model/body";
+import type { GeometryName, LawName } from "../model/laws";
+import { norm, type Vec3 } from "../model/vec";
+import {
+  checkFinite,
+  checkRange,
+  checkSize,
+  checkVector,
+  MAX_FORCE,
+  MAX_POSITION,
+  openFrame,
+  ProtocolError,
+  U32,
+} from "./frame";
 import { type Neighbourhood, readNeighbourhood } from "./neighbourhood";
 import { readRoom } from "./room_lag";
 
@@ -18,14 +29,14 @@ const COMPLIANCE_SIZE = 24;
 const COMPLIANCE_FLAG = 0x0100;
 const KNOWN_FLAGS = 2 * COMPLIANCE_FLAG - 1;
 const MAX_STIFFNESS = 1e6; // N/m
-/** What is held or hard has this compliance [m/N]: a contact like any other, with the device's stiffness. */
+/** Compliance of fixed or rigid parts [m/N]: the device's stiffness limits such a contact. */
 export const MIN_COMPLIANCE = 1 / MAX_STIFFNESS;
 const ROUNDING = 1e-6; // of c_ii in 32 bits
 const MAX_CURVATURE = 1e4; // 1/m; a tenth of a millimetre round
 const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
 const LAWS: readonly (LawName | undefined)[] = [undefined, "proportional", "pi", "predictive"];
 
-/** One user's local surface and what the local model needs to press on it; fields as in `docs/protocol.md`. */
+/** One user's local surface and the gains with which the local model presses on it; fields as in `docs/protocol.md`. */
 export interface Patch {
   readonly tick: number;
   readonly seq: number;

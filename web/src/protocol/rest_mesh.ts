@@ -1,6 +1,7 @@
-/** Server to client, once: the resting surface. What comes out is bounded before anything is inflated. */
+/** Server to client, once: the resting surface. The inflated size is bounded before inflating. */
 
-import type { RestMesh, Vec3 } from "../types";
+import type { RestMesh } from "../model/body";
+import type { Vec3 } from "../model/vec";
 import { checkRange, checkVector, MAX_POSITION, openFrame, ProtocolError } from "./frame";
 import { inflate } from "./inflate";
 

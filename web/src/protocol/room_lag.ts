@@ -1,12 +1,12 @@
-/** What patch and scene say of the room's time, 8 bytes; `RoomLag` in `shared/cohaptic/control/room.py`. */
+/** The lag of the room in a patch or scene, 8 bytes; `RoomLag` in `shared/cohaptic/control/room.py`. */
 
-import type { RoomLag } from "../types";
+import type { RoomLag } from "../model/body";
 import { checkRange, type Reader } from "./frame";
 
 const MAX_LAG = 60; // s
 const MAX_COUPLING = 1e3;
 
-/** Throws ProtocolError unless what is said can be true. */
+/** Read it; throws ProtocolError for impossible values. */
 export function readRoom(reader: Reader): RoomLag {
   const room = { lag: reader.f32(), coupling: reader.f16(), margin: reader.f16() };
   checkRange("lag of the room", room.lag, 0, MAX_LAG);

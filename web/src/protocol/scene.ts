@@ -1,11 +1,12 @@
 /**
- * Server to client, on a watch connection: who touches where, and the surface if it is wanted.
+ * Server to client, on a watch connection: who touches where, and the surface if it was asked for.
  *
  * State, not an event: the newest replaces every older one.
  */
 
-import type { GeometryName, LawName, RoomLag, Vec3 } from "../types";
-import { norm } from "../vec";
+import type { RoomLag } from "../model/body";
+import type { GeometryName, LawName } from "../model/laws";
+import { norm, type Vec3 } from "../model/vec";
 import {
   checkFinite,
   checkRange,

@@ -1,7 +1,7 @@
 /**
  * The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
  *
- * Whole numbers with a common scale, each less what its neighbours foretell (`traversal.ts`).
+ * Whole numbers with a common scale, each minus its prediction from neighbours (`traversal.ts`).
  */
 
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
@@ -20,7 +20,7 @@ export interface SceneSurface {
   readonly units: Int16Array;
 }
 
-/** The surface in what is left of a frame; throws ProtocolError, whatever the bytes. */
+/** Read the surface from the rest of a frame; any invalid bytes throw ProtocolError. */
 export function readSurface(reader: Reader, traversal: Traversal): SceneSurface {
   if (reader.left < HEAD) throw new ProtocolError("surface length", reader.left, `at least ${HEAD} bytes`);
   const scale = reader.f32();

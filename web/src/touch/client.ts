@@ -1,25 +1,24 @@
 /**
- * One hand at one server: engine, socket and timers put together. The shell that decides when to connect again.
+ * One hand at one server: engine, socket and timers. It decides when to reconnect.
  *
  * Socket, clock and timers are given, so that a test can be the server.
  */
 
+import type { TouchSettings, TouchState } from "../model/hand";
+import { ABNORMAL, NAME_TAKEN, NORMAL, SERVER_STOPS } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { SUBPROTOCOL } from "../protocol/version";
-import type { TouchSettings, TouchState } from "../types";
 import { Refused, TouchEngine } from "./engine";
-import type { FromWorker, ToWorker } from "./messages";
 import type { Connection } from "./report";
+import type { FromWorker, ToWorker } from "./worker_messages";
 
 const WAKE = 0.002; // s; browsers make 4 ms of it
 const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
-const NAME_TAKEN = 4409;
-const SERVER_STOPS = 4503;
 const OPEN = 1; // of a socket
 
-/** What a browser gives. */
+/** The services of the browser. */
 export interface World {
   /** On the page's clock [s]. */
   now(): number;
@@ -29,7 +28,7 @@ export interface World {
   post(message: FromWorker): void;
 }
 
-/** A hand, its connection and what becomes of both. */
+/** A hand and its connection, until both end. */
 export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: WebSocket | null = null;
@@ -48,7 +47,7 @@ export class TouchClient {
     this.wake();
   }
 
-  /** What the page says after `start`. */
+  /** Carry out a message of the page after `start`. */
   obey(message: Exclude<ToWorker, { type: "start" }>): void {
     switch (message.type) {
       case "point":
@@ -88,7 +87,7 @@ export class TouchClient {
 
   private run(now: number): void {
     this.joinAnew();
-    const law = this.engine.lawToTell();
+    const law = this.engine.lawRequest();
     if (law !== null) this.socket?.send(law);
     const sample = this.engine.advance(now);
     // Newest wins: the next sample is one period away.
@@ -162,7 +161,7 @@ export class TouchClient {
       this.connect();
       return;
     }
-    const why = reason || (code === 1006 ? "no server answers" : `closed with ${code}`);
+    const why = reason || (code === ABNORMAL ? "no server answers" : `closed with ${code}`);
     this.connection = { phase: "connecting", reason: `${why}; trying again`, code };
     socket.close();
     this.world.later(RETRY, () => {
@@ -179,7 +178,7 @@ export class TouchClient {
     if (socket?.readyState === OPEN) {
       for (const message of this.engine.farewell(now)) socket.send(message);
     }
-    socket?.close(1000);
+    socket?.close(NORMAL);
     this.engine.letGo();
     this.connection = { phase: "closed", reason, code };
     this.tell(now);

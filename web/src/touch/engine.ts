@@ -5,21 +5,22 @@
  * patches stop, and comes back when they do.
  */
 
+import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
+import type { FixedGains, LawName } from "../model/laws";
+import { norm, type Vec3, ZERO } from "../model/vec";
 import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
-import { encodeControl, type Welcome } from "../protocol/control";
 import { ProtocolError } from "../protocol/frame";
-import type { FixedGains, HandSettings, LawName, TouchSettings, TouchState, Vec3 } from "../types";
-import { norm, ZERO } from "../vec";
-import { receive } from "./arrival";
-import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./device";
-import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop";
-import { type Pacer, reported, sent, WORKER_WAIT } from "./pacing";
+import { encodeControl, type Welcome } from "../protocol/messages";
+import { receive } from "./loop/arrival";
+import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
+import { due, HAPTIC_PERIOD, type Schedule } from "./loop/schedule";
+import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop/state";
+import { step } from "./loop/step";
+import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
+import { Requests } from "./network/requests";
+import { TouchSession } from "./network/session";
+import { measured, UNTIMED } from "./network/timing";
 import { type Connection, reportOf } from "./report";
-import { due, HAPTIC_PERIOD, type Schedule } from "./schedule";
-import { TouchSession } from "./session";
-import { step } from "./step";
-import { measured, UNTIMED } from "./timing";
-import { Wishes } from "./wishes";
 
 /** The server said why this client may not take part. */
 export class Refused extends Error {
@@ -37,7 +38,7 @@ export class Refused extends Error {
 export class TouchEngine {
   private cursor: Vec3;
   private hand: HandSettings;
-  private readonly wishes: Wishes;
+  private readonly requests: Requests;
   private device: CursorState;
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
@@ -54,13 +55,13 @@ export class TouchEngine {
   private reported_at: number;
 
   constructor(
-    private readonly wanted: TouchSettings,
+    private readonly initial: TouchSettings,
     now: number,
   ) {
-    this.cursor = wanted.target;
-    this.hand = wanted.hand;
-    this.wishes = new Wishes(wanted.law, wanted.friction);
-    this.device = restAt(wanted.target);
+    this.cursor = initial.target;
+    this.hand = initial.hand;
+    this.requests = new Requests(initial.law, initial.friction);
+    this.device = restAt(initial.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
   }
@@ -70,13 +71,13 @@ export class TouchEngine {
     return this.welcome !== null;
   }
 
-  /** A connection is open: what to say first. */
+  /** A connection is open: returns its first message. */
   opened(): string {
     this.session = new TouchSession();
     this.seq = 0;
     this.pacer = null;
     this.timing = UNTIMED; // another server may have another clock
-    this.wishes.greet();
+    this.requests.greet();
     return TouchSession.greeting(this.asked, CURSOR);
   }
 
@@ -111,13 +112,13 @@ export class TouchEngine {
   }
 
   setLaw(law: LawName, fixed: FixedGains | null = null): void {
-    this.wishes.law = law;
-    this.wishes.fixed = fixed;
+    this.requests.law = law;
+    this.requests.fixed = fixed;
     if (this.settings !== null) this.settings = { ...this.settings, follow: fixed === null };
   }
 
   setFriction(mu: number): void {
-    this.wishes.mu = mu;
+    this.requests.mu = mu;
   }
 
   /**
@@ -125,14 +126,14 @@ export class TouchEngine {
    * null else. The force stays meanwhile, and the server lets the old hand go as the new one comes.
    */
   toJoinAnew(): string | null {
-    if (this.pacer === null || !this.wishes.needsHello(this.settings?.friction ?? 0)) return null;
+    if (this.pacer === null || !this.requests.needsHello(this.settings?.friction ?? 0)) return null;
     this.pacer = null;
     return encodeControl({ type: "bye" });
   }
 
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
-  lawToTell(): string | null {
-    return this.pacer === null ? null : this.wishes.lawToTell();
+  lawRequest(): string | null {
+    return this.pacer === null ? null : this.requests.lawRequest();
   }
 
   /** From now on the server counts as silent: the force fades before the end. */
@@ -164,7 +165,7 @@ export class TouchEngine {
     return this.sample(now, this.output?.on_body ?? ZERO);
   }
 
-  /** What the page is told; begins a new trace. */
+  /** The report for the page; begins a new trace. */
   report(now: number, connection: Connection): TouchState {
     const seconds = now - this.reported_at;
     const state = reportOf({
@@ -190,13 +191,13 @@ export class TouchEngine {
   private period(t: number): void {
     const force = this.output?.force ?? ZERO;
     this.device = follow(this.device, this.hand, this.cursor, force, HAPTIC_PERIOD);
-    const settings = this.rub();
+    const settings = this.currentSettings();
     if (settings === null) return;
     const [loop, output] = step(this.loop, this.device.tip, t, settings);
     this.loop = loop;
     this.output = output;
-    const given = Math.hypot(...output.force);
-    this.trace.push(t, given, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
+    const force_size = Math.hypot(...output.force);
+    this.trace.push(t, force_size, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
   }
 
   /** The server took us in. */
@@ -206,29 +207,29 @@ export class TouchEngine {
       const same =
         welcome.simulation_period === this.welcome.simulation_period &&
         JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
-      if (!same) throw new ProtocolError("what the server has now", welcome.body.name, "the body and rate from before");
+      if (!same) throw new ProtocolError("body of the server", welcome.body.name, "the body and rate from before");
     }
-    const { max_force, passivity } = this.wanted;
+    const { max_force, passivity } = this.initial;
     this.welcome = welcome;
     this.settings ??= {
       ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall, CURSOR.max_stiffness),
       max_damping: passivity ? dampingLimit(CURSOR, HAPTIC_PERIOD) : 0,
-      friction: this.wishes.mu,
-      follow: this.wishes.fixed === null,
+      friction: this.requests.mu,
+      follow: this.requests.fixed === null,
     };
     this.pacer = { period: welcome.simulation_period, due: now };
   }
 
-  /** What is wanted now. */
+  /** The settings with the law and friction that the user asks for now. */
   private get asked(): TouchSettings {
-    return { ...this.wanted, law: this.wishes.law, friction: this.wishes.mu };
+    return { ...this.initial, law: this.requests.law, friction: this.requests.mu };
   }
 
-  /** The settings with the friction of this period; none is felt before the server sends what it takes. */
-  private rub(): LoopSettings | null {
+  /** The settings with the friction of this period; zero until the server sends the compliance that friction needs. */
+  private currentSettings(): LoopSettings | null {
     const settings = this.settings;
     if (settings === null) return null;
-    const friction = this.loop.patch?.compliance ? this.wishes.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;
+    const friction = this.loop.patch?.compliance ? this.requests.nextFriction(settings.friction, HAPTIC_PERIOD) : 0;
     if (friction !== settings.friction) this.settings = { ...settings, friction };
     return this.settings;
   }

@@ -1,7 +1,7 @@
 /** The page's handle on the haptic Worker: start it, exchange newest values, end it. */
 
-import type { TouchHandle, TouchSettings, TouchState } from "../types";
-import type { FromWorker, ToWorker } from "./messages";
+import type { TouchHandle, TouchSettings, TouchState } from "../model/hand";
+import type { FromWorker, ToWorker } from "./worker_messages";
 
 const GRACE = 1500; // ms for the Worker to end by itself; the force may take a second to fade
 // The hand before may still be on its way out of the room, under the same name.

@@ -1,22 +1,22 @@
-/** What the haptic Worker tells the page, as a function of what it knows. */
+/** The report of the haptic Worker to the page, as a pure function. */
 
 import { normalShift } from "../control/friction";
-import type { Welcome } from "../protocol/control";
-import type { TouchPhase, TouchSettings, TouchState, Vec3 } from "../types";
-import { add, norm, scale } from "../vec";
-import type { LoopState, Output } from "./loop";
-import { clockOffset, type LinkTiming } from "./timing";
+import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
+import { add, norm, scale, type Vec3 } from "../model/vec";
+import type { Welcome } from "../protocol/messages";
+import type { LoopState, Output } from "./loop/state";
+import { clockOffset, type LinkTiming } from "./network/timing";
 
 /** How the connection is, as the Worker sees it. */
 export interface Connection {
   readonly phase: TouchPhase;
-  /** Why, in one sentence; empty for no reason. */
+  /** Reason in one sentence; empty for none. */
   readonly reason: string;
   /** Close code behind it; 0 for none. */
   readonly code: number;
 }
 
-/** All that a report is made of. */
+/** Inputs of a report. */
 export interface Known {
   readonly connection: Connection;
   readonly settings: TouchSettings;
@@ -59,7 +59,7 @@ export function reportOf(known: Known): TouchState {
     indentation,
     u_others: output?.u_others ?? 0,
     law: loop.fade?.now.law ?? null,
-    law_wanted: settings.law,
+    requested_law: settings.law,
     k_o: patch === null ? 0 : 1 / patch.c_ii,
     k_h: loop.fade?.now.gains.k_h ?? 0,
     integral_gain: loop.fade?.now.gains.integral_gain ?? 0,

@@ -1,7 +1,7 @@
 /** The haptic Worker: its own thread, so that drawing never holds the hand up. */
 
 import { TouchClient } from "./client";
-import type { FromWorker, ToWorker } from "./messages";
+import type { FromWorker, ToWorker } from "./worker_messages";
 
 let client: TouchClient | null = null;
 

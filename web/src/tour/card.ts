@@ -1,10 +1,10 @@
-/** The tour's card: where one is, what there is to see, and the way on. */
+/** The card of the tour: the number of the step, its text, and the buttons. */
 
 import { el, say, show } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { readingTime, waits, type Step, type TourState } from "./machine";
+import { readingTime, type Step, type TourState, waits } from "./machine";
 
-export interface CardDeeds {
+export interface CardActions {
   readonly next: () => void;
   readonly back: () => void;
   readonly pause: () => void;
@@ -24,18 +24,18 @@ export class TourCard {
   private readonly pause: HTMLButtonElement;
   private index = -1;
 
-  constructor(deeds: CardDeeds) {
+  constructor(actions: CardActions) {
     const button = (text: string, press: () => void, kind = ""): HTMLButtonElement =>
       el("button", { class: `button ${kind}`, text, attrs: { type: "button" }, on: { click: press } });
-    this.back = button("Back", deeds.back);
-    this.pause = button("Pause", deeds.pause);
-    this.next = button("Next", deeds.next, "primary");
+    this.back = button("Back", actions.back);
+    this.pause = button("Pause", actions.pause);
+    this.next = button("Next", actions.next, "primary");
     this.root = el(
       "section",
       { class: "tour", attrs: { "aria-labelledby": "tour-title", "aria-live": "polite" } },
       el("div", { class: "tour-progress", attrs: { "aria-hidden": "true" } }, this.progress),
       el("div", { class: "tour-head" }, this.title, this.count,
-        el("button", { class: "icon-button", attrs: { type: "button", "aria-label": "End the tour" }, on: { click: deeds.close } }, icon("close"))),
+        el("button", { class: "icon-button", attrs: { type: "button", "aria-label": "End the tour" }, on: { click: actions.close } }, icon("close"))),
       this.text,
       this.skipped,
       this.word,

@@ -1,11 +1,11 @@
 /**
- * The guided tour as a state machine: which step, since when, whether it has what it waits for.
+ * The guided tour as a state machine: the current step, since when, and whether its condition holds.
  *
  * A step is data. It goes on by itself when its condition holds and there was time to read; one that waits too
- * long says so and goes on without. What the server does not allow is skipped with a word.
+ * long says so and goes on without. Steps that the server does not allow are skipped, with a sentence.
  */
 
-/** What the steps can see of the live system. */
+/** State of the live system that the steps depend on. */
 export interface Facts {
   /** Other users with a hand on the body. */
   readonly others: number;
@@ -25,7 +25,7 @@ export interface Facts {
   readonly paper: boolean;
 }
 
-/** What a step does to the page when it begins. */
+/** An action on the page when a step begins. */
 export type Action =
   | { readonly kind: "touch" }
   | { readonly kind: "press"; readonly depth: number }
@@ -42,9 +42,9 @@ export interface Step {
   readonly title: string;
   readonly text: string;
   readonly actions: readonly Action[];
-  /** Holds when the step has shown what it is for; absent where reading is all. */
+  /** Condition under which the step is complete; absent where reading is enough. */
   readonly until?: (facts: Facts) => boolean;
-  /** What is waited for, as half a sentence after "Waiting until". */
+  /** The condition as the end of a sentence that begins with "Waiting until". */
   readonly waiting?: string;
   /** Why the step cannot be shown; null where it can. */
   readonly without?: (facts: Facts) => string | null;

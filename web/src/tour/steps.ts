@@ -1,4 +1,4 @@
-/** The tour: what delay does to hands that meet in one object, shown on the live system. */
+/** The tour: effects of delay on several hands at one object, shown on the live system. */
 
 import type { Facts, Step } from "./machine";
 

@@ -1,9 +1,9 @@
-/** Fig. 8 with everybody's gains as moving dots, and what that means in words. */
+/** Fig. 8 with everybody's gains as moving dots, and the same in words. */
 
-import type { UserState } from "../types";
-import { drawArea, periods, verdict, type Yardstick } from "./area_plot";
+import type { UserState } from "../model/scene";
 import { choice, el, say, symbol } from "./dom";
-import type { Inks } from "./plot";
+import { drawArea, periods, verdict, type Yardstick } from "./plots/area_plot";
+import type { Inks } from "./plots/canvas";
 
 export class AreaCard {
   readonly root: HTMLElement;
@@ -49,10 +49,10 @@ export class AreaCard {
   }
 }
 
-/** What is seen in the figure. */
+/** The figure in words. */
 export function areaWords(users: readonly UserState[], simulationPeriod: number, lag: number, yardstick: Yardstick): string {
-  const named = (wanted: string): string[] =>
-    users.filter((user) => verdict(user, simulationPeriod, yardstick) === wanted).map((user) => user.name || `user ${user.user}`);
+  const named = (place: string): string[] =>
+    users.filter((user) => verdict(user, simulationPeriod, yardstick) === place).map((user) => user.name || `user ${user.user}`);
   const outside = named("outside");
   const own = named("own");
   const longest = Math.max(0, ...users.map((user) => periods(user.loop_delay, simulationPeriod)));

@@ -1,11 +1,12 @@
-/** The own hand: into the room and out, its law, and what it feels. */
+/** The dock of the own hand: joining and leaving, law, friction, and the force. */
 
-import type { LawName, TouchState } from "../types";
-import { norm } from "../vec";
-import { choice, el, say, show, symbol, type Choice } from "./dom";
+import type { TouchState } from "../model/hand";
+import type { LawName } from "../model/laws";
+import { norm } from "../model/vec";
+import { type Choice, choice, el, say, show, symbol } from "./dom";
 import { icon } from "./icons";
-import { CutPicture } from "./meter";
-import type { Inks } from "./plot";
+import { CutPicture } from "./plots/cut_picture";
+import type { Inks } from "./plots/canvas";
 import { fixed, millimetres } from "./words";
 
 /** mu of the finger, as one chooses it. */
@@ -14,7 +15,7 @@ type Roughness = "0" | "0.4" | "0.8";
 /** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
 export type LawChoice = LawName | "paper";
 
-export interface DockDeeds {
+export interface DockActions {
   touch(on: boolean): void;
   law(law: LawChoice): void;
   friction(mu: number): void;
@@ -39,16 +40,16 @@ export class Dock {
   private readonly picture = new CutPicture();
   private on = false;
 
-  constructor(name: string, deeds: DockDeeds) {
+  constructor(name: string, actions: DockActions) {
     this.name = el("input", {
       class: "name",
       attrs: { type: "text", maxlength: "32", "aria-label": "Your name", placeholder: "Your name", spellcheck: "false", autocomplete: "nickname" },
     });
     this.name.value = name;
-    this.name.addEventListener("change", () => { deeds.name(this.name.value); });
+    this.name.addEventListener("change", () => { actions.name(this.name.value); });
     this.button = el(
       "button",
-      { class: "touch-button", attrs: { type: "button", "aria-pressed": "false", "aria-keyshortcuts": "T" }, on: { click: () => { deeds.touch(!this.on); } } },
+      { class: "touch-button", attrs: { type: "button", "aria-pressed": "false", "aria-keyshortcuts": "T" }, on: { click: () => { actions.touch(!this.on); } } },
       icon("touch"),
       this.words,
     );
@@ -60,7 +61,7 @@ export class Dock {
         ["proportional", "Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
         ["paper", "Paper\u2019s rule", "Proportional with K_h just below K_o of this contact alone: the rule for one user"],
       ],
-      (law) => { deeds.law(law); },
+      (law) => { actions.law(law); },
     );
     this.laws.set("predictive");
     const friction = choice<Roughness>(
@@ -70,7 +71,7 @@ export class Dock {
         ["0.4", "0.4", "Friction 0.4: the finger sticks until it is pushed aside by 0.4 of its pressure, and others drag it along"],
         ["0.8", "0.8", "Friction 0.8: rubber; the finger sticks, and others drag it along"],
       ],
-      (mu) => { deeds.friction(Number(mu)); },
+      (mu) => { actions.friction(Number(mu)); },
     );
     friction.set("0");
     this.meter = el("div", {
@@ -87,7 +88,7 @@ export class Dock {
     this.set(false, "");
   }
 
-  /** Whether the page touches, and what it says of that. */
+  /** Show whether the hand is in the room, with a hint. */
   set(on: boolean, hint: string): void {
     this.on = on;
     this.root.classList.toggle("on", on);
@@ -123,7 +124,7 @@ export class Dock {
 
 function factWords(state: TouchState): (Node | string)[] {
   if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
-  // The gain gives way to what is felt: with friction a line has no place for both.
+  // With friction the line has no room for the gain: the tangential force replaces it.
   const more = state.along > 0 ? [`${fixed(state.along, 2)} N along`] : [symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
   return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, ...more];
 }

@@ -1,4 +1,4 @@
-/** What one can do here, as a dialog. */
+/** The help dialog. */
 
 import { el } from "./dom";
 import { icon } from "./icons";

@@ -1,6 +1,6 @@
 /** Keys of the page, as a table that the help shows too. */
 
-export type KeyDeed =
+export type KeyAction =
   | "left" | "right" | "up" | "down" | "closer" | "farther" | "reset" | "full" | "touch" | "press" | "deeper" | "shallower"
   | "tour" | "theme" | "help" | "escape";
 
@@ -8,44 +8,44 @@ interface Shortcut {
   readonly keys: readonly string[];
   readonly shown: string;
   readonly words: string;
-  readonly deed: KeyDeed;
+  readonly action: KeyAction;
 }
 
 export const SHORTCUTS: readonly Shortcut[] = [
-  { keys: ["ArrowLeft"], shown: "\u2190 \u2192 \u2191 \u2193", words: "turn the view", deed: "left" },
-  { keys: ["ArrowRight"], shown: "", words: "", deed: "right" },
-  { keys: ["ArrowUp"], shown: "", words: "", deed: "up" },
-  { keys: ["ArrowDown"], shown: "", words: "", deed: "down" },
-  { keys: ["+", "="], shown: "+ \u2212", words: "closer, farther", deed: "closer" },
-  { keys: ["-", "_"], shown: "", words: "", deed: "farther" },
-  { keys: ["r"], shown: "R", words: "first view again", deed: "reset" },
-  { keys: ["f"], shown: "F", words: "full screen", deed: "full" },
-  { keys: ["t"], shown: "T", words: "touch, let go", deed: "touch" },
-  { keys: [" "], shown: "Space", words: "press in the middle of the view while held", deed: "press" },
-  { keys: ["]", "."], shown: "[ ]", words: "press less, more", deed: "deeper" },
-  { keys: ["[", ","], shown: "", words: "", deed: "shallower" },
-  { keys: ["g"], shown: "G", words: "guided tour", deed: "tour" },
-  { keys: ["d"], shown: "D", words: "day, night", deed: "theme" },
-  { keys: ["?"], shown: "?", words: "this list", deed: "help" },
-  { keys: ["Escape"], shown: "Esc", words: "close, let go", deed: "escape" },
+  { keys: ["ArrowLeft"], shown: "\u2190 \u2192 \u2191 \u2193", words: "turn the view", action: "left" },
+  { keys: ["ArrowRight"], shown: "", words: "", action: "right" },
+  { keys: ["ArrowUp"], shown: "", words: "", action: "up" },
+  { keys: ["ArrowDown"], shown: "", words: "", action: "down" },
+  { keys: ["+", "="], shown: "+ \u2212", words: "closer, farther", action: "closer" },
+  { keys: ["-", "_"], shown: "", words: "", action: "farther" },
+  { keys: ["r"], shown: "R", words: "first view again", action: "reset" },
+  { keys: ["f"], shown: "F", words: "full screen", action: "full" },
+  { keys: ["t"], shown: "T", words: "touch, let go", action: "touch" },
+  { keys: [" "], shown: "Space", words: "press in the middle of the view while held", action: "press" },
+  { keys: ["]", "."], shown: "[ ]", words: "press less, more", action: "deeper" },
+  { keys: ["[", ","], shown: "", words: "", action: "shallower" },
+  { keys: ["g"], shown: "G", words: "guided tour", action: "tour" },
+  { keys: ["d"], shown: "D", words: "day, night", action: "theme" },
+  { keys: ["?"], shown: "?", words: "this list", action: "help" },
+  { keys: ["Escape"], shown: "Esc", words: "close, let go", action: "escape" },
 ];
 
-/** What a key does; null where it belongs to something else: a field, a button, the browser. */
-export function deedOf(
+/** The action of a key; null where the key belongs to a field, a button or the browser. */
+export function actionOf(
   event: Pick<KeyboardEvent, "key" | "ctrlKey" | "metaKey" | "altKey">,
   target: { readonly tagName: string; readonly type?: string } | null,
-): KeyDeed | null {
+): KeyAction | null {
   if (event.ctrlKey || event.metaKey || event.altKey) return null;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-  const found = SHORTCUTS.find((s) => s.keys.includes(key));
-  if (found === undefined) return null;
+  const shortcut = SHORTCUTS.find((s) => s.keys.includes(key));
+  if (shortcut === undefined) return null;
   const tag = target?.tagName ?? "";
   if (tag === "INPUT" || tag === "TEXTAREA" || tag === "SELECT") {
     const typing = tag !== "INPUT" || target?.type === "text";
-    const moves = found.deed === "press" || key.startsWith("Arrow");
-    if (typing ? found.deed !== "escape" : moves) return null;
+    const moves = shortcut.action === "press" || key.startsWith("Arrow");
+    if (typing ? shortcut.action !== "escape" : moves) return null;
   }
   // Space on a button presses the button.
-  if (tag === "BUTTON" && found.deed === "press") return null;
-  return found.deed;
+  if (tag === "BUTTON" && shortcut.action === "press") return null;
+  return shortcut.action;
 }

@@ -1,7 +1,7 @@
-/** What the colours of the surface mean, and the switch between its two meanings. */
+/** The legend of the surface colours, and the switch between displacement and stiffness. */
 
-import { colourAt, DISPLACEMENT, STIFFNESS, type Scheme } from "../view/colours";
-import type { Colouring, Legend } from "../view/surface";
+import { colourAt, DISPLACEMENT, type Scheme, STIFFNESS } from "../model/colours";
+import type { Colouring, Legend } from "../view/body/surface";
 import { choice, el, say } from "./dom";
 import { fixed } from "./words";
 

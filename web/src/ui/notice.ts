@@ -1,6 +1,7 @@
-/** What the page says when something is not as it should be: what happened, and what one can do. */
+/** The notices of the page in abnormal states: the cause and the remedy. */
 
-import type { WatchPhase } from "../types";
+import type { WatchPhase } from "../model/scene";
+import { NAME_TAKEN, ROOM_FULL, SERVER_STOPS, TOO_SLOW, WRONG_VERSION } from "../protocol/close_codes";
 
 export interface Notice {
   /** Changes when the matter does, so that a notice that was put away stays away. */
@@ -12,7 +13,7 @@ export interface Notice {
 }
 
 /** All that the choice depends on. */
-export interface Circumstances {
+export interface NoticeFacts {
   readonly webgl: boolean;
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
@@ -31,14 +32,8 @@ export interface Circumstances {
   readonly touchCode: number;
 }
 
-export const WRONG_VERSION = 4426;
-export const ROOM_FULL = 4429;
-export const TOO_SLOW = 4430;
-export const NAME_TAKEN = 4409;
-export const SERVER_STOPS = 4503;
-
 /** The most urgent notice; null where all is well. */
-export function notice(c: Circumstances): Notice | null {
+export function notice(c: NoticeFacts): Notice | null {
   if (!c.webgl) {
     return make("webgl", "bad", "This browser shows no 3-D graphics",
       "WebGL is off or missing, so the object cannot be drawn. The hands, their forces and plots are live all the same. "
@@ -55,24 +50,24 @@ export function notice(c: Circumstances): Notice | null {
   return null;
 }
 
-function ofWatch(c: Circumstances): Notice | null {
+function ofWatch(c: NoticeFacts): Notice | null {
   if (c.code === WRONG_VERSION && c.phase !== "watching") {
     return make("version", "bad", "The server was upgraded",
       "This page is older than the server and they no longer understand each other. Reloading brings the new page.", "reload");
   }
-  const told = sentence(c.reason);
+  const reason = sentence(c.reason);
   switch (c.phase) {
     case "watching":
       return null;
     case "refused":
-      return make("refused", "bad", "The server refused this page", told === "" ? "It gave no reason." : told, "reload");
+      return make("refused", "bad", "The server refused this page", reason === "" ? "It gave no reason." : reason, "reload");
     case "connecting":
       return c.seen
-        ? make("lost", "busy", "Connecting again\u2026", told)
+        ? make("lost", "busy", "Connecting again\u2026", reason)
         : make("connecting", "busy", "Connecting\u2026", "Asking the server for the object.");
     case "waiting":
       return make("lost", "busy", lostTitle(c.code),
-        [told, c.retryIn > 0 ? `Trying again in ${Math.ceil(c.retryIn)} s.` : "Trying again."].filter((s) => s !== "").join(" "));
+        [reason, c.retryIn > 0 ? `Trying again in ${Math.ceil(c.retryIn)} s.` : "Trying again."].filter((s) => s !== "").join(" "));
   }
 }
 
@@ -83,11 +78,11 @@ function lostTitle(code: number): string {
   return "The server is gone";
 }
 
-function ofTouch(c: Circumstances): Notice {
-  const told = sentence(c.touch);
-  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", told, "dismiss");
-  if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${told} Choose another name and touch again.`, "dismiss");
-  return make(`touch-${c.touch}`, "bad", "You are not touching", told, "dismiss");
+function ofTouch(c: NoticeFacts): Notice {
+  const reason = sentence(c.touch);
+  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", reason, "dismiss");
+  if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${reason} Choose another name and touch again.`, "dismiss");
+  return make(`touch-${c.touch}`, "bad", "You are not touching", reason, "dismiss");
 }
 
 function make(key: string, tone: Notice["tone"], title: string, text: string, action: Notice["action"] = null): Notice {

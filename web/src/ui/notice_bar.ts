@@ -1,4 +1,4 @@
-/** The place where a notice stands. */
+/** The element that shows a notice. */
 
 import { el, say, show } from "./dom";
 import { icon } from "./icons";
@@ -43,7 +43,7 @@ export class NoticeBar {
   set(notice: Notice | null): void {
     if (notice === null || this.put.has(notice.key)) {
       show(this.root, false);
-      // What was put away may be said again when it happens again.
+      // A dismissed notice may be shown again when its cause occurs again.
       if (notice === null) this.put.clear();
       return;
     }

@@ -1,9 +1,9 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
-import type { Encoding, Latency, SceneStore, SceneView } from "../types";
+import type { Encoding, Latency, SceneStore, SceneSnapshot } from "../model/scene";
 import { AreaCard } from "./area_card";
-import { choice, el, say, show, type Choice } from "./dom";
-import { inks, type Inks } from "./plot";
+import { type Choice, choice, el, say, show } from "./dom";
+import { type Inks, inks } from "./plots/canvas";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "./words";
 
@@ -80,28 +80,28 @@ export class Panel {
   }
 
   /** Remember this moment for the plots; cheap, and called for every frame. */
-  record(view: SceneView): void {
+  record(view: SceneSnapshot): void {
     for (const user of view.users) this.card(user.user).record(user, view.t_server);
   }
 
   /** Write and draw all that is seen; called some times a second. */
-  update(store: SceneStore, view: SceneView | null, own: number): void {
+  update(store: SceneStore, view: SceneSnapshot | null, own: number): void {
     const ink = (this.ink ??= inks(this.root));
-    const here = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
+    const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       card.root.remove();
       this.cards.delete(user);
     }
-    for (const user of [...here].sort((a, b) => a - b)) {
+    for (const user of [...present].sort((a, b) => a - b)) {
       const state = view?.users.find((u) => u.user === user);
       const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
       this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
     }
-    say(this.count, here.size === 0 ? "" : `${here.size}`);
+    say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);
-    show(this.empty, here.size === 0 && store.status.phase === "watching");
-    show(this.latencyNote, store.info !== null && !store.info.allow_latency && here.size > 0);
+    show(this.empty, present.size === 0 && store.status.phase === "watching");
+    show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
       for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
     }
@@ -111,8 +111,8 @@ export class Panel {
     say(this.stream, streamWords(store));
   }
 
-  /** How soon the object answers; what a hand could not know from its own numbers. */
-  private tellTime(view: SceneView | null): void {
+  /** How fast the object responds, which a hand cannot know from its own numbers. */
+  private tellTime(view: SceneSnapshot | null): void {
     const words = view === null ? "" : lagWords(view.room, view.users.filter((user) => user.c_ii > 0).length);
     show(this.time, words !== "");
     if (view === null || words === "") return;
@@ -141,11 +141,11 @@ export class Panel {
   }
 }
 
-/** How the picture comes here, in one line. */
+/** Encoding and rate of the stream, in one line. */
 function streamWords(store: SceneStore): string {
   const s = store.status;
   if (s.phase !== "watching") return "";
-  const fetching = s.blocks_wanted > 0 ? [`fetching ${s.blocks_wanted} blocks`] : [];
+  const fetching = s.blocks_missing > 0 ? [`fetching ${s.blocks_missing} blocks`] : [];
   const parts = [bytesPerSecond(s.bytes_per_second), `${Math.round(s.frames_per_second)} frames/s`, ...fetching];
   return [...parts, `${milliseconds(s.playout_delay)} behind`].join(" \u00b7 ");
 }

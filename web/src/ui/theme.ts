@@ -1,6 +1,6 @@
-/** Day and night: as the system says, until the reader says otherwise. */
+/** Light and dark scheme: as the system prefers, until the visitor chooses. */
 
-import type { Scheme } from "../view/colours";
+import type { Scheme } from "../model/colours";
 
 const KEY = "cohaptic.theme";
 

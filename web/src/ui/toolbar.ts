@@ -1,10 +1,10 @@
-/** The line on top: whose room this is, how it goes, and what can be done with the picture. */
+/** The line on top: the name of the body, the state of the connection, and buttons for the view. */
 
-import type { SceneStore } from "../types";
+import type { SceneStore } from "../model/scene";
 import { el, iconButton, say } from "./dom";
 import { icon } from "./icons";
 
-export interface ToolbarDeeds {
+export interface ToolbarActions {
   readonly tour: () => void;
   readonly reset: () => void;
   readonly full: () => void;
@@ -19,16 +19,16 @@ export class Toolbar {
   private readonly room = el("span", { class: "room" });
   private readonly lamp = el("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
 
-  constructor(deeds: ToolbarDeeds) {
+  constructor(actions: ToolbarActions) {
     const tour = el(
       "button",
-      { class: "button tour-button", attrs: { type: "button", "aria-keyshortcuts": "G" }, on: { click: deeds.tour } },
+      { class: "button tour-button", attrs: { type: "button", "aria-keyshortcuts": "G" }, on: { click: actions.tour } },
       icon("play"),
       el("span", { text: "Guided tour", class: "tour-long" }),
       el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
     );
-    this.panelButton = iconButton(icon("panel"), "Hands and plots", "", deeds.panel);
-    const full = iconButton(icon("full"), "Full screen", "F", deeds.full);
+    this.panelButton = iconButton(icon("panel"), "Hands and plots", "", actions.panel);
+    const full = iconButton(icon("full"), "Full screen", "F", actions.full);
     // Some phones have no full screen.
     full.hidden = !document.fullscreenEnabled;
     this.root = el(
@@ -39,10 +39,10 @@ export class Toolbar {
       this.room,
       el("span", { class: "spring" }),
       tour,
-      iconButton(icon("reset"), "First view again", "R", deeds.reset),
+      iconButton(icon("reset"), "First view again", "R", actions.reset),
       full,
-      iconButton(icon("sun"), "Day or night", "D", deeds.theme),
-      iconButton(icon("help"), "Help", "?", deeds.help),
+      iconButton(icon("sun"), "Day or night", "D", actions.theme),
+      iconButton(icon("help"), "Help", "?", actions.help),
       this.panelButton,
     );
   }

@@ -1,17 +1,18 @@
-/** One user's panel: force, what its law presses against, its plots, and the delay that it has to bear. */
+/** The card of one user: force, stiffness of its contact, plots, and the injected delay. */
 
-import type { Latency, UserState } from "../types";
-import { dot, norm, sub } from "../vec";
+import type { Latency, UserState } from "../model/scene";
+import { dot, norm, sub } from "../model/vec";
 import { depthOf, proxyOf } from "../view/pose";
-import { el, say, show, slider, symbol, type Slider } from "./dom";
+import { el, say, show, slider, type Slider, symbol } from "./dom";
 import { icon } from "./icons";
-import { Plot, type Inks, type Lane } from "./plot";
-import { Timeline } from "./timeline";
+import type { Inks } from "./plots/canvas";
+import { type Lane, StripChart } from "./plots/strip_chart";
+import { TraceBuffer } from "./plots/trace_buffer";
 import { fixed, LAWS, milliseconds, softWords, stiffness } from "./words";
 
-/** Columns of a user's timeline. */
+/** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
-const SPAN = 6; // s that a plot shows
+const SPAN = 6; // s that a chart shows
 const CAPACITY = 1200;
 const FULL_SCALE = 8; // N at the end of the force bar
 
@@ -37,7 +38,7 @@ const LANES: readonly Lane[] = [
 
 export class UserCard {
   readonly root: HTMLElement;
-  readonly timeline = new Timeline(4, CAPACITY);
+  readonly trace = new TraceBuffer(4, CAPACITY);
   private readonly name = el("span", { class: "card-name" });
   private readonly law = el("span", { class: "card-law" });
   private readonly force = el("span", { class: "card-force" });
@@ -52,14 +53,14 @@ export class UserCard {
   });
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
-  private readonly plot = new Plot(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
+  private readonly chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
-  private wanted: Latency = { delay: 0, jitter: 0 };
+  private requested: Latency = { delay: 0, jitter: 0 };
 
   constructor(user: number, setLatency: (latency: Latency) => void) {
     const send = (change: Partial<Latency>): void => {
-      this.wanted = { ...this.wanted, ...change };
-      setLatency(this.wanted);
+      this.requested = { ...this.requested, ...change };
+      setLatency(this.requested);
     };
     const delay = slider("delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
     const jitter = slider("jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
@@ -67,7 +68,7 @@ export class UserCard {
     this.body = el(
       "div",
       { class: "card-body", id: `card-${user}` },
-      this.plot.canvas,
+      this.chart.canvas,
       el(
         "dl",
         { class: "facts" },
@@ -108,8 +109,8 @@ export class UserCard {
   /** Remember a moment for the plots. */
   record(user: UserState, t: number): void {
     // A server that began anew counts from another zero.
-    if (t < this.timeline.last - 1) this.timeline.clear();
-    this.timeline.push(t, sample(user));
+    if (t < this.trace.last - 1) this.trace.clear();
+    this.trace.push(t, sample(user));
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
@@ -134,13 +135,13 @@ export class UserCard {
     say(this.coupled, stiffness(user.k_o_coupled));
     say(this.gain, stiffness(user.k_h));
     say(this.loop, user.loop_delay > 0 ? milliseconds(user.loop_delay) : "\u2013");
-    this.wanted = user.latency;
+    this.requested = user.latency;
     this.latency.delay.set(Math.round(1e3 * user.latency.delay));
     this.latency.jitter.set(Math.round(1e3 * user.latency.jitter));
   }
 
   /** @param now Server's clock at the right edge [s]. */
   draw(now: number, ink: Inks): void {
-    if (!this.body.hidden) this.plot.draw(this.timeline, now, SPAN, ink);
+    if (!this.body.hidden) this.chart.draw(this.trace, now, SPAN, ink);
   }
 }

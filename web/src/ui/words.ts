@@ -1,6 +1,8 @@
-/** Numbers and names as people read them; millimetres and milliseconds are made here. */
+/** Numbers and names as people read them; the only place with millimetres and milliseconds. */
 
-import type { LawName, RoomLag, UserState } from "../types";
+import type { RoomLag } from "../model/body";
+import type { LawName } from "../model/laws";
+import type { UserState } from "../model/scene";
 
 const MINUS = "\u2212";
 const THIN = "\u202f";
@@ -28,10 +30,10 @@ export function bytesPerSecond(b: number): string {
 
 const WHOLE = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 const AS_STIFF = 0.99; // of the object's stiffness; a device that renders so much is no softer to the hand
-const LEAST_LAG = 0.005; // s; what is less is none on a screen
+const LEAST_LAG = 0.005; // s; a smaller lag is shown as none
 const FAR = 100; // a margin beyond is as good as any
 
-/** What a hand feels whose device is softer than the object; empty for the others. */
+/** The stiffness that a device renders when it is softer than the object; empty for the others. */
 export function softWords(user: Pick<UserState, "law" | "k_h" | "c_ii">): string {
   const k_o = user.c_ii > 0 ? 1 / user.c_ii : 0;
   if (user.law !== "predictive" || !(user.k_h > 0 && user.k_h < AS_STIFF * k_o)) return "";

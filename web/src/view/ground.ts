@@ -1,8 +1,8 @@
-/** What the body stands on: a shadow that tells where the floor is, and the part that is held. */
+/** The ground under the body: a shadow that shows the height of the floor, and rings round the fixed part. */
 
 import { CanvasTexture, CircleGeometry, Color, Group, Mesh, MeshBasicMaterial, RingGeometry } from "three";
-import type { RestMesh } from "../types";
-import type { Scheme } from "./colours";
+import type { RestMesh } from "../model/body";
+import type { Scheme } from "../model/colours";
 
 /** Lowest point of a mesh, and how far it reaches from its middle near there [m]. */
 export function footprint(mesh: RestMesh, radius: number): { z: number; x: number; y: number; reach: number } {

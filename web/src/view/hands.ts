@@ -18,10 +18,8 @@ import {
   type Material,
   type Object3D,
 } from "three";
-import type { Vec3 } from "../types";
+import { along, norm, unit, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { norm, unit } from "../vec";
-import { along } from "./vec";
 
 /** Length of an arrow for one newton, in radii of the body. */
 export const ARROW_PER_NEWTON = 0.12;
@@ -143,9 +141,9 @@ export class Hands {
   }
 
   pose(poses: readonly Pose[]): void {
-    const here = new Set(poses.map((pose) => pose.user));
+    const present = new Set(poses.map((pose) => pose.user));
     for (const [user, hand] of this.hands) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       this.group.remove(hand.group);
       hand.dispose();
       this.hands.delete(user);

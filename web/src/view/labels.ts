@@ -1,8 +1,7 @@
 /** Names at the ends of the stems: text over the canvas, placed by the object model and not by markup. */
 
-import type { Vec3 } from "../types";
+import { norm, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
-import { norm } from "../vec";
 
 interface Label {
   readonly box: HTMLElement;
@@ -54,9 +53,9 @@ export class Labels {
     anchor: (user: number) => Vec3 | null,
     project: (point: Vec3) => { x: number; y: number } | null,
   ): void {
-    const here = new Set(poses.map((pose) => pose.user));
+    const present = new Set(poses.map((pose) => pose.user));
     for (const [user, label] of this.labels) {
-      if (here.has(user)) continue;
+      if (present.has(user)) continue;
       label.box.remove();
       this.labels.delete(user);
     }

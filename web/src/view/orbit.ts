@@ -1,6 +1,6 @@
-/** The camera's place as numbers: on a sphere round the body, with z up. */
+/** Position of the camera as numbers: on a sphere round the body, with z up. */
 
-import type { Vec3 } from "../types";
+import type { Vec3 } from "../model/vec";
 
 export interface Orbit {
   /** Round the vertical [rad]; 0 looks from +x. */
@@ -41,7 +41,7 @@ export function eye(orbit: Orbit, center: Vec3, radius: number): Vec3 {
   ];
 }
 
-/** Towards a wanted view as a damped eye goes; exactly there at the end, so that nothing is drawn for nothing. */
+/** One step towards a target view with exponential damping; reaches it exactly, so that drawing can stop. */
 export function eased(from: Orbit, to: Orbit, dt: number, seconds = 0.09): Orbit {
   const s = 1 - Math.exp(-Math.max(0, dt) / seconds);
   const next: Orbit = {

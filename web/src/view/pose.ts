@@ -1,8 +1,8 @@
-/** What is drawn of one hand, from what the server says of it or, for the own hand, from the own loop. */
+/** The drawn state of one hand: from the scene or, for the own hand, from the own loop. */
 
-import type { TouchState, UserState, Vec3 } from "../types";
-import { dot, norm, sub } from "../vec";
-import { along } from "./vec";
+import type { TouchState } from "../model/hand";
+import type { UserState } from "../model/scene";
+import { along, dot, norm, sub, type Vec3 } from "../model/vec";
 
 export interface Pose {
   readonly user: number;
@@ -30,8 +30,8 @@ export const LEAST_FORCE = 0.02;
 /**
  * The surface as it is under this hand, x_o = x_free - C_ii f n (docs/protocol.md, patch).
  *
- * A finger that sticks takes the surface with it in all directions, and its law, f = K (depth - what that does to the
- * depth), tells how far it is below the surface: not at all where K is the object's own.
+ * A finger that sticks takes the surface with it in all directions, and its law, f = K (depth - the change of depth by
+ * that), tells how far it is below the surface: not at all where K is the object's own.
  */
 export function proxyOf(user: UserState): Vec3 {
   const pressed = Math.max(0, dot(user.force, user.normal));
@@ -63,7 +63,7 @@ export function poseOf(user: UserState): Pose {
   };
 }
 
-/** The own hand: its loop is ahead of what the server has heard of it. */
+/** The own hand: its loop is ahead of the server. */
 export function ownPose(state: TouchState, heard: UserState | undefined): Pose {
   return {
     user: state.user,

@@ -13,8 +13,8 @@ import {
   WebGLRenderer,
 } from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
-import type { Vec3 } from "../types";
-import type { Scheme } from "./colours";
+import type { Vec3 } from "../model/vec";
+import type { Scheme } from "../model/colours";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
 
 /** Slower than this, and fewer pixels are drawn [s]. */
@@ -25,8 +25,8 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(32, 1, 0.001, 100);
   readonly canvas: HTMLCanvasElement;
-  /** Where the camera goes; it follows softly. */
-  wanted: Orbit = HOME;
+  /** Target of the camera, which follows smoothly. */
+  target: Orbit = HOME;
   /** Softly, or at once for people who asked for less motion. */
   still = false;
 
@@ -81,7 +81,7 @@ export class Stage {
     this.touch();
   }
 
-  /** Keep the body in the middle of what is not covered: `above` and `below` are covered [px]. */
+  /** Keep the body in the middle of the visible part: `above` and `below` are covered [px]. */
   uncover(above: number, below: number): void {
     const lift = Math.round(0.5 * (below - above));
     if (lift === this.lift) return;
@@ -96,14 +96,14 @@ export class Stage {
 
   /** Turn by the short way to a view. */
   goTo(orbit: Orbit): void {
-    this.wanted = nearTurn(orbit, this.orbit);
+    this.target = nearTurn(orbit, this.orbit);
     this.touch();
   }
 
   /** @returns Whether a frame was drawn. */
   draw(dt: number): boolean {
     const before = this.orbit;
-    this.orbit = this.still ? this.wanted : eased(this.orbit, this.wanted, dt);
+    this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
     if (this.orbit === before && !this.dirty) {
       this.drew = false;
       return false;
@@ -170,7 +170,7 @@ export class Stage {
     this.touch();
   }
 
-  /** A machine that cannot keep up gets fewer pixels; what counts is the time from one frame to the next. */
+  /** A machine that cannot keep up gets fewer pixels; the measure is the time from one frame to the next. */
   private spare(seconds: number): void {
     this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
     if (this.cost < SLOW || this.ratio <= COARSEST) return;

@@ -1,24 +1,36 @@
 /**
- * The watch connection: a socket that comes back when it is lost, acks for what is drawn, and the store behind it.
+ * The watch connection: a socket that comes back when it is lost, acks for drawn frames, and the store behind it.
  *
  * Socket, clock and timers are given, so that a test can be the server. `openWatch` gives the browser's.
  */
 
 import { greenUrl, socketUrl } from "../address";
-import { encodeControl } from "../protocol/control";
+import type { RestMesh } from "../model/body";
+import type {
+  Encoding,
+  Latency,
+  RoomEvent,
+  SceneStore,
+  SceneSnapshot,
+  UserHistory,
+  WatchInfo,
+  WatchPhase,
+  WatchStatus,
+} from "../model/scene";
+import { ABNORMAL, BAD_MESSAGE, NORMAL, WRONG_VERSION } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
+import { encodeControl } from "../protocol/messages";
 import { SUBPROTOCOL } from "../protocol/version";
-import type { Encoding, Latency, RestMesh, RoomEvent, SceneStore, SceneView, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../types";
 import { LASTED, wait } from "./backoff";
-import { Meter } from "./meter";
 import { WatchSession } from "./session";
 import { Store } from "./store";
+import { Traffic } from "./traffic";
 
 const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
-const FINAL: readonly number[] = [4400, 4426]; // refusals that another attempt would not change
+const FINAL: readonly number[] = [BAD_MESSAGE, WRONG_VERSION]; // refusals that another attempt would not change
 const OPEN = 1; // of a socket
 
-/** What a browser gives. */
+/** The services of the browser. */
 export interface World {
   /** [s] */
   now(): number;
@@ -38,7 +50,7 @@ export class Watch implements SceneStore {
   private readonly listeners = new Set<() => void>();
   private socket: WebSocket | null = null;
   private session = new WatchSession();
-  private meter = new Meter();
+  private traffic = new Traffic();
   private phase: WatchPhase = "connecting";
   private reason = "";
   private code = 0;
@@ -78,25 +90,25 @@ export class Watch implements SceneStore {
   }
 
   get status(): WatchStatus {
-    const rates = this.meter.rates(this.world.now());
-    const { here, missing } = this.store.blocks;
+    const rates = this.traffic.rates(this.world.now());
+    const { cached, missing } = this.store.blocks;
     return {
       phase: this.phase,
       reason: this.reason,
       code: this.code,
       retry_at: this.retry_at,
-      frames: this.meter.frames,
-      bytes: this.meter.bytes,
+      frames: this.traffic.frames,
+      bytes: this.traffic.bytes,
       frames_per_second: rates.frames,
       bytes_per_second: rates.bytes,
       playout_delay: this.store.playoutDelay,
       encoding: this.store.inUse,
-      blocks: here,
-      blocks_wanted: missing,
+      blocks: cached,
+      blocks_missing: missing,
     };
   }
 
-  at(now: number): SceneView | null {
+  at(now: number): SceneSnapshot | null {
     this.acknowledge();
     return this.store.at(now);
   }
@@ -121,7 +133,7 @@ export class Watch implements SceneStore {
 
   close(): void {
     this.closed = true;
-    this.socket?.close(1000);
+    this.socket?.close(NORMAL);
     this.socket = null;
   }
 
@@ -131,7 +143,7 @@ export class Watch implements SceneStore {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.session = new WatchSession();
-    this.meter = new Meter();
+    this.traffic = new Traffic();
     this.drawn = true;
     this.opened_at = this.world.now();
     socket.onopen = () => {
@@ -143,7 +155,7 @@ export class Watch implements SceneStore {
       this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
     };
     socket.onclose = ({ code, reason }) => {
-      this.lost(socket, reason || (code === 1006 ? "no server answers" : `closed with ${code}`), code);
+      this.lost(socket, reason || (code === ABNORMAL ? "no server answers" : `closed with ${code}`), code);
     };
   }
 
@@ -154,7 +166,7 @@ export class Watch implements SceneStore {
       const event = this.session.receive(data);
       this.store.take(event, now);
       if (event.type === "scene") {
-        this.meter.push(now, data.length);
+        this.traffic.push(now, data.length);
         this.expectDrawn();
         return;
       }
@@ -185,10 +197,10 @@ export class Watch implements SceneStore {
       this.acknowledge();
       return;
     }
-    const { meter } = this;
-    const frame = meter.frames;
+    const { traffic } = this;
+    const frame = traffic.frames;
     this.world.later(PATIENCE, () => {
-      if (this.meter === meter && meter.frames === frame) this.acknowledge();
+      if (this.traffic === traffic && traffic.frames === frame) this.acknowledge();
     });
   }
 
@@ -206,7 +218,7 @@ export class Watch implements SceneStore {
   private lost(socket: WebSocket, reason: string, code: number): void {
     if (socket !== this.socket) return;
     this.socket = null;
-    socket.close(1000);
+    socket.close(NORMAL);
     const now = this.world.now();
     this.reason = reason;
     this.code = code;

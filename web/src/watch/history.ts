@@ -1,8 +1,8 @@
 /** Rolling histories for plots, in memory that never grows. */
 
+import type { Series, UserHistory } from "../model/scene";
+import { dot, norm, sub } from "../model/vec";
 import type { UserRecord } from "../protocol/scene";
-import type { Series, UserHistory } from "../types";
-import { dot, norm, sub } from "../vec";
 
 const CAPACITY = 1800; // a minute at 30 frames a second
 const MOST_USERS = 64;
@@ -39,7 +39,7 @@ export class Ring implements Series {
     else this.start = (this.start + 1) % this.capacity;
   }
 
-  /** NaN outside of what is here. */
+  /** -1 outside of the stored values, which reads as NaN. */
   private index(i: number): number {
     return i >= 0 && i < this.count ? (this.start + i) % this.capacity : -1;
   }
@@ -59,7 +59,7 @@ export class Histories {
     this.users.clear();
   }
 
-  /** What a scene says of each user. */
+  /** Append the users of a scene. */
   push(t_server: number, records: readonly UserRecord[]): void {
     for (const record of records) {
       const rings = this.users.get(record.user) ?? newRings();

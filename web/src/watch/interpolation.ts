@@ -1,8 +1,8 @@
-/** What is shown between two frames, as pure functions of time. */
+/** Interpolation between two frames, as pure functions of time. */
 
+import type { RoomLag } from "../model/body";
+import { lerp, unit, type Vec3 } from "../model/vec";
 import type { UserRecord } from "../protocol/scene";
-import type { RoomLag, Vec3 } from "../types";
-import { lerp, unit } from "../vec";
 
 /** A frame of the scene with its surface. */
 export interface Frame {
@@ -54,7 +54,7 @@ export function place(positions: Float32Array, rest: Float32Array, { a, b, share
   }
 }
 
-/** Users between a and b: one who comes or goes does so at b's time; what has no middle is b's. */
+/** Users between a and b: one who comes or goes does so at b's time; fields that cannot be interpolated are b's. */
 export function usersBetween({ a, b, share }: Between): readonly UserRecord[] {
   if (share >= 1) return b.users;
   return a.users.map((from) => {

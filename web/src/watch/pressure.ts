@@ -1,6 +1,6 @@
-/** Vertices under a contact's pressure, and the share of the force on each; `contact.py`. */
+/** Vertices under a contact's pressure, and the share of the force on each; `cohaptic_server/mesh/pressure.py`. */
 
-import type { Vec3 } from "../types";
+import type { Vec3 } from "../model/vec";
 import type { Quadrature } from "./quadrature";
 
 /** k vertices, rising; their weights sum to 1. */

@@ -1,6 +1,6 @@
-/** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `bodies/mesh.py`. */
+/** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `mesh/surface.py`. */
 
-import type { RestMesh } from "../types";
+import type { RestMesh } from "../model/body";
 
 /** Each face carries so many points, squared: the centroids of equal triangles. */
 const SPLIT = 3;

@@ -1,6 +1,6 @@
-/** Who is in the room and what happened, as the events say. */
+/** The users and the events of a room. */
 
-import type { Latency, RoomEvent } from "../types";
+import type { Latency, RoomEvent } from "../model/scene";
 import type { WatchEvent } from "./session";
 
 const MOST_EVENTS = 100;

@@ -1,12 +1,13 @@
 /** The watcher's half of the protocol as a state machine without I/O. */
 
-import { decodeServerControl, encodeControl, type ServerControl, type Watching } from "../protocol/control";
+import type { RestMesh } from "../model/body";
+import type { Encoding } from "../model/scene";
 import { Kind, kindOf, ProtocolError } from "../protocol/frame";
+import { decodeServerControl, encodeControl, type ServerControl, type Watching } from "../protocol/messages";
 import { decodeRestMesh } from "../protocol/rest_mesh";
 import { decodeScene, type Scene } from "../protocol/scene";
 import { type Traversal, traversalOf } from "../protocol/traversal";
 import { PROTOCOL_VERSION } from "../protocol/version";
-import type { Encoding, RestMesh } from "../types";
 
 export type WatchEvent =
   | Watching

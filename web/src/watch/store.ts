@@ -1,30 +1,31 @@
 /**
- * The page's copy of the scene without I/O: messages and time in, acks and what is shown out.
+ * The page's copy of the scene without I/O: messages and time in, acks and snapshots out.
  *
  * The connection (`connection.ts`) is the shell round it.
  */
 
+import type { RestMesh } from "../model/body";
+import type { Encoding, RoomEvent, SceneSnapshot, UserHistory, WatchInfo } from "../model/scene";
 import { encodeAck } from "../protocol/ack";
-import { encodeControl } from "../protocol/control";
+import { encodeControl } from "../protocol/messages";
 import type { Scene } from "../protocol/scene";
-import type { Encoding, RestMesh, RoomEvent, SceneView, UserHistory, WatchInfo } from "../types";
-import { Blocks, type Fetch } from "./blocks";
-import { displacementOf, needed, type Press, pressesOf } from "./green";
+import { FrameBuffer } from "./frame_buffer";
+import { GreenBlocks, type Fetch } from "./green_blocks";
+import { displacementOf, needed, type Press, pressesOf } from "./green_surface";
 import { Histories } from "./history";
+import { frameInterval } from "./playout_clock";
 import { type Quadrature, quadratureOf } from "./quadrature";
-import { Reel } from "./reel";
 import { Room } from "./room";
 import type { WatchEvent } from "./session";
-import { frameInterval } from "./timeline";
 
-/** What is had of a body. */
+/** Everything that belongs to one body. */
 interface Held {
   readonly mesh: RestMesh;
-  readonly reel: Reel;
+  readonly frames: FrameBuffer;
   readonly quadrature: Quadrature;
   readonly model: string | null;
   /** Null where the surface is no sum of Green's functions. */
-  readonly blocks: Blocks | null;
+  readonly blocks: GreenBlocks | null;
 }
 
 /** The scene of one room, over all connections to it. */
@@ -38,7 +39,7 @@ export class Store {
 
   /**
    * @param fetch Has Green's functions of a model.
-   * @param arrived Called when blocks have come and what is shown may be better.
+   * @param arrived Called when blocks have come and the shown surface may be better.
    */
   constructor(
     public encoding: Encoding,
@@ -57,13 +58,13 @@ export class Store {
   }
 
   get playoutDelay(): number {
-    return this.held?.reel.playoutDelay ?? 0;
+    return this.held?.frames.playoutDelay ?? 0;
   }
 
-  /** Blocks that are here, and that are missing. */
-  get blocks(): { readonly here: number; readonly missing: number } {
+  /** Blocks in the cache, and blocks that are missing. */
+  get blocks(): { readonly cached: number; readonly missing: number } {
     const blocks = this.held?.blocks;
-    return { here: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
+    return { cached: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
   }
 
   /** Frames as long as blocks are on their way, and for bodies without any. */
@@ -85,24 +86,24 @@ export class Store {
     }
   }
 
-  /** What is shown at `now`. */
-  at(now: number): SceneView | null {
-    return this.held?.reel.at(now, this.room) ?? null;
+  /** The scene at `now`. */
+  at(now: number): SceneSnapshot | null {
+    return this.held?.frames.at(now, this.room) ?? null;
   }
 
   history(user: number): UserHistory | null {
     return this.histories.get(user);
   }
 
-  /** What to say to have another view. */
+  /** The message that asks for another view. */
   setView(encoding: Encoding, rate: number): string {
     this.encoding = encoding;
     this.rate = Math.min(60, Math.max(1, rate));
-    if (this.held !== null) this.held.reel.interval = this.interval;
+    if (this.held !== null) this.held.frames.interval = this.interval;
     return encodeControl({ type: "set_view", encoding, rate: this.rate });
   }
 
-  /** The ack of what has come, once it is drawn; null before the first scene. */
+  /** The ack of the newest scene, to be sent once it is drawn; null before the first. */
   ack(): Uint8Array<ArrayBuffer> | null {
     return this.newest === null ? null : encodeAck(this.newest.tick, this.wants);
   }
@@ -113,7 +114,7 @@ export class Store {
     if (!this.held.blocks.ask(needed(this.lacking))) return;
     const made = this.make(this.held, this.lacking);
     if (made === null) return;
-    if (this.newest?.surface === null) this.held.reel.amend(made);
+    if (this.newest?.surface === null) this.held.frames.amend(made);
     this.lacking = [];
   }
 
@@ -128,22 +129,22 @@ export class Store {
   private hold(mesh: RestMesh): void {
     const before = this.held;
     const same = before !== null && sameMesh(before.mesh, mesh);
-    // The very object where nothing has changed: who draws it keeps what it has made of it.
+    // The very object where nothing has changed: the view keeps the geometry that it made from it.
     const kept = same ? before.mesh : mesh;
     if (!same) this.histories.clear();
     const model = this.info?.model ?? null;
     this.held = {
       mesh: kept,
-      reel: new Reel(kept, this.interval),
+      frames: new FrameBuffer(kept, this.interval),
       quadrature: same ? before.quadrature : quadratureOf(mesh),
       model,
       blocks: same && before.model === model ? before.blocks : this.newBlocks(model, mesh),
     };
   }
 
-  private newBlocks(model: string | null, mesh: RestMesh): Blocks | null {
+  private newBlocks(model: string | null, mesh: RestMesh): GreenBlocks | null {
     if (model === null) return null;
-    return new Blocks(mesh.vertices.length / 3, this.fetch(model), this.now, () => {
+    return new GreenBlocks(mesh.vertices.length / 3, this.fetch(model), this.now, () => {
       this.complete();
       this.arrived();
     });
@@ -153,7 +154,7 @@ export class Store {
     if (this.held === null) return;
     this.newest = scene;
     this.histories.push(scene.t_server, scene.users);
-    this.held.reel.take(scene, this.surfaceOf(this.held, scene), now);
+    this.held.frames.take(scene, this.surfaceOf(this.held, scene), now);
   }
 
   /** Displacement that a scene says or implies; null while blocks are missing. */

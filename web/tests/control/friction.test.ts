@@ -1,7 +1,16 @@
 import { describe, expect, test } from "vitest";
-import { followMaterial, type FrictionState, frictionStep, NO_FRICTION, normalShift, type Slide, tangents, times } from "../../src/control/friction";
-import type { Compliance3, Vec3 } from "../../src/types";
-import { cross, dot, norm, ZERO } from "../../src/vec";
+import {
+  followMaterial,
+  type FrictionState,
+  frictionStep,
+  NO_FRICTION,
+  normalShift,
+  type Slide,
+  tangents,
+  times,
+} from "../../src/control/friction";
+import type { Compliance3 } from "../../src/model/body";
+import { cross, dot, norm, type Vec3, ZERO } from "../../src/model/vec";
 import { expectClose } from "../close";
 import { type Play, playOut } from "../touch/play";
 import { vectors } from "../vectors";
@@ -40,7 +49,7 @@ test("material that others drag takes a finger that sticks along, by its stiffne
   expect(state.touching).toBe(true);
 });
 
-test("a drag comes no faster than allowed, and what was there when the finger came is none", () => {
+test("a drag comes no faster than allowed, and a displacement from before the touch is none", () => {
   const came = frictionStep(NO_FRICTION, { ...AT_REST, material: [0.005, 0, 0] });
   expectClose(came.force, [0, 0, 0], "force on coming");
   const [carried, followed] = followMaterial(came, [0.009, 0, 0], 0.001);

@@ -2,7 +2,8 @@ import { describe, expect, test } from "vitest";
 import { blend, difference, type LocalSurface, look, shift, type Sight } from "../../src/control/geometry";
 import { type Gains, type LawSettings, localForce, pressedDepth } from "../../src/control/law";
 import { AT_REST } from "../../src/control/proportional_integral";
-import type { LawName, Vec3 } from "../../src/types";
+import type { LawName } from "../../src/model/laws";
+import type { Vec3 } from "../../src/model/vec";
 import { expectClose } from "../close";
 import { vectors } from "../vectors";
 

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
+import { encodeAck } from "../../src/protocol/ack";
 import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
 import { ProtocolError } from "../../src/protocol/frame";
 import { decodePatch, type Patch } from "../../src/protocol/patch";
-import { encodeAck } from "../../src/protocol/ack";
 import { decodeRestMesh } from "../../src/protocol/rest_mesh";
 import { decodeScene, type Scene } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
@@ -133,16 +133,16 @@ test.each([
   ["geometry of a frame", 2, 0x30, "u16"],
   ["law of a frame", 2, 0x41, "u16"],
   ["flags of a patch", 2, 0x0231, "u16"],
-])("a patch with a wrong %s is refused", (what, offset, value, type) => {
+])("a patch with a wrong %s is refused", (field, offset, value, type) => {
   const frame = fromHex(patches[0]?.hex ?? "");
   const view = new DataView(frame.buffer);
   if (type === "u32") view.setUint32(offset, value, true);
   else if (type === "u16") view.setUint16(offset, value, true);
   else view.setFloat32(offset, value, true);
-  expect(() => decodePatch(frame)).toThrow(new RegExp(`^${what} is `));
+  expect(() => decodePatch(frame)).toThrow(new RegExp(`^${field} is `));
 });
 
-test("a contact on what is held has the least compliance, and a room without coupling no edge", () => {
+test("a contact on a fixed part has the least compliance, and a room without coupling no edge", () => {
   const frame = fromHex(patches[0]?.hex ?? "");
   const view = new DataView(frame.buffer);
   view.setFloat32(60, 1e-6, true);

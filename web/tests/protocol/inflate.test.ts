@@ -5,7 +5,7 @@ import { inflate } from "../../src/protocol/inflate";
 /** Bytes that hardly anything can shorten. */
 const RAW = Uint8Array.from({ length: 300_000 }, (_, i) => (i * i * 2654435761) >>> 24);
 
-test("what another library deflates is inflated, at every level", () => {
+test("the output of another library is inflated, at every level", () => {
   for (const level of [0, 1, 9]) {
     const raw = inflate("x", deflateSync(RAW, { level }), RAW.length);
     expect(Buffer.compare(raw, RAW)).toBe(0);

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
+import type { TouchState } from "../../src/model/hand";
 import { TouchClient } from "../../src/touch/client";
-import { DEFAULT_HAND } from "../../src/touch/hand";
-import type { FromWorker } from "../../src/touch/messages";
-import type { TouchState } from "../../src/types";
+import { DEFAULT_HAND } from "../../src/touch/loop/simulated_hand";
+import type { FromWorker } from "../../src/touch/worker_messages";
 import { PERIOD, PlaneServer, WELCOME } from "./server";
 
 /** The end of a socket that a server holds. */

@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
+import type { TouchSettings, TouchState } from "../../src/model/hand";
 import { Refused, TouchEngine } from "../../src/touch/engine";
-import { DEFAULT_HAND } from "../../src/touch/hand";
-import { due } from "../../src/touch/schedule";
-import type { TouchSettings, TouchState } from "../../src/types";
+import { due } from "../../src/touch/loop/schedule";
+import { DEFAULT_HAND } from "../../src/touch/loop/simulated_hand";
 import { C_II, PERIOD, PlaneServer, SURFACE, WELCOME } from "./server";
 
 const SETTINGS: TouchSettings = {
@@ -69,7 +69,7 @@ describe("a cursor that presses a plane", () => {
     expect(session.server.samples.at(-1)?.tick).toBeGreaterThan(250);
   });
 
-  test("feels what others push", () => {
+  test("feels the push of others", () => {
     const session = new Session();
     session.run(0.5);
     session.engine.point([SURFACE - 0.02, 0, 0]);
@@ -202,13 +202,13 @@ describe("the engine", () => {
   test("tells the server once of another law, and runs it when patches for it come", () => {
     const session = new Session();
     session.run(0.1);
-    expect(session.engine.lawToTell()).toBeNull();
+    expect(session.engine.lawRequest()).toBeNull();
     session.engine.setLaw("pi");
-    expect(JSON.parse(session.engine.lawToTell() ?? "")).toEqual({ type: "set_law", law: "pi", fixed_gains: null });
-    expect(session.engine.lawToTell()).toBeNull();
-    expect(session.run(0.2)).toMatchObject({ law: "predictive", law_wanted: "pi" });
+    expect(JSON.parse(session.engine.lawRequest() ?? "")).toEqual({ type: "set_law", law: "pi", fixed_gains: null });
+    expect(session.engine.lawRequest()).toBeNull();
+    expect(session.run(0.2)).toMatchObject({ law: "predictive", requested_law: "pi" });
     session.server.law = "pi";
-    expect(session.run(1)).toMatchObject({ law: "pi", law_wanted: "pi" });
+    expect(session.run(1)).toMatchObject({ law: "pi", requested_law: "pi" });
   });
 
   test("asks for fixed gains, and no longer for them", () => {
@@ -216,21 +216,21 @@ describe("the engine", () => {
     session.run(0.1);
     const fixed_gains = { k_h: 238, integral_gain: 0 };
     session.engine.setLaw("proportional", fixed_gains);
-    expect(JSON.parse(session.engine.lawToTell() ?? "")).toEqual({ type: "set_law", law: "proportional", fixed_gains });
-    expect(session.engine.lawToTell()).toBeNull();
+    expect(JSON.parse(session.engine.lawRequest() ?? "")).toEqual({ type: "set_law", law: "proportional", fixed_gains });
+    expect(session.engine.lawRequest()).toBeNull();
     session.engine.setLaw("proportional");
-    expect(JSON.parse(session.engine.lawToTell() ?? "")).toMatchObject({ fixed_gains: null });
+    expect(JSON.parse(session.engine.lawRequest() ?? "")).toMatchObject({ fixed_gains: null });
   });
 
-  test("asks a new connection for the law that is wanted now", () => {
+  test("asks a new connection for the law that is asked for now", () => {
     const session = new Session();
     session.engine.lost();
     session.engine.setLaw("proportional");
-    expect(session.engine.lawToTell()).toBeNull();
+    expect(session.engine.lawRequest()).toBeNull();
     expect(JSON.parse(session.engine.opened())).toMatchObject({ type: "hello", law: "proportional", name: "page" });
   });
 
-  test("throws what the server refuses, and what breaks the protocol", () => {
+  test("throws a refusal of the server, and a message that breaks the protocol", () => {
     const refused = new TouchEngine(SETTINGS, 0);
     refused.opened();
     const said = { type: "error", code: 4409, message: "name is 'page'; expected one that is free" };
@@ -250,11 +250,11 @@ describe("the engine", () => {
     const other = { ...WELCOME, body: { ...WELCOME.body, name: "cube" } };
     expect(() => {
       session.engine.hear(JSON.stringify(other), session.now);
-    }).toThrow("what the server has now");
+    }).toThrow("body of the server");
   });
 });
 
-test("a schedule runs what has passed, at most 20 at once, and loses the rest", () => {
+test("a schedule runs the periods that have passed, at most 20 at once, and loses the rest", () => {
   const [none, same] = due({ next: 1, missed: 0 }, 0.9995);
   expect(none).toEqual([]);
   const [four, after] = due(same, 1.0035);

@@ -1,14 +1,14 @@
 /** Whole seconds of one haptic loop, as `tests/client/loop/plays.py` wrote them. */
 
 import { expect } from "vitest";
+import type { HandSettings } from "../../src/model/hand";
+import { add, scale, type Vec3, ZERO } from "../../src/model/vec";
 import type { Patch } from "../../src/protocol/patch";
-import { receive } from "../../src/touch/arrival";
-import { move } from "../../src/touch/hand";
-import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "../../src/touch/loop";
-import type { SafetyLimits } from "../../src/touch/safety";
-import { step } from "../../src/touch/step";
-import type { HandSettings, Vec3 } from "../../src/types";
-import { add, scale, ZERO } from "../../src/vec";
+import { receive } from "../../src/touch/loop/arrival";
+import type { SafetyLimits } from "../../src/touch/loop/safety";
+import { move } from "../../src/touch/loop/simulated_hand";
+import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "../../src/touch/loop/state";
+import { step } from "../../src/touch/loop/step";
 import { expectClose } from "../close";
 
 const PERIODS = 1500; // of a millisecond

@@ -1,10 +1,10 @@
 /** A server of one plane for tests, in virtual time: a sample in, a patch out at the next tick. */
 
-import { decodeContactSample, type ContactSample } from "../../src/protocol/contact_sample";
-import { PATCH_SIZE } from "../../src/protocol/patch";
+import type { LawName } from "../../src/model/laws";
+import { dot, scale, type Vec3 } from "../../src/model/vec";
+import { type ContactSample, decodeContactSample } from "../../src/protocol/contact_sample";
 import { newFrame } from "../../src/protocol/frame";
-import type { LawName, Vec3 } from "../../src/types";
-import { dot, scale } from "../../src/vec";
+import { PATCH_SIZE } from "../../src/protocol/patch";
 
 export const PERIOD = 1 / 60;
 export const C_II = 0.004; // m/N
@@ -25,7 +25,7 @@ export const WELCOME = {
 
 const LAWS: readonly LawName[] = ["proportional", "pi", "predictive"];
 
-/** The bytes of a plane's patch; what a test needs of the encoder that the page has not. */
+/** The bytes of a plane's patch; the part of an encoder that tests need. */
 function planePatch(
   tick: number,
   sample: ContactSample | null,

@@ -1,111 +1,6 @@
 import { describe, expect, test } from "vitest";
-import { greenUrl, socketUrl } from "../../src/address";
-import { Watch } from "../../src/watch/connection";
-import type { Encoding } from "../../src/types";
-import { MESH, meshFrame, N, record, sceneFrame, WATCHING } from "./scenes";
-
-/** The end of a socket that a server holds. */
-class Line {
-  readyState = 1;
-  binaryType = "";
-  onopen: (() => void) | null = null;
-  onmessage: ((event: { data: string | ArrayBuffer }) => void) | null = null;
-  onclose: ((event: { code: number; reason: string }) => void) | null = null;
-  readonly texts: Record<string, unknown>[] = [];
-  readonly acks: { tick: number; wants: number }[] = [];
-
-  send(data: string | Uint8Array): void {
-    if (typeof data === "string") {
-      this.texts.push(JSON.parse(data) as Record<string, unknown>);
-    } else {
-      const view = new DataView(data.buffer as ArrayBuffer);
-      this.acks.push({ tick: view.getUint32(4, true), wants: view.getUint8(8) });
-    }
-  }
-  close(): void {
-    this.readyState = 3;
-  }
-  say(message: object): void {
-    this.onmessage?.({ data: JSON.stringify(message) });
-  }
-  frame(bytes: Uint8Array): void {
-    this.onmessage?.({ data: bytes.slice().buffer });
-  }
-  break(code = 1006, reason = ""): void {
-    this.readyState = 3;
-    this.onclose?.({ code, reason });
-  }
-}
-
-/** A browser in virtual time, at a server. */
-class Browser {
-  time = 10;
-  hidden = false;
-  private timers: { at: number; action: () => void }[] = [];
-  readonly lines: Line[] = [];
-  readonly fetched: string[] = [];
-  private answers: (() => void)[] = [];
-  readonly watch: Watch;
-
-  constructor(encoding: Encoding = "frames") {
-    this.watch = new Watch("http://127.0.0.1:8765/room/?x=1#y", encoding, 30, {
-      now: () => this.time,
-      later: (seconds, action) => this.timers.push({ at: this.time + seconds, action }),
-      chance: () => 1,
-      hidden: () => this.hidden,
-      socket: () => {
-        const line = new Line();
-        this.lines.push(line);
-        return line as unknown as WebSocket;
-      },
-      fetch: (url) => {
-        this.fetched.push(url);
-        return new Promise((resolve) => {
-          this.answers.push(() => {
-            resolve(greenBlock());
-          });
-        });
-      },
-    });
-  }
-
-  get line(): Line {
-    const line = this.lines.at(-1);
-    if (line === undefined) throw new Error("no connection");
-    return line;
-  }
-
-  join(watching: object = WATCHING): void {
-    this.line.onopen?.();
-    this.line.say(watching);
-    this.line.frame(meshFrame(MESH));
-  }
-
-  run(seconds: number): void {
-    this.time += seconds;
-    const due = this.timers.filter(({ at }) => at <= this.time);
-    this.timers = this.timers.filter(({ at }) => at > this.time);
-    for (const { action } of due) action();
-  }
-
-  async answer(): Promise<void> {
-    while (this.answers.length > 0) {
-      for (const answer of this.answers.splice(0)) answer();
-      await new Promise((resolve) => setImmediate(resolve));
-    }
-  }
-}
-
-/** Every vertex moves by 1 mm/N along the force. */
-function greenBlock(): ArrayBuffer {
-  const bytes = new ArrayBuffer(4 + 18 * N);
-  new DataView(bytes).setFloat32(0, 1e-6, true);
-  const units = new Int16Array(bytes, 4);
-  for (let axis = 0; axis < 3; axis += 1) {
-    for (let v = 0; v < N; v += 1) units[axis * 3 * N + 3 * v + axis] = 1000;
-  }
-  return bytes;
-}
+import { MESH, meshFrame, record, sceneFrame, WATCHING } from "./scenes";
+import { Browser, type Line } from "./browser";
 
 describe("one who watches", () => {
   test("greets, and has body, room and scene", () => {
@@ -126,7 +21,7 @@ describe("one who watches", () => {
     expect(browser.watch.at(browser.time)?.moved).toBe(false);
   });
 
-  test("acknowledges what is drawn, once", () => {
+  test("acknowledges a drawn frame, once", () => {
     const browser = new Browser();
     browser.join();
     browser.line.frame(sceneFrame(5, 100, [], 0));
@@ -141,7 +36,7 @@ describe("one who watches", () => {
     expect(browser.line.acks.length).toBe(2);
   });
 
-  test("acknowledges what nobody draws: at once when the page is hidden, else after a while", () => {
+  test("acknowledges frames that nobody draws: at once when the page is hidden, else after a while", () => {
     const browser = new Browser();
     browser.join();
     browser.line.frame(sceneFrame(5, 100, [], 0));
@@ -251,7 +146,7 @@ describe("a connection that is lost", () => {
       line.frame(sceneFrame(2, 1, [], null));
       line.frame(sceneFrame(2, 1, [], null));
     }],
-    ["what is for those who touch", (line: Line) => { line.say({ ...WATCHING, type: "welcome" }); }],
+    ["a message for those who touch", (line: Line) => { line.say({ ...WATCHING, type: "welcome" }); }],
     ["bytes of nothing", (line: Line) => { line.frame(Uint8Array.of(2)); }],
   ])("%s breaks the protocol", (_, offend) => {
     const browser = new Browser();
@@ -287,7 +182,7 @@ describe("a surface from forces", () => {
     // 1 N on the hand is 1 N into the body, a millimetre per newton.
     expect(browser.watch.at(browser.time + 2)?.positions[0]).toBeCloseTo(0.099, 6);
     expect(browser.line.acks.at(-1)).toEqual({ tick: 3, wants: 0 });
-    expect(browser.watch.status).toMatchObject({ encoding: "forces", blocks_wanted: 0 });
+    expect(browser.watch.status).toMatchObject({ encoding: "forces", blocks_missing: 0 });
   });
 
   test("is shown as soon as the blocks come, without another frame", async () => {
@@ -310,10 +205,4 @@ describe("a surface from forces", () => {
     expect(browser.line.acks).toEqual([{ tick: 1, wants: 0 }]);
     expect(browser.watch.status.encoding).toBe("frames");
   });
-});
-
-test("a page finds its server under its own path", () => {
-  expect(socketUrl("https://lab.example/touch/index.html?a#b")).toBe("wss://lab.example/touch/");
-  expect(socketUrl("ws://127.0.0.1:8765")).toBe("ws://127.0.0.1:8765/");
-  expect(greenUrl("wss://lab.example/touch/", "ab", 7)).toBe("https://lab.example/touch/v1/models/ab/green/7");
 });

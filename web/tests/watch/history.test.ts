@@ -1,7 +1,5 @@
 import { expect, test } from "vitest";
 import { Histories, Ring } from "../../src/watch/history";
-import { Meter } from "../../src/watch/meter";
-import { wait } from "../../src/watch/backoff";
 import { record } from "./scenes";
 
 test("a ring keeps the newest, oldest first", () => {
@@ -31,17 +29,4 @@ test("a room through which many go does not fill the memory", () => {
   expect(histories.get(1)?.force.length).toBeGreaterThan(100);
   expect(histories.get(2)).toBeNull();
   expect(histories.get(200)).not.toBeNull();
-});
-
-test("a meter counts all, and the last second", () => {
-  const meter = new Meter();
-  for (let i = 0; i < 60; i += 1) meter.push(i / 30, 100);
-  expect([meter.frames, meter.bytes]).toEqual([60, 6000]);
-  expect(meter.rates(2)).toEqual({ frames: 29, bytes: 2900 });
-  expect(meter.rates(4)).toEqual({ frames: 0, bytes: 0 });
-});
-
-test("attempts come less and less often, up to a bound, and not in step", () => {
-  expect([1, 2, 3, 9].map((failures) => wait(failures, 1))).toEqual([0.5, 1, 2, 8]);
-  expect(wait(9, 0)).toBe(4);
 });

@@ -1,10 +1,10 @@
-/** Scenes and their frames for tests; what the page's decoders are given. */
+/** Scenes and their frames for tests; input of the page's decoders. */
 
 import { zlibSync } from "fflate";
+import type { RestMesh } from "../../src/model/body";
 import { newFrame } from "../../src/protocol/frame";
 import type { UserRecord } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
-import type { RestMesh } from "../../src/types";
 
 /** A tetrahedron of 0.1 m. */
 export const MESH: RestMesh = {
@@ -94,7 +94,7 @@ function writeUser(view: DataView, user: UserRecord): void {
   });
 }
 
-/** The same displacement everywhere: the first vertex has it, what foretells the others says the rest. */
+/** The same displacement everywhere: the first vertex has it, the prediction gives the rest. */
 function surfaceTail(units: number): Uint8Array {
   const { foretold } = traversalOf(N, MESH.faces);
   const raw = new Uint8Array(6 * N);

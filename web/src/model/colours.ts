@@ -1,0 +1,83 @@
+/** Colours as values: maps for the surface, one colour for each user. */
+
+/** Red, green, blue, 0 to 1, in sRGB. */
+export type Rgb = readonly [number, number, number];
+
+/** Steps of a map, at even distances. */
+export type ColourMap = readonly Rgb[];
+
+export type Scheme = "light" | "dark";
+
+/** Okabe and Ito's palette, lifted where the ground is dark; people who see few colours tell them apart. */
+const USERS: Record<Scheme, readonly string[]> = {
+  light: ["#0b6cb0", "#c8500a", "#0a8a66", "#a8508a", "#8a6d00", "#3a4fb8", "#b03040", "#4c7a1c"],
+  dark: ["#5ab4f0", "#f28a48", "#3fcfa4", "#e08cc0", "#e6c84a", "#8c9cf8", "#f07a86", "#a6d468"],
+};
+
+/** A colour for a user by number; numbers rise, so eight in a row differ. */
+export function userColour(user: number, scheme: Scheme): string {
+  const list = USERS[scheme];
+  return list[(((user - 1) % list.length) + list.length) % list.length] ?? "#888888";
+}
+
+/** "#rrggbb" as three shares. */
+export function parseHex(hex: string): Rgb {
+  const n = Number.parseInt(hex.slice(1), 16);
+  return [((n >> 16) & 255) / 255, ((n >> 8) & 255) / 255, (n & 255) / 255];
+}
+
+/** Inward blue, rest like porcelain, outward amber. */
+export const DISPLACEMENT: Record<Scheme, ColourMap> = {
+  light: spread(["#0d2f6e", "#1f62b0", "#78abd6", "#cdd3d4", "#ecb772", "#d97f22", "#94450a"]),
+  dark: spread(["#7cc4ff", "#3d86cf", "#3f6285", "#70777d", "#9a7a50", "#d98f3e", "#ffc37a"]),
+};
+
+/** From soft to stiff: cividis, which reads the same for everybody. */
+export const STIFFNESS: ColourMap = spread([
+  "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+]);
+
+/** Colour of a surface of which nothing is known. */
+export const PLAIN: Record<Scheme, Rgb> = { light: parseHex("#cdd3d4"), dark: parseHex("#70777d") };
+
+/**
+ * Where on a map a value lies.
+ *
+ * @param t 0 for the first colour, 1 for the last; beyond them the ends go on.
+ */
+export function colourAt(map: ColourMap, t: number): Rgb {
+  const x = Math.min(1, Math.max(0, Number.isFinite(t) ? t : 0)) * (map.length - 1);
+  const i = Math.min(map.length - 2, Math.floor(x));
+  const a = map[i] ?? [0, 0, 0];
+  const b = map[i + 1] ?? a;
+  const s = x - i;
+  return [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])];
+}
+
+/** From an sRGB component to linear light, in which shading is computed. */
+export function toLinear(c: number): number {
+  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+}
+
+/** How bright a colour looks, 0 to 1 (relative luminance of WCAG). */
+export function luminance(c: Rgb): number {
+  return 0.2126 * toLinear(c[0]) + 0.7152 * toLinear(c[1]) + 0.0722 * toLinear(c[2]);
+}
+
+/**
+ * A map as a table of linear light, three numbers a step, for surfaces of thousands of vertices.
+ *
+ * @param steps How many colours.
+ */
+export function table(map: ColourMap, steps = 256): Float32Array {
+  const out = new Float32Array(3 * steps);
+  for (let i = 0; i < steps; i++) {
+    const c = colourAt(map, i / (steps - 1));
+    out.set(c.map(toLinear), 3 * i);
+  }
+  return out;
+}
+
+function spread(hex: readonly string[]): ColourMap {
+  return hex.map(parseHex);
+}

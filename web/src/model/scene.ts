@@ -1,0 +1,164 @@
+/**
+ * The scene: all users and the surface, as the page watches them.
+ *
+ * Names of quantities are those of the wire and of `docs/notation.md`; SI everywhere, mm and ms only on screen. Times
+ * are in seconds on the page's clock, `performance.now() / 1000`, unless a name says otherwise; `now` is an argument.
+ * Text from others (names, reasons) is inserted as text, never as markup.
+ */
+
+import type { BodyInfo, RestMesh, RoomLag } from "./body";
+import type { GeometryName, LawName } from "./laws";
+import type { Subscribe } from "./subscribe";
+import type { Vec3 } from "./vec";
+
+/** Injected latency, each way [s]. */
+export interface Latency {
+  readonly delay: number;
+  readonly jitter: number;
+}
+
+/** One user, as the server's world has it at the time shown. */
+export interface UserState {
+  readonly user: number;
+  /** Empty until the page has heard it. */
+  readonly name: string;
+  /** Tip of the device [m]. */
+  readonly probe: Vec3;
+  /** Point of the *resting* facets that is pressed [m]. */
+  readonly foot: Vec3;
+  /** Contact point of the surface free of this user's own force [m]. */
+  readonly x_free: Vec3;
+  /** Outward unit normal there. */
+  readonly normal: Vec3;
+  /** Force on the hand, world frame; the body carries its opposite [N]. */
+  readonly force: Vec3;
+  /** Compliance of the contact [m/N]; 0 after the user has left, like the next four. */
+  readonly c_ii: number;
+  /** Stiffness of the body with the coupling of all hands, which limits the gains of the paper's laws [N/m]. */
+  readonly k_o_coupled: number;
+  /** Gains that the server chose [N/m], [N/(m s)]. */
+  readonly k_h: number;
+  readonly integral_gain: number;
+  /** Measured delay of the whole loop [s]. */
+  readonly loop_delay: number;
+  /** Curvature of the patch [1/m]. */
+  readonly curvature: number;
+  readonly law: LawName;
+  readonly geometry: GeometryName;
+  /** Whether samples of this user still arrive. */
+  readonly fresh: boolean;
+  /** Whether its force may have a part along the surface. */
+  readonly friction: boolean;
+  /** 1 while present; falls to 0 while the force of a lost user fades. */
+  readonly presence: number;
+  /** Latency injected by `set_latency`, each way [s]. */
+  readonly latency: Latency;
+}
+
+/** The scene at one moment. */
+export interface SceneSnapshot {
+  /** Time of the snapshot on the server's clock [s]. */
+  readonly t_server: number;
+  /** Deformed vertices, shape (n, 3) [m]; one array, overwritten by each call of `at`. */
+  readonly positions: Float32Array;
+  /** Whether `positions` differs from the previous call; otherwise the GPU needs no update. */
+  readonly moved: boolean;
+  /** Sorted by number. */
+  readonly users: readonly UserState[];
+  readonly room: RoomLag;
+}
+
+/** The room as `watching` described it. */
+export interface WatchInfo {
+  readonly body: BodyInfo;
+  /** Simulation period N T [s]. */
+  readonly simulation_period: number;
+  /** Content hash of the model; null where the encoding "forces" is not available. */
+  readonly model: string | null;
+  readonly allow_latency: boolean;
+  readonly allow_fixed_gains: boolean;
+}
+
+export type Encoding = "frames" | "forces";
+
+export type WatchPhase = "connecting" | "watching" | "waiting" | "refused";
+
+/** State of the watch connection. */
+export interface WatchStatus {
+  readonly phase: WatchPhase;
+  /** Why it is not "watching", one sentence; empty when there is nothing to say. */
+  readonly reason: string;
+  /** Close code of the last connection (docs/protocol.md); 0 while one is open. */
+  readonly code: number;
+  /** Time of the next attempt while "waiting" [s]. */
+  readonly retry_at: number;
+  /** Frames and bytes since the connection was opened. */
+  readonly frames: number;
+  readonly bytes: number;
+  /** Rates over the last second. */
+  readonly frames_per_second: number;
+  readonly bytes_per_second: number;
+  /** Delay of the display behind the newest frame, so that there are two frames to interpolate between [s]. */
+  readonly playout_delay: number;
+  /** Encoding in use: "frames" while blocks of Green's functions are being fetched. */
+  readonly encoding: Encoding;
+  /** Blocks in the cache, and blocks still missing. */
+  readonly blocks: number;
+  readonly blocks_missing: number;
+}
+
+/** An event in the room, for people. */
+export interface RoomEvent {
+  readonly at: number;
+  readonly kind: "joined" | "left" | "latency" | "error";
+  readonly user: number;
+  readonly name: string;
+  /** The reason, or the values, as text. */
+  readonly detail: string;
+}
+
+/** Rolling history of one quantity, oldest first. */
+export interface Series {
+  readonly length: number;
+  /** Time of sample i [s]. */
+  time(i: number): number;
+  value(i: number): number;
+}
+
+/** The plotted quantities of one user; times on the server's clock [s]. */
+export interface UserHistory {
+  /** |force| [N]. */
+  readonly force: Series;
+  /** Depth below the surface free of the user's own force [m]. */
+  readonly depth: Series;
+  /** K_o coupled and K_h [N/m]. */
+  readonly k_o_coupled: Series;
+  readonly k_h: Series;
+  readonly loop_delay: Series;
+}
+
+/** The page's copy of the scene. Made by `openWatch` (`watch/connection.ts`). */
+export interface SceneStore {
+  readonly status: WatchStatus;
+  /** Null before the first `watching`. */
+  readonly info: WatchInfo | null;
+  /** Null before it arrived; a new object when the body has changed. */
+  readonly mesh: RestMesh | null;
+  /** Newest last; at most 100. */
+  readonly events: readonly RoomEvent[];
+  /** All users in the room, also without a contact, sorted by number. */
+  readonly roster: readonly { readonly user: number; readonly name: string }[];
+  /**
+   * The scene interpolated between frames for display at `now`: a pure function of `now` and of the messages so far.
+   * Null before mesh and first frame.
+   */
+  at(now: number): SceneSnapshot | null;
+  /** Rolling histories for plots, by user. */
+  history(user: number): UserHistory | null;
+  setView(encoding: Encoding, rate: number): void;
+  /** Refused by the server unless `info.allow_latency`. */
+  setLatency(user: number, latency: Latency): void;
+  /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */
+  readonly subscribe: Subscribe;
+  close(): void;
+}

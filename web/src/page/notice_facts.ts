@@ -1,0 +1,25 @@
+/** Collects the facts on which the choice of a notice depends. */
+
+import type { TouchState } from "../model/hand";
+import type { SceneStore } from "../model/scene";
+import type { NoticeFacts } from "../ui/notice";
+
+export function noticeFacts(
+  store: Pick<SceneStore, "status">,
+  own: TouchState | null,
+  page: Pick<NoticeFacts, "webgl" | "seen" | "slept" | "letGo"> & { readonly now: number },
+): NoticeFacts {
+  const { phase, reason, retry_at, code } = store.status;
+  return {
+    webgl: page.webgl,
+    phase,
+    code,
+    reason,
+    retryIn: Math.max(0, retry_at - page.now),
+    seen: page.seen,
+    slept: page.slept,
+    letGo: page.letGo,
+    touch: own !== null && own.phase !== "joined" ? own.reason : "",
+    touchCode: own?.code ?? 0,
+  };
+}

@@ -1,0 +1,203 @@
+/** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
+
+import type { TouchState } from "../model/hand";
+import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
+import { norm, sub, unit, type Vec3 } from "../model/vec";
+import { TourCard } from "../tour/card";
+import {
+  type Action,
+  type Facts,
+  goBack,
+  goNext,
+  pause,
+  start,
+  tick,
+  type TourState,
+  type Turn,
+} from "../tour/machine";
+import { STEPS } from "../tour/steps";
+import type { Yardstick } from "../ui/plots/area_plot";
+import type { Colouring } from "../view/body/surface";
+import { facing, HOME, type Orbit } from "../view/orbit";
+import type { OwnHand } from "./own_hand";
+import { guidedDirection } from "./tour_place";
+
+/** The parts of the page that the tour may use. */
+export interface Hands {
+  readonly store: () => SceneStore;
+  readonly view: () => SceneSnapshot | null;
+  readonly own: OwnHand;
+  readonly touch: () => void;
+  readonly law: (law: "proportional" | "predictive" | "paper") => void;
+  readonly measure: (by: Yardstick) => void;
+  readonly colour: (by: Colouring) => void;
+  readonly look: (orbit: Orbit) => void;
+  /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
+  readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
+}
+
+export class TourRunner {
+  readonly card: TourCard;
+  private state: TourState | null = null;
+  private readonly hands: Hands;
+  private touched = false;
+  private delayed = false;
+  private direction: Vec3 | null = null;
+  /** ContactForce again until the hand is there to press. */
+  private pressing: number | null = null;
+
+  constructor(hands: Hands) {
+    this.hands = hands;
+    const now = (): number => performance.now() / 1000;
+    const turn = (how: (state: TourState) => Turn): void => {
+      if (this.state !== null) this.take(how(this.state));
+    };
+    this.card = new TourCard({
+      next: () => { turn((state) => goNext(STEPS, state, this.facts(), now())); },
+      back: () => { turn((state) => goBack(STEPS, state, this.facts(), now())); },
+      pause: () => { if (this.state !== null) this.state = pause(this.state, !this.state.paused); },
+      close: () => { this.stop(); },
+    });
+  }
+
+  get running(): boolean {
+    return this.state !== null;
+  }
+
+  toggle(now: number): void {
+    if (this.state !== null) {
+      this.stop();
+      return;
+    }
+    this.touched = this.hands.own.handle !== null;
+    this.direction = null;
+    this.take(start(STEPS, this.facts(), now));
+  }
+
+  /** The visitor took over: the guide's hand lets go of theirs. */
+  yield(): void {
+    this.pressing = null;
+  }
+
+  update(now: number): void {
+    if (this.state === null) return;
+    const own = this.hands.own.state;
+    if (this.pressing !== null && own?.phase === "joined" && own.doing !== "waiting") {
+      this.hands.own.guide(this.place(), this.pressing, now);
+      this.pressing = null;
+    }
+    this.take(tick(STEPS, this.state, this.facts(), now));
+    this.card.update(STEPS, this.state, now);
+  }
+
+  private take(turn: Turn): void {
+    this.state = turn.state;
+    for (const action of turn.actions) this.act(action);
+    if (turn.state.ended) this.stop();
+  }
+
+  private stop(): void {
+    this.state = null;
+    this.pressing = null;
+    this.card.update(STEPS, null, 0);
+    this.delay(0);
+    this.hands.law("predictive");
+    this.hands.measure("coupled");
+    this.hands.own.release();
+    this.hands.own.hold("natural");
+    if (!this.touched) this.hands.own.stop();
+  }
+
+  private act(action: Action): void {
+    switch (action.kind) {
+      case "touch":
+        this.hands.touch();
+        break;
+      case "press":
+        this.pressing = action.depth;
+        break;
+      case "lift":
+        this.pressing = null;
+        this.hands.own.release();
+        break;
+      case "hold":
+        this.hands.own.hold(action.grip);
+        break;
+      case "law":
+        this.hands.law(action.law);
+        break;
+      case "delay":
+        this.delay(action.delay);
+        break;
+      case "measure":
+        this.hands.measure(action.by);
+        break;
+      case "colour":
+        this.hands.colour(action.by);
+        break;
+      case "look":
+        this.look(action.at);
+        break;
+    }
+  }
+
+  private delay(delay: number): void {
+    const user = this.hands.own.state?.user ?? 0;
+    if (user === 0 || (delay === 0 && !this.delayed)) return;
+    this.delayed = delay > 0;
+    this.hands.store().setLatency(user, { delay, jitter: 0 });
+  }
+
+  private look(at: "stage" | "hand" | "plots" | "area" | "room"): void {
+    if (at === "hand") this.hands.look(facing(this.place(), 0.75));
+    if (at === "stage") this.hands.look(HOME);
+    this.hands.reveal(at === "hand" ? "stage" : at, this.hands.own.state?.user ?? 0);
+  }
+
+  /** Where the guided hand presses; chosen once, so that the tour tells of one place. */
+  private place(): Vec3 {
+    if (this.direction !== null) return this.direction;
+    const body = this.hands.store().info?.body;
+    const own = this.hands.own.state?.user ?? 0;
+    const users = this.hands.view()?.users.filter((user) => user.user !== own && user.c_ii > 0) ?? [];
+    const others =
+      body === undefined
+        ? []
+        : users.map((user) => ({ direction: unit(sub(user.foot, body.center)), busy: moved(this.hands.store().history(user.user)) }));
+    const chosen = guidedDirection(others, [0.4, -0.9, 0]);
+    // Before the scene is there, a guess is not kept.
+    if (body !== undefined) this.direction = chosen;
+    return chosen;
+  }
+
+  private facts(): Facts {
+    const store = this.hands.store();
+    const own: TouchState | null = this.hands.own.state;
+    const users = this.hands.view()?.users ?? [];
+    const mine = users.find((user) => user.user === own?.user);
+    return {
+      others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
+      allowLatency: store.info?.allow_latency === true,
+      allowFixedGains: store.info?.allow_fixed_gains === true,
+      touching: own?.phase === "joined",
+      force: norm(own?.force ?? [0, 0, 0]),
+      fromOthers: own?.felt_from_others ?? 0,
+      lag: this.hands.view()?.room.lag ?? 0,
+      loopDelay: mine?.loop_delay ?? 0,
+      law: own?.law ?? null,
+      paper: this.hands.own.law === "paper",
+    };
+  }
+}
+
+/** How much a user's force moved, as far back as is remembered [N]. */
+function moved(history: UserHistory | null): number {
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = 0; i < (history?.force.length ?? 0); i++) {
+    const f = history?.force.value(i) ?? 0;
+    low = Math.min(low, f);
+    high = Math.max(high, f);
+  }
+  return Math.max(0, high - low);
+}

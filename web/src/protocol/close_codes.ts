@@ -1,0 +1,19 @@
+/** Close codes of the protocol, `cohaptic.errors.CloseCode` in TypeScript (docs/protocol.md), and two of RFC 6455. */
+
+/** The page is done with the connection. */
+export const NORMAL = 1000;
+/** Given by the browser alone: the connection broke, or there never was one. */
+export const ABNORMAL = 1006;
+
+/** A message broke the protocol. */
+export const BAD_MESSAGE = 4400;
+/** The name is in use in this room. */
+export const NAME_TAKEN = 4409;
+/** The server speaks another version of the protocol. */
+export const WRONG_VERSION = 4426;
+/** No place is left, to touch or to watch. */
+export const ROOM_FULL = 4429;
+/** Too many messages waited for this client. */
+export const TOO_SLOW = 4430;
+/** The server stops, and may come back. */
+export const SERVER_STOPS = 4503;

@@ -1,0 +1,190 @@
+/**
+ * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
+ *
+ * client -> server    hello, set_law, bye; a watcher: watch, set_view, set_latency
+ * server -> client    welcome, user_joined, user_left, error; to a watcher: watching, latency
+ */
+
+import type { BodyInfo } from "../model/body";
+import type { GeometryName, LawName } from "../model/laws";
+import type { Encoding } from "../model/scene";
+import { MAX_POSITION, ProtocolError } from "./frame";
+import {
+  checkKeys,
+  type Fields,
+  flag,
+  integer,
+  isFields,
+  list,
+  number,
+  object,
+  parseFields,
+  positive,
+  text,
+  vector,
+} from "./json";
+import { PROTOCOL_VERSION } from "./version";
+
+export const MAX_TEXT = 4096; // characters of one control message
+// A `watching` and a `welcome` name everybody in a full room.
+const MAX_SERVER_TEXT = 16_384;
+// The rates that a server may be told, 10 to 200 Hz; a loop that believed another would ramp its surface in no time,
+// or for ever.
+const MIN_PERIOD = 0.005; // s
+const MAX_PERIOD = 0.1;
+const MAX_BODY_NAME = 1024; // characters; a file's name, with room for its folders
+
+export interface FixedGains {
+  readonly k_h: number;
+  readonly integral_gain: number;
+}
+
+export type ClientControl =
+  | {
+      readonly type: "hello";
+      readonly protocol: number;
+      readonly name: string;
+      readonly law: LawName;
+      readonly max_stiffness: number;
+      readonly max_force: number;
+      readonly damping_budget: number;
+      readonly geometry: GeometryName;
+      readonly friction: boolean;
+      readonly fixed_gains: FixedGains | null;
+    }
+  | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
+  | { readonly type: "bye" }
+  | { readonly type: "watch"; readonly protocol: number; readonly encoding: Encoding; readonly rate: number }
+  | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
+  | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number };
+
+export interface Welcome {
+  readonly type: "welcome";
+  readonly protocol: number;
+  readonly user: number;
+  readonly name: string;
+  readonly simulation_period: number;
+  readonly to_wall: number;
+  readonly body: BodyInfo;
+  readonly users: readonly string[];
+}
+
+export interface Watching {
+  readonly type: "watching";
+  readonly protocol: number;
+  readonly simulation_period: number;
+  readonly to_wall: number;
+  readonly body: BodyInfo;
+  readonly model: string | null;
+  readonly users: readonly { readonly user: number; readonly name: string }[];
+  readonly allow_latency: boolean;
+  readonly allow_fixed_gains: boolean;
+}
+
+export type ServerControl =
+  | Welcome
+  | Watching
+  | { readonly type: "user_joined"; readonly user: number; readonly name: string }
+  | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
+  | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number }
+  | { readonly type: "error"; readonly code: number; readonly message: string };
+
+export function encodeControl(message: ClientControl): string {
+  return JSON.stringify(message);
+}
+
+/** Decode a message of the server; any invalid text throws ProtocolError. */
+export function decodeServerControl(said: string): ServerControl {
+  const fields = parseFields(said, MAX_SERVER_TEXT);
+  const type = text(fields, "type");
+  const decode = DECODERS.get(type);
+  if (decode === undefined) {
+    throw new ProtocolError("type of a control message", type, [...DECODERS.keys()].join(", "));
+  }
+  const message = decode(fields);
+  checkKeys(type, fields, Object.keys(message));
+  return message;
+}
+
+const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map([
+  ["welcome", welcome],
+  ["watching", watching],
+  ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name") })],
+  [
+    "user_left",
+    (f: Fields): ServerControl => ({
+      type: "user_left",
+      user: integer(f, "user"),
+      name: text(f, "name"),
+      reason: text(f, "reason"),
+    }),
+  ],
+  [
+    "latency",
+    (f: Fields): ServerControl => ({
+      type: "latency",
+      user: integer(f, "user"),
+      delay: number(f, "delay", 0, 10),
+      jitter: number(f, "jitter", 0, 10),
+    }),
+  ],
+  ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), message: text(f, "message") })],
+]);
+
+function welcome(f: Fields): Welcome {
+  return {
+    type: "welcome",
+    protocol: version(f),
+    user: integer(f, "user"),
+    name: text(f, "name"),
+    simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
+    to_wall: number(f, "to_wall", -1e12, 1e12),
+    body: bodyInfo(object(f, "body")),
+    users: list(f, "users").map((name, i) => {
+      if (typeof name !== "string") throw new ProtocolError(`users.${i}`, name, "text");
+      return name;
+    }),
+  };
+}
+
+function watching(f: Fields): Watching {
+  return {
+    type: "watching",
+    protocol: version(f),
+    simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
+    to_wall: number(f, "to_wall", -1e12, 1e12),
+    body: bodyInfo(object(f, "body")),
+    model: f["model"] === null ? null : modelName(text(f, "model")),
+    users: list(f, "users").map((entry, i) => {
+      if (!isFields(entry)) throw new ProtocolError(`users.${i}`, entry, "an object");
+      return { user: integer(entry, "user"), name: text(entry, "name") };
+    }),
+    allow_latency: flag(f, "allow_latency"),
+    allow_fixed_gains: flag(f, "allow_fixed_gains"),
+  };
+}
+
+function version(f: Fields): number {
+  const theirs = integer(f, "protocol");
+  if (theirs !== PROTOCOL_VERSION) {
+    throw new ProtocolError("protocol version", theirs, `${PROTOCOL_VERSION}: reload the page`);
+  }
+  return theirs;
+}
+
+/** It becomes part of an address: digits of a hash and nothing else. */
+function modelName(model: string): string {
+  if (!/^[0-9a-f]{1,128}$/.test(model)) throw new ProtocolError("model", model, "hexadecimal digits");
+  return model;
+}
+
+function bodyInfo(f: Fields): BodyInfo {
+  const name = text(f, "name");
+  if (Array.from(name).length > MAX_BODY_NAME) throw new ProtocolError("name", name, `at most ${MAX_BODY_NAME} characters`);
+  return {
+    name,
+    center: vector(f, "center", MAX_POSITION),
+    radius: positive(f, "radius", MAX_POSITION),
+    contact_radius: positive(f, "contact_radius", MAX_POSITION),
+  };
+}

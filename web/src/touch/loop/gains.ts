@@ -1,0 +1,49 @@
+/** The gains of the newest patch where the probe is now, and the transition to them. */
+
+import type { Sight } from "../../control/geometry";
+import type { Gains } from "../../control/law";
+import { MIN_COMPLIANCE, type Patch } from "../../protocol/patch";
+import { progress } from "./arrival";
+import { type LawFade, withGains } from "./law_fade";
+import { slewGain } from "./slew";
+import type { LoopSettings, LoopState, Period } from "./state";
+
+const MOST_CHANGE = 2; // of a compliance within one patch; more is a mistake of the patch
+const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand that has the object's own stiffness, in 32 bits
+
+/** The law in use with the gains of the newest patch, in transition from those of the previous patch. */
+export function withGainsOfPatch(
+  state: LoopState,
+  patch: Patch,
+  fade: LawFade,
+  { sight, now, counted }: Pick<Period, "sight" | "now" | "counted">,
+  settings: LoopSettings,
+): LawFade {
+  const newest = gainsUnder(patch, sight, settings);
+  const target = state.k_h_before + progress(state, now, settings) * (newest.k_h - state.k_h_before);
+  const k_h = slewGain(fade.now.gains.k_h, target, counted, state.normal_force);
+  return withGains(fade, { k_h, integral_gain: newest.integral_gain });
+}
+
+/**
+ * The gains of a patch for the place where the probe is now: they are shares of 1 / C_ii, which is on its way from
+ * the patch before to the newest.
+ */
+export function gainsUnder(patch: Patch, sight: Sight, settings: Pick<LoopSettings, "follow" | "max_stiffness">): Gains {
+  const { law, k_h, integral_gain } = patch;
+  if (!settings.follow) return { k_h: Math.min(k_h, settings.max_stiffness), integral_gain };
+  const least = patch.c_ii / MOST_CHANGE;
+  const most = patch.c_ii * MOST_CHANGE;
+  const c_ii = Math.max(MIN_COMPLIANCE, least, Math.min(most, sight.c_ii));
+  if (law === "predictive") {
+    // The object's stiffness here, or the device's where the server says that it is softer.
+    const softer = k_h * patch.c_ii < AS_STIFF;
+    const limit = softer ? Math.min(settings.max_stiffness, k_h) : settings.max_stiffness;
+    return { k_h: Math.min(1 / c_ii, limit), integral_gain };
+  }
+  const ratio = patch.c_ii / c_ii;
+  return {
+    k_h: Math.min(k_h * ratio, settings.max_stiffness),
+    integral_gain: integral_gain * ratio,
+  };
+}

@@ -1,0 +1,103 @@
+/**
+ * The law in use, and the transition to another law without a step in the force.
+ *
+ * When patches come for another law, both run, and the force moves from the one to the other: within `FADE_TIME`, and
+ * by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second. `client/cohaptic_client/loop/law_fade.py` in
+ * TypeScript.
+ */
+
+import type { Sight } from "../../control/geometry";
+import { type Gains, type LawSettings, type LocalForce, localForce, pressedDepth } from "../../control/law";
+import { AT_REST, type IntegralState } from "../../control/proportional_integral";
+import type { LawName } from "../../model/laws";
+import { EXTERNAL_RATE } from "./safety";
+
+const FADE_TIME = 0.3; // s
+const SHARE_RATE = 10; // 1/s; 1 % of the force per millisecond
+export const LAW_FADE_RATE = 0.5 * EXTERNAL_RATE; // N/s; the rest is the surface's
+const LEAST = 0.05; // N; below it a share of the force would never end
+
+/** One law with its memory. */
+export interface Running {
+  readonly law: LawName;
+  /** In use. */
+  readonly gains: Gains;
+  /** Of its integral. */
+  readonly memory: IntegralState;
+}
+
+/** The law in use and the one that it replaces. */
+export interface LawFade {
+  readonly now: Running;
+  /** Law that it replaces; null when the change is over. */
+  readonly before: Running | null;
+  /** Of `now` in the force, 0 to 1. */
+  readonly share: number;
+}
+
+/** A fade that is over: one law. */
+export function settled(law: LawName, gains: Gains): LawFade {
+  return { now: { law, gains, memory: AT_REST }, before: null, share: 1 };
+}
+
+/**
+ * Begin to change to `law`; the present one goes on beside it until the change is over.
+ *
+ * In the middle of a change the way back begins at once, and a third law waits for its end: patches that ask for it
+ * keep coming. The integral of the new law begins where it gives the force of the old one.
+ *
+ * @param force Normal force now [N].
+ * @param sight Of the surface now; null out of sight of any.
+ */
+export function switchLaw(fade: LawFade, law: LawName, gains: Gains, force: number, sight: Sight | null): LawFade {
+  if (law === fade.now.law) return fade;
+  if (fade.before === null) {
+    let memory = AT_REST;
+    if (sight !== null && law !== "proportional") {
+      const depth = pressedDepth(law, sight);
+      memory = { force: Math.max(0, force - gains.k_h * depth), ramp: 0, depth };
+    }
+    return { now: { law, gains, memory }, before: fade.now, share: 0 };
+  }
+  if (law === fade.before.law) return { now: fade.before, before: fade.now, share: 1 - fade.share };
+  return fade;
+}
+
+/** Other gains for the law in use. */
+export function withGains(fade: LawFade, gains: Gains): LawFade {
+  return { ...fade, now: { ...fade.now, gains } };
+}
+
+/** One period of the law in use, and of the one that it replaces. */
+export function run(
+  fade: LawFade,
+  sight: Sight,
+  dt: number,
+  settings: LawSettings,
+): [fade: LawFade, force: LocalForce] {
+  const [memory, force] = advance(fade.now, sight, dt, settings);
+  const now = { ...fade.now, memory };
+  const old = fade.before;
+  if (old === null) return [{ now, before: null, share: 1 }, force];
+  const [oldMemory, oldForce] = advance(old, sight, dt, settings);
+  const gap = Math.abs(force.normal_force - oldForce.normal_force);
+  const present = oldForce.normal_force + fade.share * (force.normal_force - oldForce.normal_force);
+  let step = dt / FADE_TIME;
+  if (gap > 0) step = Math.min(step, (Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST)) * dt) / gap);
+  const share = Math.min(1, fade.share + step);
+  if (share >= 1) return [{ now, before: null, share: 1 }, force];
+  return [{ now, before: { ...old, memory: oldMemory }, share }, mix(oldForce, force, share)];
+}
+
+function advance(running: Running, sight: Sight, dt: number, settings: LawSettings): [IntegralState, LocalForce] {
+  return localForce(running.law, running.memory, sight, running.gains, dt, settings);
+}
+
+function mix(a: LocalForce, b: LocalForce, s: number): LocalForce {
+  return {
+    normal_force: a.normal_force + s * (b.normal_force - a.normal_force),
+    felt_from_others: a.felt_from_others + s * (b.felt_from_others - a.felt_from_others),
+    indentation: a.indentation + s * (b.indentation - a.indentation),
+    stored: a.stored + s * (b.stored - a.stored),
+  };
+}

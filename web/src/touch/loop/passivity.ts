@@ -1,0 +1,89 @@
+/**
+ * Dissipates the energy that the server's side generates; inactive until there is some (science 3.4, 3.9).
+ *
+ * A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et al. 2010), for
+ * a predictive port; `client/cohaptic_client/loop/passivity.py` has the argument. In each period
+ *
+ *     generated = work on the hand + increase of the energy in the local spring - energy from the body,
+ *
+ * where the energy from the body is own_force times the displacement of its surface. It is dissipated by damping in
+ * contact: never more than is left to dissipate, than the device renders stably, or than the contact's own force, so
+ * that the damping comes and goes with the contact.
+ */
+
+const FORGET = 5; // s; a hand at rest for so long has dissipated the energy by itself
+const SLOW = 0.01; // m/s; a slower hand has little energy, and damping would only wait for it
+const RAMP = 0.05; // s; from no damping to all of it
+const STEP_RATE = 10; // N/s; by which a change of the damping may move the force
+const MAX_DAMPING = 8; // N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
+
+/** Memory of the layer. */
+export interface Passivity {
+  /** Energy that was made and not taken out yet [J]. */
+  readonly owed: number;
+  /** In use [N s/m]. */
+  readonly damping: number;
+  /** In the local spring, as far as the hand has it [J]. */
+  readonly stored: number;
+}
+
+export const NOTHING_OWED: Passivity = { owed: 0, damping: 0, stored: 0 };
+
+/**
+ * Energy that is still to be taken out, after one period [J].
+ *
+ * @param owed After the last period, never negative [J].
+ * @param work Of the device on the hand in this period [J].
+ * @param stored Increase of the energy in the local spring [J].
+ * @param from_body Energy from the body while its surface moved [J].
+ */
+export function observe(owed: number, work: number, stored: number, from_body: number, dt: number): number {
+  const kept = Math.max(0, 1 - dt / FORGET);
+  return Math.max(0, kept * owed + work + stored - from_body);
+}
+
+/**
+ * Energy in a spring whose force is given in part [J].
+ *
+ * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as it is held: the area
+ * under it, f d - f^2 / (2 K).
+ *
+ * @param stored In the law's spring [J].
+ * @param ratio Force that is given over the law's.
+ * @param scale Share to which the safety layer has faded the law.
+ */
+export function givenShare(stored: number, ratio: number, scale: number): number {
+  if (scale <= 0) return 0;
+  const given = Math.min(ratio, scale); // a force that still has to come down is not the spring's
+  return stored * given * (2 - given / scale);
+}
+
+/**
+ * Damping of one period in contact; it comes and goes within `RAMP`, so the force has no steps.
+ *
+ * @param before Energy to be taken out, and damping of the last period.
+ * @param force Normal force of the law [N].
+ * @param speed_in Of the hand into the surface [m/s].
+ * @param max_damping Limit, of the device and of this layer [N s/m].
+ * @returns Damping [N s/m], and the normal force on the hand, from none to twice the law's [N].
+ */
+export function dissipate(
+  before: Pick<Passivity, "owed" | "damping">,
+  force: number,
+  speed_in: number,
+  dt: number,
+  max_damping: number,
+): [damping: number, damped: number] {
+  if (force <= 0 || max_damping <= 0) return [0, force];
+  const speed = Math.max(SLOW, Math.abs(speed_in));
+  const full = dt > 0 ? Math.min(max_damping, before.owed / (speed * speed * dt)) : 0;
+  const change = Math.min((max_damping * dt) / RAMP, (STEP_RATE * dt) / speed);
+  const damping = Math.min(Math.max(full, before.damping - change), before.damping + change);
+  // A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
+  return [damping, force + Math.min(force, Math.max(-force, damping * speed_in))];
+}
+
+/** Largest |B| that leaves a device passive, b > K T / 2 + |B| [N s/m] (Colgate). */
+export function deviceDampingLimit(damping: number, stiffness: number, haptic_period: number): number {
+  return Math.min(MAX_DAMPING, Math.max(0, damping - 0.5 * stiffness * haptic_period));
+}

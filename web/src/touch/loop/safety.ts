@@ -1,0 +1,174 @@
+/**
+ * Limits of the force, applied last: they hold for any output of law, network or device.
+ *
+ * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. A force that is not finite, a stalled
+ * loop or a hand that moves too fast lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only
+ * after the hand has been out of the object. A silent server fades the force; its return raises it again. Any other force
+ * is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as one that comes.
+ */
+
+import { add, isFinite3, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
+
+const RELEASE_TIME = 0.02; // s from a fault to no force
+/**
+ * Largest rate of a change of force that the hand's own motion does not cause [N/s]: 0.02 N in a millisecond, which a
+ * fingertip cannot tell from a steady force.
+ */
+export const EXTERNAL_RATE = 20;
+/** Part of it for fades of this layer [N/s]; the rest is for motions of the surface. */
+export const FADE_RATE = 10;
+const LEAST_RATE = 1000; // N/s
+const OWN_SPEED = 0.5; // m/s, of a hand that taps
+
+/** Limits of the force on a hand. */
+export interface SafetyLimits {
+  /** Magnitude [N]. */
+  readonly max_force: number;
+  /** Change per second, up or down [N/s]. */
+  readonly max_rate: number;
+  /** Of the hand [m/s]. */
+  readonly max_speed: number;
+  /** A period longer than this is a fault [s]. */
+  readonly stall: number;
+  /** Without a patch for this long the server counts as silent [s]. */
+  readonly silent_after: number;
+  /** From full force to none when it is, or longer, at `FADE_RATE` [s]. */
+  readonly fade_time: number;
+  /** From none to full at the start and after a fault or silence [s]. */
+  readonly engage_time: number;
+  /** Force that the law may ask for when the hand is first engaged [N]. */
+  readonly engage_below: number;
+  /** For how many periods it must be below that. */
+  readonly engage_periods: number;
+  /** T; a late period moves the force by no more than two of them would [s]. */
+  readonly period: number;
+}
+
+export const DEFAULT_LIMITS: SafetyLimits = {
+  max_force: 10,
+  max_rate: LEAST_RATE,
+  max_speed: 1.5,
+  stall: 0.02,
+  silent_after: 0.1,
+  fade_time: 0.15,
+  engage_time: 1,
+  engage_below: 0.2,
+  engage_periods: 4,
+  period: 0.001,
+};
+
+/** `max_rate` for a device that renders this stiffness [N/m]: a hand that taps meets its own force in time [N/s]. */
+export function rateOf(max_stiffness: number): number {
+  return Math.max(LEAST_RATE, OWN_SPEED * max_stiffness);
+}
+
+/** Memory of the safety layer. */
+export interface SafetyState {
+  /** Whether the hand is engaged; it waits at the start and after every fault. */
+  readonly engaged: boolean;
+  /** Share of the requested force that is given, 0 to 1. */
+  readonly scale: number;
+  /** Given in the last period [N]. */
+  readonly force: Vec3;
+  /** Periods in a row in which the requested force was small. */
+  readonly quiet: number;
+  /** Time of the last period [s]; null before the first. */
+  readonly now: number | null;
+  /** Cause of the last return to waiting; empty for none. */
+  readonly fault: string;
+  /** Force at the fault, while it is let go [N]. */
+  readonly released: Vec3;
+  /** Share of the release that is still to come, 1 to 0. */
+  readonly left: number;
+}
+
+export const NOT_ENGAGED: SafetyState = {
+  engaged: false,
+  scale: 0,
+  force: ZERO,
+  quiet: 0,
+  now: null,
+  fault: "",
+  released: ZERO,
+  left: 0,
+};
+
+/**
+ * The force that the device gets, as `force` of the next state.
+ *
+ * @param requested Force that the law asks for [N].
+ * @param now Time of this period [s].
+ * @param velocity Of the hand [m/s].
+ * @param silent Whether the server has been silent for too long.
+ */
+export function guard(
+  state: SafetyState,
+  requested: Vec3,
+  now: number,
+  velocity: Vec3,
+  silent: boolean,
+  limits: SafetyLimits,
+): SafetyState {
+  const dt = state.now === null ? 0 : now - state.now;
+  const step = Math.min(Math.max(0, dt), 2 * limits.period);
+  const fault = faultOf(requested, velocity, dt, limits);
+  if (fault !== "" || state.left > 0) return release(state, fault, step, now);
+  const size = norm(requested);
+  const quiet = size < limits.engage_below ? state.quiet + 1 : 0;
+  const engaged = state.engaged || (quiet >= limits.engage_periods && !silent);
+  const up = engaged && !silent;
+  const time = up ? limits.engage_time : limits.fade_time;
+  const share = nextShare(state.scale, up, Math.min(size, limits.max_force), time, step);
+  const force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step);
+  return { engaged, scale: share, force, quiet, now, fault: engaged ? "" : state.fault, released: ZERO, left: 0 };
+}
+
+/**
+ * Share of the law's force after one period of a fade, 0 to 1.
+ *
+ * @param up Whether the force is to come, or to go.
+ * @param size Of the whole force [N]; a fade moves it no faster than `FADE_RATE`.
+ * @param time Of a whole fade [s].
+ * @param step Time that counts of this period [s].
+ */
+export function nextShare(share: number, up: boolean, size: number, time: number, step: number): number {
+  let most = step / time;
+  if (size > 0) most = Math.min(most, (FADE_RATE * step) / size);
+  return up ? Math.min(1, share + most) : Math.max(0, share - most);
+}
+
+/**
+ * The share of a force, clamped, that is given, no further from the last than allowed [N].
+ *
+ * Clamped first: the part of the requested force beyond the limit must not hold up a fade.
+ *
+ * @param most Change in this period [N].
+ */
+function limited(before: Vec3, requested: Vec3, share: number, max_force: number, most: number): Vec3 {
+  const size = norm(requested);
+  const force = scale(requested, size > max_force ? (share * max_force) / size : share);
+  const change = sub(force, before);
+  const jump = norm(change);
+  return jump > most ? add(before, scale(change, most / jump)) : force;
+}
+
+/** Let a hand go after a fault: a smooth ramp from its force to zero. */
+function release(state: SafetyState, fault: string, step: number, now: number): SafetyState {
+  const released = state.left > 0 ? state.released : state.force;
+  const left = Math.max(0, (state.left > 0 ? state.left : 1) - step / RELEASE_TIME);
+  const force = scale(released, left * left * (3 - 2 * left));
+  return { ...NOT_ENGAGED, force, now, fault: fault === "" ? state.fault : fault, released, left };
+}
+
+/** Why the hand must be let go; empty when it need not. */
+function faultOf(requested: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
+  if (!isFinite3(requested)) return `the law asked for ${requested.join(", ")} N`;
+  const speed = norm(velocity);
+  if (!isFinite3(velocity) || speed > limits.max_speed) {
+    return `the hand moved at ${speed.toFixed(2)} m/s, above ${limits.max_speed} m/s`;
+  }
+  if (dt > limits.stall) {
+    return `the loop stood still for ${(1e3 * dt).toFixed(0)} ms, above ${1e3 * limits.stall} ms`;
+  }
+  return "";
+}

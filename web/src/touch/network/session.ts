@@ -1,0 +1,63 @@
+/** The touching client's half of the protocol as a state machine without I/O; `cohaptic_client/network/session.py`. */
+
+import type { TouchSettings } from "../../model/hand";
+import { ProtocolError } from "../../protocol/frame";
+import { decodeServerControl, encodeControl, type ServerControl } from "../../protocol/messages";
+import { decodePatch, type Patch } from "../../protocol/patch";
+import { PROTOCOL_VERSION } from "../../protocol/version";
+import { dampingLimit, type DeviceInfo } from "../loop/device";
+import { HAPTIC_PERIOD } from "../loop/schedule";
+
+export type TouchEvent =
+  | Extract<ServerControl, { type: "welcome" | "user_joined" | "user_left" | "error" }>
+  | { readonly type: "patch"; readonly patch: Patch };
+
+type State = "await_welcome" | "joined" | "closed";
+
+const ALLOWED: Readonly<Record<State, readonly string[]>> = {
+  await_welcome: ["welcome", "error"],
+  joined: ["patch", "user_joined", "user_left", "error"],
+  closed: [],
+};
+
+/** One connection to a server, seen from the client that touches. */
+export class TouchSession {
+  private state: State = "await_welcome";
+
+  /** First message of the connection. */
+  static greeting(settings: TouchSettings, device: DeviceInfo): string {
+    return encodeControl({
+      type: "hello",
+      protocol: PROTOCOL_VERSION,
+      name: settings.name,
+      law: settings.law,
+      max_stiffness: device.max_stiffness,
+      max_force: settings.max_force,
+      damping_budget: settings.passivity ? dampingLimit(device, HAPTIC_PERIOD) : 0,
+      geometry: settings.geometry,
+      friction: settings.friction > 0,
+      fixed_gains: null,
+    });
+  }
+
+  /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */
+  receive(data: string | Uint8Array): TouchEvent {
+    try {
+      const event = decode(data);
+      const allowed = ALLOWED[this.state];
+      if (!allowed.includes(event.type)) {
+        throw new ProtocolError("message", event.type, allowed.join(" or ") || "nothing more");
+      }
+      if (event.type === "welcome") this.state = "joined";
+      if (event.type === "error") this.state = "closed";
+      return event as TouchEvent;
+    } catch (error) {
+      this.state = "closed";
+      throw error;
+    }
+  }
+}
+
+function decode(data: string | Uint8Array): ServerControl | TouchEvent {
+  return typeof data === "string" ? decodeServerControl(data) : { type: "patch", patch: decodePatch(data) };
+}

@@ -1,0 +1,23 @@
+/** The messages between the page and the haptic Worker. */
+
+import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
+import type { FixedGains, LawName } from "../model/laws";
+import type { Vec3 } from "../model/vec";
+
+export type ToWorker =
+  | {
+      readonly type: "start";
+      readonly settings: TouchSettings;
+      /** Of the page's clock, `performance.timeOrigin` [ms]: both then read the same time. */
+      readonly time_origin: number;
+    }
+  | { readonly type: "point"; readonly target: Vec3 }
+  | { readonly type: "law"; readonly law: LawName; readonly fixed: FixedGains | null }
+  | { readonly type: "hand"; readonly hand: HandSettings }
+  | { readonly type: "friction"; readonly mu: number }
+  | { readonly type: "close" };
+
+export type FromWorker =
+  | { readonly type: "state"; readonly state: TouchState }
+  /** The Worker has nothing more to say; the last state came before. */
+  | { readonly type: "ended" };

@@ -1,0 +1,100 @@
+/**
+ * The target position of the hand, from presses and drags of a pointer.
+ *
+ * A press takes hold of the surface as it stands at that moment and goes in along the normal, gently, to a
+ * depth that wheel, Shift and a pen's pressure change; a drag slides. Places are on the resting
+ * surface, so that the own dent does not draw the finger further in. A way to another place goes round
+ * the body and not through it.
+ */
+
+import { add, along, dot, norm, scale, sub, turn, unit, type Vec3 } from "../../model/vec";
+
+/** All lengths here in radii of the body. */
+export const DEPTH = { usual: 0.18, least: 0.01, most: 0.5, notch: 0.02, pen: 0.4, clearance: 0.08 } as const;
+const RISE = 0.3; // s to reach 2/3 of the depth
+const TAU = 0.05; // s that the tip is behind its goal
+const SPEED = 2.5; // radii per second at the surface
+const FLIGHT = 6; // radii per second round the body
+const FAR = 0.45; // rad from which the way goes round
+const ORBIT = 1.12; // radii from the middle at which it does
+
+/** Target of the hand. */
+export interface Finger {
+  /** On the resting surface [m], and the outward normal there. */
+  readonly surface: Vec3;
+  readonly normal: Vec3;
+  /** Height of the surface over the resting one when it was grasped, along the normal [m]. */
+  readonly offset: number;
+  readonly pressing: boolean;
+  /** When the press began [s]. */
+  readonly since: number;
+  /** Target depth below the surface that was taken hold of, in radii. */
+  readonly depth: number;
+}
+
+export interface Place3 {
+  readonly surface: Vec3;
+  readonly normal: Vec3;
+  /** The surface as it is there [m]. */
+  readonly point: Vec3;
+}
+
+export function hover(at: Place3, depth: number = DEPTH.usual): Finger {
+  const offset = dot(sub(at.point, at.surface), at.normal);
+  return { surface: at.surface, normal: at.normal, offset, pressing: false, since: 0, depth };
+}
+
+export function press(at: Place3, now: number, depth: number = DEPTH.usual): Finger {
+  return { ...hover(at, depth), pressing: true, since: now };
+}
+
+/** Slide: the place changes, the hold on the surface does not. */
+export function slide(finger: Finger, at: Place3): Finger {
+  return finger.pressing ? { ...finger, surface: at.surface, normal: at.normal } : hover(at, finger.depth);
+}
+
+export function release(finger: Finger): Finger {
+  return { ...finger, pressing: false };
+}
+
+/** @param by In radii; deeper is positive. */
+export function deeper(finger: Finger, by: number): Finger {
+  return { ...finger, depth: Math.min(DEPTH.most, Math.max(DEPTH.least, finger.depth + by)) };
+}
+
+/** Depth of a pen by its pressure, 0 to 1; a light touch already counts. */
+export function penDepth(pressure: number): number {
+  const p = Math.min(1, Math.max(0, pressure));
+  return Math.max(DEPTH.least, DEPTH.pen * p);
+}
+
+/** Where the finger wants the tip at `now` [m]. */
+export function goal(finger: Finger, now: number, radius: number): Vec3 {
+  const depth = finger.depth * (1 - Math.exp(-Math.max(0, now - finger.since) / RISE));
+  const height = finger.pressing ? -depth : DEPTH.clearance;
+  return along(finger.surface, finger.offset + height * radius, finger.normal);
+}
+
+/**
+ * Move the tip towards its goal for `dt`.
+ *
+ * @param tip Now [m].
+ * @param center Of the body, with its radius [m].
+ */
+export function follow(tip: Vec3, to: Vec3, center: Vec3, radius: number, dt: number): Vec3 {
+  const out = unit(sub(tip, center));
+  const there = unit(sub(to, center), out);
+  const height = norm(sub(tip, center));
+  const apart = Math.acos(Math.min(1, Math.max(-1, dot(out, there))));
+  if (apart > FAR) {
+    if (height < ORBIT * radius) {
+      return along(center, Math.min(ORBIT * radius, height + SPEED * radius * dt), out);
+    }
+    const round = turn(out, there, (FLIGHT * radius * dt) / height);
+    return along(center, height, round);
+  }
+  const way = sub(to, tip);
+  const length = norm(way);
+  const step = Math.min(length * (1 - Math.exp(-dt / TAU)), SPEED * radius * dt);
+  return length < 1e-9 ? to : add(tip, scale(way, step / length));
+}

@@ -1,0 +1,120 @@
+/** Mouse, finger, pen and wheel on the stage: on the body they press, beside it they turn the view. */
+
+import { DEPTH, penDepth } from "./finger";
+
+/** The actions that pointers ask for. */
+export interface PointerActions {
+  /** Begin to press at a point of the window; false where there is no body or nobody touches. */
+  press(x: number, y: number): boolean;
+  slide(x: number, y: number): void;
+  hover(x: number, y: number): void;
+  release(): void;
+  /** In radii of the body. */
+  deeper(by: number): void;
+  /** Set the depth of the press, in radii. */
+  depth(depth: number): void;
+  rotate(right: number, up: number): void;
+  zoom(factor: number): void;
+  /** The visitor began to move the view or to press. */
+  took(): void;
+}
+
+const TURN = 0.0065; // rad for a pixel
+const DEEPER = 0.002; // radii of the body for a pixel
+
+interface Position {
+  x: number;
+  y: number;
+}
+
+/** @returns A function that removes the listeners. */
+export function attachPointer(canvas: HTMLElement, actions: PointerActions): () => void {
+  const stop = new AbortController();
+  const { signal } = stop;
+  const pointers = new Pointers(canvas, actions);
+  canvas.addEventListener("pointerdown", (event) => { pointers.down(event); }, { signal });
+  canvas.addEventListener("pointermove", (event) => { pointers.move(event); }, { signal });
+  canvas.addEventListener("pointerup", (event) => { pointers.up(event); }, { signal });
+  canvas.addEventListener("pointercancel", (event) => { pointers.up(event); }, { signal });
+  canvas.addEventListener("contextmenu", (event) => { event.preventDefault(); }, { signal });
+  canvas.addEventListener("wheel", (event) => { pointers.wheel(event); }, { signal, passive: false });
+  return () => {
+    stop.abort();
+  };
+}
+
+/** The pointers that are down, and the one that presses. */
+class Pointers {
+  private readonly positions = new Map<number, Position>();
+  /** The pointer that presses; null while the view is turned. */
+  private finger: number | null = null;
+
+  constructor(
+    private readonly canvas: HTMLElement,
+    private readonly actions: PointerActions,
+  ) {}
+
+  down(event: PointerEvent): void {
+    if (event.pointerType === "mouse" && event.button !== 0 && event.button !== 2) return;
+    this.canvas.setPointerCapture(event.pointerId);
+    this.canvas.focus({ preventScroll: true });
+    this.positions.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    this.actions.took();
+    const mayPress = this.positions.size === 1 && event.button === 0 && !event.altKey;
+    if (mayPress && this.actions.press(event.clientX, event.clientY)) {
+      this.finger = event.pointerId;
+      this.pen(event);
+    }
+  }
+
+  move(event: PointerEvent): void {
+    const { actions, positions, finger } = this;
+    const before = positions.get(event.pointerId);
+    if (before === undefined) {
+      if (event.pointerType !== "touch") actions.hover(event.clientX, event.clientY);
+      return;
+    }
+    const dx = event.clientX - before.x;
+    const dy = event.clientY - before.y;
+    const spread = distance(positions);
+    before.x = event.clientX;
+    before.y = event.clientY;
+    if (finger === event.pointerId) {
+      this.pen(event);
+      if (event.shiftKey) actions.deeper(DEEPER * dy);
+      else actions.slide(event.clientX, event.clientY);
+    } else if (finger !== null) {
+      // A second finger beside the one that presses: down is deeper.
+      actions.deeper(DEEPER * dy);
+    } else if (positions.size === 2 && spread > 0) {
+      actions.zoom(spread / Math.max(1, distance(positions)));
+      actions.rotate(-0.5 * TURN * dx, 0.5 * TURN * dy);
+    } else {
+      actions.rotate(-TURN * dx, TURN * dy);
+    }
+  }
+
+  up(event: PointerEvent): void {
+    this.positions.delete(event.pointerId);
+    if (this.finger !== event.pointerId) return;
+    this.finger = null;
+    this.actions.release();
+  }
+
+  wheel(event: WheelEvent): void {
+    event.preventDefault();
+    const notches = event.deltaY / (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 3 : 100);
+    if (this.finger !== null) this.actions.deeper(-DEPTH.notch * Math.max(-3, Math.min(3, notches)));
+    else this.actions.zoom(1.1 ** Math.max(-3, Math.min(3, notches)));
+  }
+
+  private pen(event: PointerEvent): void {
+    if (event.pointerType === "pen" && event.pressure > 0) this.actions.depth(penDepth(event.pressure));
+  }
+}
+
+/** Between the first two pointers [px]; 0 of fewer. */
+function distance(positions: ReadonlyMap<number, Position>): number {
+  const [a, b] = [...positions.values()];
+  return a === undefined || b === undefined ? 0 : Math.hypot(a.x - b.x, a.y - b.y);
+}

@@ -1,0 +1,121 @@
+/** The scene on the stage: body, ground, hands and names, made for a mesh and moved with the view. */
+
+import { Group } from "three";
+import type { RestMesh } from "../model/body";
+import type { TouchState } from "../model/hand";
+import type { SceneSnapshot, WatchInfo } from "../model/scene";
+import { type Scheme, userColour } from "../model/colours";
+import { type Colouring, type Legend, Surface } from "./body/surface";
+import { Ground } from "./ground";
+import { Hands } from "./hands";
+import { Labels } from "./labels";
+import { ownPose, type Pose, poseOf } from "./pose";
+import type { Stage } from "./stage";
+
+interface Props {
+  readonly mesh: RestMesh;
+  readonly group: Group;
+  readonly surface: Surface;
+  readonly ground: Ground;
+  readonly hands: Hands;
+}
+
+/** Everybody's pose; the own hand's comes from the own loop, which is ahead of the server's news. */
+export function posesOf(view: SceneSnapshot, own: TouchState | null): Pose[] {
+  const inRoom = own !== null && own.phase === "joined" && own.user > 0;
+  const poses = view.users.filter((user) => !inRoom || user.user !== own.user).map(poseOf);
+  if (inRoom) poses.push(ownPose(own, view.users.find((user) => user.user === own.user)));
+  return poses;
+}
+
+export class SceneView {
+  private readonly stage: Stage;
+  private readonly labels: Labels;
+  private props: Props | null = null;
+  private scheme: Scheme = "light";
+  private colouring: Colouring = "displacement";
+  private shown = "";
+
+  constructor(stage: Stage, host: HTMLElement) {
+    this.stage = stage;
+    this.labels = new Labels(host, (user) => userColour(user, this.scheme));
+  }
+
+  setScheme(scheme: Scheme): void {
+    this.scheme = scheme;
+    this.stage.setScheme(scheme);
+    this.props?.surface.setScheme(scheme);
+    this.props?.ground.setScheme(scheme);
+    this.props?.hands.repaint();
+    this.labels.repaint();
+    this.stage.touch();
+  }
+
+  setColouring(colouring: Colouring): void {
+    this.colouring = colouring;
+    this.props?.surface.setColouring(colouring);
+    this.stage.touch();
+  }
+
+  get legend(): Legend {
+    return this.props?.surface.legend ?? { colouring: this.colouring, low: null, high: null };
+  }
+
+  /** Take the body; another one replaces it. */
+  setBody(mesh: RestMesh | null, info: WatchInfo | null): void {
+    if (mesh === null || info === null || this.props?.mesh === mesh) return;
+    this.clear();
+    const { center, radius, contact_radius } = info.body;
+    const surface = new Surface(mesh, radius, contact_radius);
+    const ground = new Ground(mesh, radius);
+    const hands = new Hands(radius, contact_radius, (user) => userColour(user, this.scheme));
+    surface.setColouring(this.colouring);
+    const group = new Group();
+    group.add(ground.group, surface.mesh, hands.group);
+    this.props = { mesh, group, surface, ground, hands };
+    this.stage.scene.add(group);
+    this.stage.frame(center, radius);
+    this.setScheme(this.scheme);
+  }
+
+  /** Show a moment. */
+  draw(view: SceneSnapshot | null, own: TouchState | null, dt: number): void {
+    if (view !== null && this.props !== null) {
+      const { surface, hands } = this.props;
+      if (view.moved && view.positions.length === this.props.mesh.vertices.length) {
+        surface.deform(view.positions);
+        this.stage.touch();
+      }
+      if (surface.learn(view)) this.stage.touch();
+      const poses = posesOf(view, own);
+      // Hands at rest are not drawn again: a scene where nothing happens costs nothing.
+      const key = JSON.stringify(poses.map((p) => [p.user, p.proxy, p.force, p.probe, p.presence].flat().map(short)));
+      const drawn = key !== this.shown;
+      if (drawn) {
+        this.shown = key;
+        hands.pose(poses);
+        this.stage.touch();
+      }
+      if (this.stage.draw(dt) || drawn) {
+        this.labels.place(poses, (user) => hands.anchor(user), (point) => this.stage.project(point));
+      }
+      return;
+    }
+    this.stage.draw(dt);
+  }
+
+  private clear(): void {
+    if (this.props === null) return;
+    this.stage.scene.remove(this.props.group);
+    this.props.surface.dispose();
+    this.props.ground.dispose();
+    this.props.hands.dispose();
+    this.props = null;
+    this.shown = "";
+  }
+}
+
+/** To a hundredth of a millimetre or of a newton. */
+function short(x: number): number {
+  return Math.round(1e5 * x);
+}

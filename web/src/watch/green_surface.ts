@@ -1,0 +1,77 @@
+/** Green's functions of the body, and the surface that forces make with them: displacement = - sum of w f G. */
+
+import { norm, type Vec3 } from "../model/vec";
+import { ProtocolError } from "../protocol/frame";
+import { pressure, type Pressure } from "./pressure";
+import type { Quadrature } from "./quadrature";
+
+const LEAST_FORCE = 1e-6; // N; less moves nothing that can be seen
+
+/** One vertex's Green's functions: displacement of all n vertices for a unit force along each axis. */
+export interface Block {
+  /** One unit [m/N]. */
+  readonly scale: number;
+  /** Axis of the force, then vertex, then axis of the displacement, shape (3, n, 3) [scale]. */
+  readonly units: Int16Array;
+}
+
+/** Decode the server's response for one block; throws ProtocolError. */
+export function decodeBlock(bytes: ArrayBuffer, vertices: number): Block {
+  const size = 4 + 18 * vertices;
+  if (bytes.byteLength !== size) {
+    throw new ProtocolError("length of Green's functions", bytes.byteLength, `${size} bytes`);
+  }
+  const scale = new DataView(bytes).getFloat32(0, true);
+  if (!(scale >= 0 && scale <= 10)) throw new ProtocolError("scale of Green's functions", scale, "from 0 to 10");
+  return { scale, units: new Int16Array(bytes, 4) };
+}
+
+/** The load of one user on the body. */
+export interface Press {
+  /** On the hand [N]; the body gets its opposite. */
+  readonly force: Vec3;
+  readonly under: Pressure;
+}
+
+/** The loads of all users who press. */
+export function pressesOf(
+  users: readonly { readonly foot: Vec3; readonly force: Vec3 }[],
+  q: Quadrature,
+  radius: number,
+): readonly Press[] {
+  return users
+    .filter(({ force }) => norm(force) > LEAST_FORCE)
+    .map(({ foot, force }) => ({ force, under: pressure(q, foot, radius) }));
+}
+
+/** Vertices whose blocks the presses need, each once. */
+export function needed(presses: readonly Press[]): readonly number[] {
+  return [...new Set(presses.flatMap(({ under }) => under.vertices))];
+}
+
+/** Displacement of all vertices, shape (n, 3) [m]; null while a block is missing. */
+export function displacementOf(
+  presses: readonly Press[],
+  block: (vertex: number) => Block | null,
+  vertices: number,
+): Float32Array | null {
+  const out = new Float32Array(3 * vertices);
+  for (const { force, under } of presses) {
+    for (const [k, vertex] of under.vertices.entries()) {
+      const green = block(vertex);
+      if (green === null) return null;
+      add(out, green, force, -green.scale * (under.weights[k] ?? 0));
+    }
+  }
+  return out;
+}
+
+/** out += s f . G */
+function add(out: Float32Array, { units }: Block, force: Vec3, s: number): void {
+  const n = out.length;
+  const [fx, fy, fz] = [s * force[0], s * force[1], s * force[2]];
+  for (let j = 0; j < n; j += 1) {
+    const g = fx * (units[j] ?? 0) + fy * (units[n + j] ?? 0) + fz * (units[2 * n + j] ?? 0);
+    out[j] = (out[j] ?? 0) + g;
+  }
+}

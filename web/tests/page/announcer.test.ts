@@ -1,0 +1,11 @@
+import { describe, expect, it } from "vitest";
+import { spoken } from "../../src/page/announcer";
+
+describe("news for ears", () => {
+  it("are who came and who left", () => {
+    const event = { at: 0, user: 3, name: "ann", detail: "bye" };
+    expect(spoken({ ...event, kind: "joined" })).toBe("ann touches the object.");
+    expect(spoken({ ...event, kind: "left", name: "" })).toBe("User 3 has left.");
+    expect(spoken({ ...event, kind: "latency" })).toBe("");
+  });
+});

@@ -1,0 +1,68 @@
+import { describe, expect, test } from "vitest";
+import { ProtocolError } from "../../src/protocol/frame";
+import { type ClientControl, decodeServerControl, encodeControl } from "../../src/protocol/messages";
+import { vectors } from "../vectors";
+
+const written = vectors("control") as { name: string; text: string }[];
+const fromClient = new Set(["hello", "set_law", "bye", "watch", "set_view", "set_latency"]);
+const SENT: ClientControl[] = [
+  {
+    type: "hello",
+    protocol: 3,
+    name: "left",
+    law: "predictive",
+    max_stiffness: 1000,
+    max_force: 10,
+    damping_budget: 0,
+    geometry: "plane",
+    friction: false,
+    fixed_gains: null,
+  },
+  { type: "set_law", law: "pi", fixed_gains: null },
+  { type: "bye" },
+  { type: "watch", protocol: 3, encoding: "frames", rate: 30 },
+  { type: "set_view", encoding: "forces", rate: 60 },
+  { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
+];
+
+describe("golden vectors", () => {
+  test.each(SENT)("we send $type", (message) => {
+    const text = written.find(({ name }) => name === message.type)?.text ?? "";
+    expect(JSON.parse(encodeControl(message))).toEqual(JSON.parse(text));
+  });
+
+  test.each(written.filter(({ name }) => !fromClient.has(name)))("we understand $name", ({ text }) => {
+    expect(decodeServerControl(text)).toEqual(JSON.parse(text));
+  });
+});
+
+const joined = { type: "user_joined", user: 2, name: "right" };
+const said = written.find(({ name }) => name === "welcome")?.text ?? "";
+const meant = JSON.parse(said) as { body: object };
+const welcome = (change: object): string => JSON.stringify({ ...meant, ...change });
+const body = (change: object): string => welcome({ body: { ...meant.body, ...change } });
+
+test.each([
+  ["no JSON", "{", "JSON"],
+  ["no object", "[1]", "a JSON object"],
+  ["no type", "{}", "type is undefined; expected text"],
+  ["an unknown type", '{"type":"hi"}', 'type of a control message is "hi"; expected welcome'],
+  ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
+  ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
+  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 16384 characters"],
+  ["another version", said.replace('"protocol":3', '"protocol":2'), "protocol version is 2; expected 3"],
+  ["a period that is none", welcome({ simulation_period: 0.004 }), "simulation_period is 0.004; expected a number from 0.005 to 0.1"],
+  ["a period without end", welcome({ simulation_period: 0.2 }), "simulation_period is 0.2"],
+  ["a body far away", body({ center: [0, 0, 10.5] }), "center is "],
+  ["a body without size", body({ radius: 0 }), "radius is 0; expected a number above 0, at most 10"],
+  ["a finger without size", body({ contact_radius: 0 }), "contact_radius is 0"],
+  ["a name that is a book", body({ name: "x".repeat(1025) }), "expected at most 1024 characters"],
+])("%s is refused", (_, text, message) => {
+  expect(() => decodeServerControl(text)).toThrow(ProtocolError);
+  expect(() => decodeServerControl(text)).toThrow(message);
+});
+
+test("an error shows a stranger's text in one line, and shortened", () => {
+  expect(new ProtocolError("name", "a\n\u202eb", "x").message).toBe('name is "a\\n?b"; expected x');
+  expect(new ProtocolError("name", "y".repeat(200), "x").message.length).toBeLessThan(90);
+});

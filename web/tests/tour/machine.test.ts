@@ -1,0 +1,122 @@
+/** The tour goes on when a step is complete, names the steps it skips, and never hangs. */
+
+import { describe, expect, it } from "vitest";
+import {
+  type Action,
+  type Facts,
+  goBack,
+  goNext,
+  pause,
+  readingTime,
+  start,
+  tick,
+  type TourState,
+  waits,
+} from "../../src/tour/machine";
+import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
+
+const ALL: Facts = {
+  others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
+  loopDelay: 2.2 * OCEAN, law: "predictive", paper: false,
+};
+
+const stepOf = (state: TourState): string => STEPS[state.index]?.id ?? "";
+
+/** Run with facts that depend on the step; returns the steps that were seen and all that was done. */
+function run(factsAt: (step: string) => Facts, most = 3600): { seen: string[]; done: Action[]; last: TourState } {
+  let { state, actions } = start(STEPS, factsAt(""), 0);
+  const seen = [stepOf(state)];
+  const done = [...actions];
+  for (let now = 0; now < most && seen.at(-1) !== "yours"; now += 0.1) {
+    ({ state, actions } = tick(STEPS, state, factsAt(stepOf(state)), now));
+    done.push(...actions);
+    if (stepOf(state) !== seen.at(-1)) seen.push(stepOf(state));
+  }
+  return { seen, done, last: state };
+}
+
+/** The live system in each step. */
+const live = (step: string): Facts => {
+  if (step === "paper" || step === "coupled") return { ...ALL, paper: true, law: "proportional", lag: 2 * SLOW };
+  if (step === "soft") return { ...ALL, law: "proportional" };
+  return ALL;
+};
+
+describe("the tour", () => {
+  it("goes through every step by itself on a server that allows everything", () => {
+    const { seen, last } = run(live);
+    expect(seen).toEqual(STEPS.map((step) => step.id));
+    expect(last.ended).toBe(false);
+    expect(goNext(STEPS, last, ALL, 0).state.ended).toBe(true);
+  });
+
+  it("gives time to read", () => {
+    const first = STEPS[0];
+    if (first === undefined) throw new Error("a tour has steps");
+    const { state } = start(STEPS, ALL, 0);
+    expect(tick(STEPS, state, ALL, readingTime(first) - 0.1).state.index).toBe(0);
+    expect(tick(STEPS, state, ALL, readingTime(first) + 0.1).state.index).toBe(1);
+  });
+
+  it("waits for its condition, which has to hold and not only flash", () => {
+    const still = { ...ALL, force: 0 };
+    const at = goNext(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state;
+    expect(stepOf(at)).toBe("press");
+    let state = tick(STEPS, at, still, 20).state;
+    expect(stepOf(state)).toBe("press");
+    expect(waits(STEPS, state)).toBe(true);
+    state = tick(STEPS, state, ALL, 20.5).state;
+    expect(stepOf(state)).toBe("press");
+    state = tick(STEPS, state, still, 20.8).state;
+    expect(state.heldSince).toBeNull();
+    state = tick(STEPS, state, ALL, 21).state;
+    expect(stepOf(tick(STEPS, state, ALL, 22.1).state)).toBe("feel");
+  });
+
+  it("goes on without, when nothing comes", () => {
+    const { seen } = run(() => ({ ...ALL, touching: false, force: 0, fromOthers: 0, lag: 0, loopDelay: 0, law: null }));
+    expect(seen.at(-1)).toBe("yours");
+    expect(seen).toContain("paper");
+  });
+
+  it("skips the steps that the server does not allow, with a sentence", () => {
+    const strict = { ...ALL, allowLatency: false, allowFixedGains: false };
+    let { state } = start(STEPS, strict, 0);
+    while (stepOf(state) !== "sheet") state = goNext(STEPS, state, strict, 0).state;
+    state = goNext(STEPS, state, strict, 0).state;
+    expect(stepOf(state)).toBe("soft");
+    expect(state.skipped.join(" ")).toContain("--allow-latency");
+    expect(state.skipped.join(" ")).toContain("--allow-fixed-gains");
+    expect(new Set(state.skipped).size).toBe(state.skipped.length);
+  });
+
+  it("says that nobody else is here", () => {
+    const { seen } = run(() => ({ ...ALL, others: 0 }));
+    expect(seen).not.toContain("feel");
+    expect(seen).not.toContain("paper");
+    expect(seen).toContain("ocean");
+  });
+
+  it("goes back over skipped steps, and not before the beginning", () => {
+    const strict = { ...ALL, allowLatency: false, allowFixedGains: false };
+    let { state } = start(STEPS, strict, 0);
+    while (stepOf(state) !== "soft") state = goNext(STEPS, state, strict, 0).state;
+    expect(stepOf(goBack(STEPS, state, strict, 0).state)).toBe("sheet");
+    expect(goBack(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state.index).toBe(0);
+  });
+
+  it("stands while it is paused", () => {
+    const held = pause(tick(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state, true);
+    expect(tick(STEPS, held, ALL, 999).state.index).toBe(0);
+  });
+
+  it("puts everything back: the law, the delay, the hand", () => {
+    const { done } = run(live);
+    const of = (kind: Action["kind"]): Action[] => done.filter((action) => action.kind === kind);
+    expect(of("law").at(-1)).toEqual({ kind: "law", law: "predictive" });
+    expect(of("delay").at(-1)).toEqual({ kind: "delay", delay: 0 });
+    expect(of("measure").at(-1)).toEqual({ kind: "measure", by: "coupled" });
+    expect(of("lift")).toHaveLength(1);
+    expect(of("hold").at(-1)).toEqual({ kind: "hold", grip: "natural" });
+  });
+});

@@ -1,0 +1,58 @@
+import { describe, expect, it } from "vitest";
+import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
+import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
+
+const WELL: NoticeFacts = {
+  webgl: true, phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0,
+};
+
+describe("notices", () => {
+  it("are none where all is well", () => {
+    expect(notice(WELL)).toBeNull();
+  });
+
+  it("tell the first connection from a lost one", () => {
+    expect(notice({ ...WELL, phase: "connecting", seen: false })?.key).toBe("connecting");
+    const lost = notice({ ...WELL, phase: "waiting", reason: "connection refused", retryIn: 2.2 });
+    expect(lost?.title).toBe("The server is gone");
+    expect(lost?.text).toBe("Connection refused. Trying again in 3 s.");
+  });
+
+  it("stay the same notice while it tries again: nobody wants to hear it twice", () => {
+    const waiting = notice({ ...WELL, phase: "waiting", retryIn: 2 });
+    const trying = notice({ ...WELL, phase: "connecting" });
+    expect(waiting?.key).toBe(trying?.key);
+  });
+
+  it("say that the server stopped, if it said so", () => {
+    expect(notice({ ...WELL, phase: "waiting", code: SERVER_STOPS })?.title).toBe("The server has stopped");
+  });
+
+  it("offer to reload after an upgrade, whatever the phase", () => {
+    for (const phase of ["refused", "waiting", "connecting"] as const) {
+      expect(notice({ ...WELL, phase, code: WRONG_VERSION })?.action).toBe("reload");
+    }
+    expect(notice({ ...WELL, code: WRONG_VERSION })).toBeNull();
+  });
+
+  it("pass on why a page or a hand was refused", () => {
+    expect(notice({ ...WELL, phase: "refused", reason: "too many watchers: 100, at most 100" })?.text).toBe("Too many watchers: 100, at most 100.");
+    expect(notice({ ...WELL, touch: "the name 'ann' is in use", touchCode: 4409 })?.text).toContain("Choose another name");
+    expect(notice({ ...WELL, touch: "no place left" })?.action).toBe("dismiss");
+  });
+
+  it("explain a missing WebGL before anything else", () => {
+    expect(notice({ ...WELL, webgl: false, phase: "waiting" })?.key).toBe("webgl");
+  });
+
+  it("welcome back from a pause, and say that the hand was let go", () => {
+    expect(notice({ ...WELL, slept: 3700, letGo: true })?.text).toBe("The page was paused for 62 min and has caught up. Your hand was let go meanwhile.");
+  });
+
+  it("are sentences", () => {
+    expect(sentence(" gone ")).toBe("Gone.");
+    expect(sentence("Really?")).toBe("Really?");
+    expect(sentence("")).toBe("");
+    expect([period(12), period(600), period(9000)]).toEqual(["12 s", "10 min", "3 h"]);
+  });
+});

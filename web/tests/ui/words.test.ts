@@ -1,0 +1,48 @@
+import { describe, expect, it } from "vitest";
+import { bytesPerSecond, fixed, lagReasons, lagWords, softWords, stiffness } from "../../src/ui/words";
+
+describe("numbers", () => {
+  it("have a true minus and no minus on nothing", () => {
+    expect([fixed(-1.26, 1), fixed(-0.001, 1), fixed(Number.NaN, 1)]).toEqual(["\u22121.3", "0.0", "\u2013"]);
+  });
+
+  it("of stiffness and of streams have the digits that count", () => {
+    expect([stiffness(251.3), stiffness(0.4), stiffness(0), stiffness(2e5)]).toEqual(
+      ["251\u202fN/m", "0.4\u202fN/m", "\u2013", "200\u202fN/mm"],
+    );
+    expect([bytesPerSecond(900), bytesPerSecond(5400), bytesPerSecond(120_000)]).toEqual(
+      ["900\u202fB/s", "5.4\u202fkB/s", "120\u202fkB/s"],
+    );
+  });
+});
+
+describe("the room's time", () => {
+  const held = { lag: 0.0834, coupling: 1.3125, margin: 1.43 };
+
+  it("is told to those who could feel another", () => {
+    expect(lagWords(held, 2)).toBe("The object answers the others in 0.08 s");
+    expect(lagWords({ ...held, lag: 0.004 }, 2)).toBe("The object answers the others at once");
+    expect(lagWords(held, 1)).toBe("");
+  });
+
+  it("has a reason for hands at rest, for hands that move, and none where none is needed", () => {
+    expect(lagReasons(held)).toContain("m is 1.31: from 1 on");
+    expect(lagReasons(held)).toContain("1.4 times");
+    expect(lagReasons({ lag: 0.05, coupling: 0.7, margin: 1.43 })).toContain("no lag (margin 1.4); hands that move");
+    expect(lagReasons({ lag: 0, coupling: 0.65, margin: 1.54 })).toContain("no lag is needed (margin 1.5)");
+    expect(lagReasons({ lag: 0, coupling: 0, margin: Infinity })).not.toContain("margin");
+  });
+});
+
+describe("a device", () => {
+  it("that is softer than the object is told of, with both", () => {
+    expect(softWords({ law: "predictive", k_h: 2000, c_ii: 1 / 5000 })).toBe("device renders 2,000 of 5,000 N/m");
+  });
+
+  it("as stiff as the object, with a law of the paper, or nowhere is not", () => {
+    expect(softWords({ law: "predictive", k_h: 250, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "predictive", k_h: 248, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "proportional", k_h: 100, c_ii: 1 / 250 })).toBe("");
+    expect(softWords({ law: "predictive", k_h: 0, c_ii: 0 })).toBe("");
+  });
+});

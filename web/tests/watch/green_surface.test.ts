@@ -1,0 +1,51 @@
+import { describe, expect, test } from "vitest";
+import { type Block, decodeBlock, displacementOf, needed, pressesOf } from "../../src/watch/green_surface";
+import { pressure } from "../../src/watch/pressure";
+import { quadratureOf } from "../../src/watch/quadrature";
+import { expectClose } from "../close";
+import { fromHex } from "../vectors";
+import { example } from "./forces";
+
+const mesh = {
+  vertices: Float32Array.from(example.vertices.flat()),
+  faces: Uint32Array.from(example.faces.flat()),
+};
+
+const n = example.vertices.length;
+const q = quadratureOf(mesh);
+
+const blocks = new Map(
+  Object.entries(example.blocks).map(([vertex, hex]): [number, Block] => [
+    Number(vertex),
+    decodeBlock(fromHex(hex).buffer as ArrayBuffer, n),
+  ]),
+);
+
+describe("as the server", () => {
+  // The wire's vertices have 32 bits: a micrometre in ten metres, a tenth of a millionth of a weight's radius.
+  test.each(example.contacts)("weights of a pressure of radius $radius at $foot", ({ foot, radius, vertices, weights }) => {
+    const found = pressure(q, foot, radius);
+    expect(found.vertices).toEqual(vertices);
+    expectClose(found.weights, weights, "weights", 1e-5, 1e-6);
+  });
+
+  test("forces make the surface, to a thousandth of the largest displacement", () => {
+    const presses = example.contacts.flatMap(({ foot, force, radius }) => pressesOf([{ foot, force }], q, radius));
+    const found = displacementOf(presses, (vertex) => blocks.get(vertex) ?? null, n);
+    const expected = example.displacement.flat();
+    const largest = Math.max(...expected.map(Math.abs));
+    expect(largest).toBeGreaterThan(1e-3);
+    expectClose(Array.from(found ?? []), expected, "displacement", 0, 1e-3 * largest);
+  });
+});
+
+test("without a block there is no surface, and one who does not press needs none", () => {
+  const press = pressesOf(example.contacts.slice(0, 1), q, 0.03);
+  expect(displacementOf(press, () => null, n)).toBeNull();
+  expect(needed(pressesOf([{ foot: [0, 0, 0.1], force: [0, 0, 0] }], q, 0.03))).toEqual([]);
+  expect(displacementOf([], () => null, n)).toEqual(new Float32Array(3 * n));
+});
+
+test("a block of another mesh is refused", () => {
+  expect(() => decodeBlock(new ArrayBuffer(4 + 18 * (n - 1)), n)).toThrow(`expected ${4 + 18 * n} bytes`);
+});
