@@ -18,10 +18,10 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic.simulated.hand import Hand
 from cohaptic.status.report import TouchStatus
+from cohaptic_client.loop.arrival import LONGEST_PATIENCE
+from cohaptic_client.loop.arrival import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
-from cohaptic_client.loop.step import LONGEST_PATIENCE
-from cohaptic_client.loop.step import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene

@@ -42,6 +42,9 @@ class Passivity(NamedTuple):
     stored: float = 0.0
 
 
+NOTHING_OWED = Passivity()
+
+
 def observe(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
     """Energy that is still to be taken out, after one period [J].
 

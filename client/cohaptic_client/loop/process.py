@@ -29,10 +29,12 @@ from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import SharedMemory
 from cohaptic_client.loop.safety import FADE_RATE
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
 
 COMMAND = struct.Struct("<Q?")  # heartbeat, stop

@@ -25,6 +25,7 @@ from cohaptic.control.proportional_integral import (
 )
 from cohaptic.control.stability.room_lag import kept
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
+from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import RELEASE_TIME
 from cohaptic_client.loop.passivity import dissipate, given_share, observe
 from cohaptic_client.loop.safety import (
@@ -36,7 +37,7 @@ from cohaptic_client.loop.safety import (
     rate_of,
 )
 from cohaptic_client.loop.slew import hold_back
-from cohaptic_client.loop.step import next_patience, on_body
+from cohaptic_client.loop.step import on_body
 from cohaptic_experiments.campaign.compiled import (
     compiled,
     compiled_in_parallel,

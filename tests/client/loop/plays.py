@@ -16,9 +16,11 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, HandState, move
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.safety import Mode, SafetyLimits
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 
 T = 0.001  # s
 TICK, DELAY = 16, 0.03  # periods between ticks; from a tick to the arrival of its patch [s]

@@ -18,6 +18,7 @@ from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.passivity import Passivity
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState, rate_of
 from cohaptic_client.loop.slew import (
@@ -28,7 +29,8 @@ from cohaptic_client.loop.slew import (
     slew_normal,
     turn_back,
 )
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 from tests.client.plane import PLANE
 from tests.strategies import normals, vectors
 
