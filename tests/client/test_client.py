@@ -20,10 +20,11 @@ from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
-from cohaptic_client.client import Client, Refused
+from cohaptic_client.client import Client
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
+from cohaptic_client.network.conversation import Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import PERIOD, Visit, plane_server
 

@@ -11,7 +11,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.status.row import Row
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.process import COMMAND, SAMPLE
 from cohaptic_client.loop.safety import FADE_RATE
 
@@ -43,7 +43,7 @@ class HapticProcess:
         stopping: Whether it was told to end.
     """
 
-    def __init__(self, config: LoopConfig, memory: SharedMemory) -> None:
+    def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
         self._memory = memory
         self._device = config.device.name
         self._grace = _GRACE + config.limits.max_force / FADE_RATE

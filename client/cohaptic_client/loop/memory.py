@@ -93,7 +93,7 @@ class RowRing:
         return Row._make(_ROW.unpack_from(self._memory, at))
 
 
-class SharedMemory:
+class LoopMemory:
     """All that the two processes share.
 
     Attributes:
@@ -116,7 +116,7 @@ class SharedMemory:
         self.rows = RowRing(self._memory, offsets[-1])
 
     @classmethod
-    def create(cls) -> SharedMemory:
+    def create(cls) -> LoopMemory:
         """Make the file and map it."""
         # In memory where the system has such a folder: a file on disk can make a writer wait.
         folder = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None

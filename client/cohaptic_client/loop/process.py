@@ -31,7 +31,7 @@ from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.safety import FADE_RATE
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 from cohaptic_client.loop.step import step
@@ -73,7 +73,7 @@ class HapticLoop:
     """
 
     def __init__(
-        self, config: LoopConfig, memory: SharedMemory, device: Device, *, prefer: bool = True
+        self, config: LoopConfig, memory: LoopMemory, device: Device, *, prefer: bool = True
     ) -> None:
         self._config = config
         self._memory = memory
@@ -202,7 +202,7 @@ def main() -> None:
     # Ctrl-C reaches every process of a terminal; this one ends when its parent says so.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = LoopConfig.from_json(sys.argv[1])
-    memory = SharedMemory(config.memory)
+    memory = LoopMemory(config.memory)
     try:
         device = open_device(config.device)
     except CohapticError as error:

@@ -22,7 +22,7 @@ from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop import process as loop_process
-from cohaptic_client.loop.memory import SharedMemory, Slot
+from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.process import COMMAND, SAMPLE, HapticLoop, status_json
 from cohaptic_client.loop.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
@@ -70,7 +70,7 @@ class Parent:
     """The network process's side of the memory."""
 
     def __init__(self) -> None:
-        self.memory = SharedMemory.create()
+        self.memory = LoopMemory.create()
         self.config = replace(
             CONFIG, memory=self.memory.path, clock_origin=CLOCK.origin, limits=LIMITS
         )
@@ -93,7 +93,7 @@ class Parent:
 
     def run(self, rig: Rig) -> tuple[HapticLoop, list[Row]]:
         """The loop over a rig, to its end."""
-        memory = SharedMemory(self.memory.path)
+        memory = LoopMemory(self.memory.path)
         loop = HapticLoop(self.config, memory, rig, prefer=False)
         loop.run()
         memory.close(remove=False)
@@ -230,8 +230,8 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
 @given(st.text(max_size=400), st.text(max_size=20))
 @example("\U0001f635" * 400, "\x00" * 20)  # what takes the most bytes
 def test_any_report_fits_its_slot(error: str, other: str) -> None:
-    memory = SharedMemory.create()
-    reader = SharedMemory(memory.path)
+    memory = LoopMemory.create()
+    reader = LoopMemory(memory.path)
     memory.status.write(status_json(error=error, other=other))
     seen = json.loads(reader.status.read() or b"{}")
     assert seen["other"] == other
@@ -323,7 +323,7 @@ def after_the_last_read(rig: Rig) -> list[Vec3 | str]:
 def test_trouble_in_the_device_means_zero_force_twice_then_close_then_the_report(
     parent: Parent, main: Main, error: Exception, words: str
 ) -> None:
-    watching = SharedMemory(parent.memory.path)
+    watching = LoopMemory(parent.memory.path)
     rig = Watched(fail_after(100, error), watching.status)
     with pytest.raises((SystemExit, ValueError)):
         main(rig)

@@ -1,4 +1,4 @@
-/** Laws, friction and damping at a surface in one period; `loop/contact.py` of the client in TypeScript. */
+/** Laws, friction and damping at a surface in one period; half of `step.py`. */
 
 import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times } from "../control/friction";
 import type { Sight } from "../control/geometry";
