@@ -70,7 +70,7 @@ def touch(
         typer.Option(help="Share of a tick over which a new patch is taken in; 0 as the paper."),
     ] = 1.0,
     passivity: Annotated[
-        bool, typer.Option(help="Take out by damping what energy the delay makes.")
+        bool, typer.Option(help="Take out by damping the energy that the delay makes.")
     ] = True,
     delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 0.0,
     jitter_ms: Annotated[

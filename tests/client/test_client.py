@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @dataclass
 class Told:
-    """What a client said and did, and its state at the end."""
+    """News and rows of a client, and its state at the end."""
 
     news: list[str] = field(default_factory=list[str])
     rows: list[Row] = field(default_factory=list[Row])

@@ -1,4 +1,4 @@
-"""The arrival of a patch: what it changes at once, and how the loop moves to it afterwards."""
+"""The arrival of a patch: the changes at once, and how the loop moves to it afterwards."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FORGET_GAPS = 30.0  # s; time constant with which a long gap is forgotten
 def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> LoopState:
     """Take a patch in; one that is older than the newest is left out.
 
-    Surface and gain move to the new patch over one simulation period, from what is shown now.
+    Surface and gain move to the new patch over one simulation period, from the surface shown now.
     (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
     slowly: the line is also a filter. Stability goes before transparency.)
     """

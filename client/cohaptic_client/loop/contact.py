@@ -21,7 +21,7 @@ from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.gains import follow_gains
 from cohaptic_client.loop.law_fade import LAW_FADE_RATE, LawFade, run
 from cohaptic_client.loop.passivity import dissipate
-from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_normal
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
@@ -136,7 +136,7 @@ def _pace_of_surface(
     pace = EXTERNAL_RATE * counted
     pace -= gain_change * max(0.0, state.depth)
     if silent or state.safety.scale < 1.0:
-        pace -= FADE_RATE * counted
+        pace -= SAFETY_FADE_RATE * counted
     if fade.before is not None:
         pace -= LAW_FADE_RATE * counted
     return max(0.0, pace)

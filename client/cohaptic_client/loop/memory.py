@@ -94,14 +94,14 @@ class RowRing:
 
 
 class LoopMemory:
-    """All that the two processes share.
+    """The memory that the network process and the haptic loop share.
 
     Attributes:
         patch: Newest patch frame; network to loop.
         sample: Newest tip and force; loop to network.
         command: Heartbeat and stop flag; network to loop.
         status: State, statistics and trouble of the loop as JSON; loop to network.
-        rows: What the loop did in each period.
+        rows: One per period of the loop.
     """
 
     def __init__(self, path: str) -> None:

@@ -1,4 +1,4 @@
-"""What the loop is told once, what it remembers from period to period, and what a period yields."""
+"""Constants of the loop, its memory from period to period, and the results of a period."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what the wire carries to the surface that the loop presses on."""
+"""From a patch to the surface that the loop presses on."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ PACE = EXTERNAL_RATE * PERIOD  # N
 SETTINGS = LoopSettings(TICK, SafetyLimits())
 
 
-# So that what the law asks for is what is given; with the passivity layer and without.
+# The force of the law is given in full; with the passivity layer and without.
 WIDE = [
     LoopSettings(TICK, SafetyLimits(max_force=1e4, max_rate=1e9), max_damping=b) for b in (0.0, 8.0)
 ]

@@ -139,7 +139,7 @@ def patch_of(play: Play, t: float, tick: int, own_force: Vec3, c_ii: float) -> P
 
 
 def play_out(play: Play) -> dict[str, Any]:
-    """A play, period by period: what came in, and every twenty-fifth of what came out."""
+    """A play, period by period: its inputs, and every twenty-fifth output."""
     limits = replace(SafetyLimits(), silent_after=silent_after(PERIOD), engage_time=0.2)
     settings = LoopSettings(
         PERIOD,
@@ -195,7 +195,7 @@ def play_out(play: Play) -> dict[str, Any]:
 
 
 def row(i: int, tip: HandState, state: LoopState, out: Output) -> dict[str, Any]:
-    """What a period ended with."""
+    """State at the end of a period."""
     return {
         "i": i,
         "probe": tip.position,

@@ -49,7 +49,7 @@ def test_an_older_patch_never_replaces_a_newer_one(arrivals: list[tuple[int, flo
         newest = max(newest, tick)
         assert after.patch is not None
         assert after.patch.tick == newest
-        # Time since a patch that counted: what is left out must not keep the server alive.
+        # Time since a patch that counted: one that is left out must not keep the server alive.
         state, now = after, after.arrived
 
 
@@ -167,7 +167,7 @@ gaps = st.lists(st.floats(0.001, 2.0), min_size=1, max_size=8)
 def test_a_silence_as_long_as_the_link_has_had_one_of_late_is_no_end(
     gaps: list[float], wait: float
 ) -> None:
-    """One that is longer still is; on a punctual link it takes what the settings say. An outage
+    """One that is longer still is; on a punctual link the settings decide. An outage
     says nothing of the link's way.
     """
     state, now = receive(LoopState(), PLANE, 10.0, SETTINGS), 10.0

@@ -73,7 +73,7 @@ SECOND_ORDER = 0.01  # a change of gain times one of depth, relative
 def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
     arrivals: list[tuple[Patch, int, bool]], depth: float, share: float, friction: float
 ) -> None:
-    """What the device gets, all in all, while the server falls silent and comes back.
+    """The whole force on the device, while the server falls silent and comes back.
 
     A friction force that the normal one moves counts twice: a tenth of it all on this contact.
     """
@@ -160,7 +160,7 @@ def test_material_that_others_drag_takes_a_sticking_hand_along(
 def test_a_change_of_law_moves_the_force_by_two_percent_a_period_at_most(
     first: Patch, second: Patch, probe: Vec3, settings: LoopSettings, later: int
 ) -> None:
-    """Surface and hand at rest: what moves is the law, its gain and its integral."""
+    """Surface and hand at rest: only the law moves, its gain and its integral."""
     second = replace(first, law=second.law, k_h=second.k_h, integral_gain=0.0)
     first = replace(first, integral_gain=0.0)
     state, now = engaged(first, settings), 10.0

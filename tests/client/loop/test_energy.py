@@ -45,7 +45,7 @@ def test_a_closed_way_over_a_resting_spring_makes_nothing(
     # Deep enough to stay in contact.
     tip, now = (0.0, 0.0, -0.02), 10.0
     state = engaged(patch, settings)
-    # What was there at the start was not the spring's doing.
+    # Energy that was there at the start was not the spring's doing.
     for _ in range(2):
         state, _ = step(state, at(tip), now, settings)
         now += PERIOD
@@ -54,7 +54,7 @@ def test_a_closed_way_over_a_resting_spring_makes_nothing(
         tip = add(tip, way)
         state, output = step(state, at(tip), now, settings)
         now += PERIOD
-        # At every point, not only at the end: what is stored can be got back.
+        # At every point, not only at the end: stored energy can be got back.
         assert state.passivity.owed <= ROUNDING
         assert output.damping_force == pytest.approx(0.0, abs=1e-6)
 

@@ -54,7 +54,7 @@ sights = st.builds(
 def test_a_hand_has_the_objects_own_stiffness_where_it_is_or_the_devices(
     patch: Patch, sight: Sight, c_ii: float, limit: float
 ) -> None:
-    """Nothing restores what a device takes, and no neighbour takes any (science 3.8)."""
+    """Nothing restores stiffness that a device takes, and no neighbour takes any (science 3.8)."""
     settings = replace(SETTINGS, max_stiffness=limit)
     predictive = replace(patch, law=Law.PREDICTIVE, c_ii=c_ii)
     here = min(max(sight.c_ii, c_ii / MOST_CHANGE), c_ii * MOST_CHANGE)

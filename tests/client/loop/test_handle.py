@@ -21,11 +21,11 @@ from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.process import ORPHANED_AFTER, SAMPLE
-from cohaptic_client.loop.safety import FADE_RATE
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
 
 CLOCK = SystemClock()
-PATIENCE = 20.0  # s for what takes a tenth of a second on an idle machine
+PATIENCE = 20.0  # s; on an idle machine a tenth of a second is enough
 LOOK = 0.01  # s between looks at the process
 
 
@@ -110,7 +110,7 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
     assert force(rows[-1]) == 0.0
     # It ended by itself: a fade, in which the hand sinks in to where it wants to be, and the leave
     # of a busy machine.
-    fade_time = max(CONFIG.limits.fade_time, STIFFNESS * DEPTH / FADE_RATE)
+    fade_time = max(CONFIG.limits.fade_time, STIFFNESS * DEPTH / SAFETY_FADE_RATE)
     assert rows[-1].t - told < fade_time + 0.5
     fade = [force(row) for row in rows if row.t > told]
     steepest = PRESSED_FORCE / CONFIG.limits.fade_time

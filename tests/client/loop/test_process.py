@@ -1,4 +1,4 @@
-"""The loop in the tests' own process, on a device told what to do. Real time, but little."""
+"""The loop in the tests' own process, on a scripted device. Real time, but little."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop import process as loop_process
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.process import COMMAND, SAMPLE, HapticLoop, status_json
-from cohaptic_client.loop.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
+from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE, SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 
 CLOCK = SystemClock()
@@ -37,7 +37,7 @@ QUIET = 20  # periods outside, at the start
 
 
 class Rig:
-    """A device that notes what happens to it, and asks a test what to do in each period."""
+    """A device that notes all calls, and asks a test for its sample in each period."""
 
     info = DeviceInfo("rig", max_force=10.0, max_stiffness=1000.0)
 
@@ -142,10 +142,10 @@ def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:
     fade = sizes[150:]  # the last that may be full, up to the next look at commands
     assert fade == sorted(fade, reverse=True)
     # A late period counts as two.
-    steepest = FADE_RATE * 2.0 * parent.config.haptic_period
+    steepest = SAFETY_FADE_RATE * 2.0 * parent.config.haptic_period
     assert all(a - b <= steepest + 1e-9 for a, b in pairwise(fade))
     # A fade, a look at commands, and the leave of a busy machine.
-    fade_time = max(LIMITS.fade_time, FORCE / FADE_RATE)
+    fade_time = max(LIMITS.fade_time, FORCE / SAFETY_FADE_RATE)
     assert rows[-1].t - rows[149].t < fade_time + 0.05 + 0.2
 
 
@@ -217,18 +217,18 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
 
     rig = Rig(each)
     parent.run(rig)
-    # It is let go, without a jerk, in so many periods; what is over by then is rounding.
+    # It is let go, without a jerk, in so many periods; the remainder is rounding.
     sizes = [norm(force) for force in rig.forces[99:]]
     assert sizes == sorted(sizes, reverse=True)
-    steepest = 1.5 * sizes[0] / RELEASE_TIME * 2.0 * parent.config.haptic_period
+    steepest = 1.5 * sizes[0] / FAULT_RELEASE_TIME * 2.0 * parent.config.haptic_period
     assert all(a - b <= steepest + 1e-9 for a, b in pairwise(sizes))
-    released = math.ceil(RELEASE_TIME / parent.config.haptic_period) + 2
+    released = math.ceil(FAULT_RELEASE_TIME / parent.config.haptic_period) + 2
     assert set(rig.forces[99 + released :]) == {ZERO}  # the tip is inside: none until it was out
     assert "the loop stood still for" in str(parent.status()["fault"])
 
 
 @given(st.text(max_size=400), st.text(max_size=20))
-@example("\U0001f635" * 400, "\x00" * 20)  # what takes the most bytes
+@example("\U0001f635" * 400, "\x00" * 20)  # the most bytes
 def test_any_report_fits_its_slot(error: str, other: str) -> None:
     memory = LoopMemory.create()
     reader = LoopMemory(memory.path)
@@ -249,7 +249,7 @@ Main = Callable[[Device | CohapticError], None]
 
 @pytest.fixture
 def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
-    """The entry point of the process, here, without what it does to its process for good."""
+    """The entry point of the process, here, without its lasting changes to the process."""
 
     def run(device: Device | CohapticError) -> None:
         def opened(config: DeviceConfig) -> Device:

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.safety import (
-    FADE_RATE,
+    FAULT_RELEASE_TIME,
     LEAST_RATE,
     OWN_SPEED,
-    RELEASE_TIME,
+    SAFETY_FADE_RATE,
     Mode,
     SafetyLimits,
     SafetyState,
@@ -32,7 +32,7 @@ PRESSED = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, 0.0)  # engaged in full, no fo
 
 
 class Period(NamedTuple):
-    """What one period brings to the safety layer."""
+    """Inputs of the safety layer in one period."""
 
     wanted: Vec3
     velocity: Vec3 = ZERO
@@ -41,7 +41,7 @@ class Period(NamedTuple):
 
 
 any_vector = st.tuples(st.floats(), st.floats(), st.floats())
-forces = vectors(40.0)  # up to 35 N: several times what is allowed
+forces = vectors(40.0)  # up to 35 N: several times the limit
 periods = st.lists(
     st.builds(
         Period,
@@ -138,7 +138,7 @@ def test_the_force_never_changes_faster_than_its_rate_up_or_down(
     for before, after, period in zip(seen, seen[1:], periods, strict=False):
         steepest = max_rate
         if after.released != ZERO:
-            steepest = STEEPEST * norm(after.released) / RELEASE_TIME
+            steepest = STEEPEST * norm(after.released) / FAULT_RELEASE_TIME
         change = norm(sub(after.force, before.force))
         assert change <= steepest * counted(period) * (1.0 + 1e-6) + ROUNDING
 
@@ -227,7 +227,7 @@ FAULTS = {
 
 
 # One more than the quotient, for its rounding.
-RELEASE = math.ceil(RELEASE_TIME / PERIOD) + 1
+RELEASE = math.ceil(FAULT_RELEASE_TIME / PERIOD) + 1
 
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
@@ -241,16 +241,16 @@ def test_a_fault_lets_the_hand_go_within_the_release_time_without_a_jerk(
     wanted = force if fault.wanted == ZERO else fault.wanted
     seen = play(before, [fault._replace(wanted=wanted)] + [Period(then)] * RELEASE)
     # A stall is no longer than two periods, either.
-    start = counted(fault) / RELEASE_TIME
+    start = counted(fault) / FAULT_RELEASE_TIME
     for k, after in enumerate(seen[1:]):
-        left = max(0.0, 1.0 - start - k * PERIOD / RELEASE_TIME)
+        left = max(0.0, 1.0 - start - k * PERIOD / FAULT_RELEASE_TIME)
         assert norm(sub(after.force, scale(before.force, smooth(left)))) < ROUNDING
         assert (after.mode, after.scale, after.quiet) == (Mode.WAITING, 0.0, 0) or left == 0.0
         assert after.fault
     assert seen[-1].force == ZERO
     jerks = [norm(sub(add(a.force, c.force), scale(b.force, 2.0))) for a, b, c in triples(seen)]
     first = 2.0 if fault.dt > PERIOD else 1.0  # periods that its first step takes
-    bend = 6.0 * norm(before.force) * (PERIOD / RELEASE_TIME) ** 2
+    bend = 6.0 * norm(before.force) * (PERIOD / FAULT_RELEASE_TIME) ** 2
     assert max(jerks) <= first * first * bend + ROUNDING
 
 
@@ -297,7 +297,7 @@ def test_after_a_fault_force_comes_only_after_quiet_periods_in_a_row(
     fault: Period, quiet: list[bool]
 ) -> None:
     loud: Vec3 = (2.0, 0.0, 0.0)
-    # What it is let go in does not count, however quiet.
+    # The object that it is let go in does not count, however quiet.
     state = play(pressing(loud), [fault])[-1]
     while state.left > 0.0:
         state = play(state, [Period(ZERO)])[-1]
@@ -328,7 +328,7 @@ def test_a_silent_server_never_engages() -> None:
 
 def whole(force: Vec3, time: float) -> float:
     """How long it takes for a force to come or go as a whole [s]."""
-    return max(time, norm(clamped(force)) / FADE_RATE)
+    return max(time, norm(clamped(force)) / SAFETY_FADE_RATE)
 
 
 @given(st.floats(0.05, 1.0), forces, st.floats(0.0005, 0.01))
@@ -337,7 +337,7 @@ def test_once_silent_the_force_is_exactly_zero_after_the_fade(
     start: float, force: Vec3, dt: float
 ) -> None:
     """Within its time, or as fast as a force may move that the hand does not; however much of it
-    the law asks for beyond what is given.
+    the law asks for beyond that.
     """
     step = min(dt, 2.0 * PERIOD)
     # A hundred-millionth of a period for the rounding of the sum of the periods.
@@ -371,7 +371,7 @@ def test_no_fade_moves_a_force_faster_than_others_may(
 ) -> None:
     after = next_share(share, up, size, time, PERIOD)
     assert 0.0 <= after <= 1.0
-    assert abs(after - share) * size <= FADE_RATE * PERIOD * (1.0 + 1e-9)
+    assert abs(after - share) * size <= SAFETY_FADE_RATE * PERIOD * (1.0 + 1e-9)
     assert abs(after - share) <= PERIOD / time * (1.0 + 1e-9)
     assert (after >= share) if up else (after <= share)
 

@@ -37,7 +37,7 @@ from tests.strategies import normals, vectors
 PERIOD = 0.001  # s
 TICK = 1.0 / 60.0  # s
 ROUNDING = 1e-9  # relative; doubles
-STEP = 0.0203  # N; `EXTERNAL_RATE` in a period, and what the second order of a turn adds
+STEP = 0.0203  # N; `EXTERNAL_RATE` in a period, and the second order of a turn
 gains = st.floats(0.1, 1e5)
 depths = st.floats(-0.05, 0.05)
 seeds = st.integers(0, 2**32 - 1)
@@ -72,7 +72,7 @@ def test_what_others_do_moves_what_is_pressed_on_by_so_much_at_most(
     held = hold_back(depth, target, most)
     pressed, was = max(0.0, held), max(0.0, depth)
     assert abs(pressed - was) <= most + 1e-15
-    # Towards what is shown, and all the way if it may.
+    # Towards the surface that is shown, and all the way if it may.
     assert min(was, max(0.0, target)) <= pressed <= max(was, max(0.0, target))
     if abs(max(0.0, target) - was) <= most:
         assert pressed == pytest.approx(max(0.0, target), abs=1e-15)
