@@ -45,6 +45,7 @@ _GEOMETRY: dict[Shape, GeometryName] = {
 }
 
 
+# Long, because each option of the command is a parameter.
 def touch(
     url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",

@@ -24,20 +24,10 @@ from tests.client.plane import PLANE, STIFFNESS
 from tests.strategies import normals, vectors
 
 PERIOD = 0.001  # s
-
-
 TICK = 1.0 / 60.0  # s
-
-
 ROUNDING = 1e-9  # relative; doubles
-
-
 PACE = EXTERNAL_RATE * PERIOD  # N
-
-
 SETTINGS = LoopSettings(TICK, SafetyLimits())
-
-
 # The force of the law is given in full; with the passivity layer and without.
 WIDE = [
     LoopSettings(TICK, SafetyLimits(max_force=1e4, max_rate=1e9), max_damping=b) for b in (0.0, 8.0)
@@ -60,12 +50,8 @@ near_patches = st.builds(
 
 
 probes = vectors(0.1)
-
-
 # Softer along y than along x; pressing moves the contact along.
 ROUGH = replace(PLANE, compliance=Compliance3(0.003, 0.005, 1.0 / STIFFNESS, 1e-3, 1e-3, -1e-3))
-
-
 samples = st.builds(DeviceSample, position=probes, velocity=vectors(1.0), level=st.just(0.0))
 
 
