@@ -25,7 +25,7 @@ from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
-from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.process import COMMAND, HapticLoop
 from cohaptic_client.loop.safety import SafetyLimits
@@ -46,7 +46,7 @@ def bare(hz: float, seconds: float) -> Tally:
     return late
 
 
-def config(hz: float, clock: SystemClock, memory: SharedMemory) -> LoopConfig:
+def config(hz: float, clock: SystemClock, memory: LoopMemory) -> LoopConfig:
     """A hand that presses and releases on a plane."""
     script = HandScript(angle=0.0, depth=0.01, rhythm=Rhythm(1.0))
     return LoopConfig(
@@ -84,7 +84,7 @@ def patch(tick: int) -> bytes:
 
 def own_process(hz: float, seconds: float) -> dict[str, float]:
     """The loop as in the product; patches come at 60 Hz."""
-    clock, memory = SystemClock(), SharedMemory.create()
+    clock, memory = SystemClock(), LoopMemory.create()
     process = HapticProcess(config(hz, clock, memory), memory)
     for tick in range(1, round(seconds / TICK)):
         process.give_patch(patch(tick))
@@ -103,12 +103,12 @@ def own_process(hz: float, seconds: float) -> dict[str, float]:
 
 def thread(hz: float, seconds: float) -> dict[str, float]:
     """The same loop as a thread beside a client's network work in Python."""
-    clock, memory = SystemClock(), SharedMemory.create()
+    clock, memory = SystemClock(), LoopMemory.create()
     setting = config(hz, clock, memory)
     assert setting.device.intention is not None
     loop = HapticLoop(
         setting,
-        SharedMemory(memory.path),
+        LoopMemory(memory.path),
         SimulatedDevice(setting.device.hand, setting.device.intention),
         prefer=False,
     )

@@ -45,6 +45,7 @@ _GEOMETRY: dict[Shape, GeometryName] = {
 }
 
 
+# Long, because each option of the command is a parameter.
 def touch(
     url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
@@ -70,7 +71,7 @@ def touch(
         typer.Option(help="Share of a tick over which a new patch is taken in; 0 as the paper."),
     ] = 1.0,
     passivity: Annotated[
-        bool, typer.Option(help="Take out by damping what energy the delay makes.")
+        bool, typer.Option(help="Take out by damping the energy that the delay makes.")
     ] = True,
     delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 0.0,
     jitter_ms: Annotated[

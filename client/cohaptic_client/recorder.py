@@ -1,4 +1,4 @@
-"""Keeps what the loop did, for a file at the end."""
+"""Keeps the rows of the loop, for a file at the end."""
 
 from __future__ import annotations
 

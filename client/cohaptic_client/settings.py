@@ -1,4 +1,4 @@
-"""What a client can be told."""
+"""Settings of a client, checked, and the limits that follow from them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.loop.config import haptic_period
+from cohaptic_client.loop.passivity import device_damping_limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,20 @@ class ClientSettings:
             raise SettingError("duration", f"{self.duration} s", "above 0")
         if not self.patience >= 0.0:
             raise SettingError("wait", f"{self.patience} s", "0 or more")
-        # Both are needed only once a server answers; what is wrong with them is said before.
+        # Both are needed only once a server answers; a mistake in them is told before.
         haptic_period(self.loop_hz)
         device_info(self.device)
+
+    @property
+    def force_limit(self) -> float:
+        """Limit of the force on the hand, or on the body under a device that only senses [N]."""
+        return min(self.max_force, device_info(self.device).max_force or self.max_force)
+
+    @property
+    def damping_limit(self) -> float:
+        """Largest damping of the passivity layer on this device, by Colgate's bound [N s/m]."""
+        if not self.passivity:
+            return 0.0
+        device = device_info(self.device)
+        period = haptic_period(self.loop_hz)
+        return device_damping_limit(device.damping, device.max_stiffness, period)

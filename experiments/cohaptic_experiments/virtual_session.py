@@ -19,10 +19,12 @@ from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_client.network.pacing import Pacer
 from cohaptic_server.bodies.body import Body

@@ -1,4 +1,4 @@
-"""A plane to press on and a hand that does: what several tests of the client start from."""
+"""A plane to press on and a hand that does: the start of several tests of the client."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.safety import SafetyLimits
 
 STIFFNESS = 250.0  # N/m
-DEPTH = 0.01  # m below the plane is what the hand wants
+DEPTH = 0.01  # m below the plane is the goal of the hand
 PLANE = Patch(
     tick=1, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
     law=Law.PREDICTIVE,

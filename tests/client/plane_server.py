@@ -1,4 +1,4 @@
-"""A server of a plane that does what the protocol says and no more; it notes what it is told."""
+"""A server of a plane that follows the protocol and does no more; it notes all messages."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Visit:
     Args:
         first_tick: Of the patches, which come until `ticks` of them were sent.
         ticks: After so many the server hangs up.
-        refuse: What is said instead of a welcome.
+        refuse: Sent instead of a welcome.
         rest_mesh: Sent after the welcome; patches are then of a mesh.
         period: That the welcome names [s].
         heard: All that the client said, in order.
@@ -66,7 +66,7 @@ class Visit:
 
     @property
     def samples(self) -> list[ContactSample]:
-        """The samples among what the client said."""
+        """The samples among the client's messages."""
         return [message for message in self.heard if isinstance(message, ContactSample)]
 
     async def host(self, ws: ServerConnection) -> None:

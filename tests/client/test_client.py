@@ -20,10 +20,11 @@ from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
-from cohaptic_client.client import Client, Refused
+from cohaptic_client.client import Client
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
+from cohaptic_client.network.conversation import Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import PERIOD, Visit, plane_server
 
@@ -40,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @dataclass
 class Told:
-    """What a client said and did, and its state at the end."""
+    """News and rows of a client, and its state at the end."""
 
     news: list[str] = field(default_factory=list[str])
     rows: list[Row] = field(default_factory=list[Row])

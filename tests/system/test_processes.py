@@ -18,10 +18,10 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic.simulated.hand import Hand
 from cohaptic.status.report import TouchStatus
+from cohaptic_client.loop.arrival import LONGEST_PATIENCE
+from cohaptic_client.loop.arrival import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_client.loop.passivity import MAX_DAMPING
-from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE, SafetyLimits
-from cohaptic_client.loop.step import LONGEST_PATIENCE
-from cohaptic_client.loop.step import PATIENCE as PATIENCE_OF_LOOP
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE, SafetyLimits
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene
@@ -143,7 +143,7 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
     limits = SafetyLimits()
     # Law force of a hand that has gone on to where it wants to be, at the worst.
     hardest = BALLOON_K_O * PRESS_DEPTH
-    longest = LONGEST_PATIENCE + hardest / FADE_RATE
+    longest = LONGEST_PATIENCE + hardest / SAFETY_FADE_RATE
     with Stage(Scene(delay=0.02), tmp_path) as stage:
         wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
         threading.Event().wait(0.5)
@@ -162,7 +162,7 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
         # asks more for meanwhile: the hand, held no longer, goes on to where it wants to be.
         silent = max(limits.silent_after, PATIENCE_OF_LOOP * longest_gap(stage, name, lost))
         grows = 1.0 + BALLOON_K_O / Hand().stiffness
-        gone = silent + max(limits.fade_time, grows * pressed / FADE_RATE)
+        gone = silent + max(limits.fade_time, grows * pressed / SAFETY_FADE_RATE)
         zero = t[(t > lost) & (force == 0.0)]
         # Injected delay, and a scheduler's leave on a busy machine.
         assert zero.size

@@ -10,7 +10,7 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.protocol.messages import FixedGains
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm
-from cohaptic_client.loop.safety import EXTERNAL_RATE, FADE_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.room.room import describe
@@ -119,7 +119,7 @@ def test_a_silent_server_fades_the_force_within_the_stated_time(body: Balloon) -
     user.listening = False
     limits = user.settings.limits
     # The hand goes in as the force gives way, which makes the law ask for more: some longer.
-    fade = 2.0 * max(limits.fade_time, pressed / FADE_RATE)
+    fade = 2.0 * max(limits.fade_time, pressed / SAFETY_FADE_RATE)
     session.run(limits.silent_after + fade)
     assert user.force[-1] == 0.0
     assert largest_step(user.force[-1000:]) < EXTERNAL_RATE * PERIOD

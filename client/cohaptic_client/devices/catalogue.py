@@ -12,7 +12,7 @@ _INFO = {"simulated": SimulatedDevice.info, "spacemouse": SpaceMouse.info}
 
 
 def device_info(name: str) -> DeviceInfo:
-    """What the device called `name` can do; raises SettingError with the names that exist."""
+    """Abilities of the device called `name`; raises SettingError with the names that exist."""
     if name not in _INFO:
         raise SettingError("device", repr(name), f"one of: {', '.join(_INFO)}")
     return _INFO[name]

@@ -1,4 +1,4 @@
-"""What any device offers. The next device is one file that fulfils this Protocol."""
+"""Interface of all devices. The next device is one file that fulfils this Protocol."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cohaptic.vec import Vec3
 
 @dataclass(frozen=True, slots=True)
 class DeviceInfo:
-    """What a device can do.
+    """Abilities of a device.
 
     Args:
         name: For people.
@@ -35,7 +35,7 @@ class DeviceSample:
     Args:
         position: [m].
         velocity: [m/s].
-        level: What a simulated hand intends, 0 to 1; 0 for a real one.
+        level: Intention of a simulated hand, 0 to 1; 0 for a real one.
     """
 
     position: Vec3
@@ -52,7 +52,7 @@ class Device(Protocol):
 
     @property
     def info(self) -> DeviceInfo:
-        """What the device can do."""
+        """Abilities of the device."""
         ...
 
     def read(self, now: float) -> DeviceSample:

@@ -7,15 +7,17 @@ from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 
 _SUBSTEP = 0.001  # s; the longest that `hands.move` may take
-_MAX_CATCH_UP = 0.1  # s; after a longer stall of the process the hand goes on from where it was
+_MAX_CATCH_UP = (
+    0.1  # s; after a longer stall of the process the hand goes on from its last position
+)
 
 
 class SimulatedDevice:
-    """A hand that follows an intention and feels what the loop writes.
+    """A hand that follows an intention and feels the force that the loop writes.
 
     Args:
         hand: Its mechanics.
-        intention: What it wants; its time starts with the first `read`.
+        intention: Of the hand; its time starts with the first `read`.
     """
 
     # A simulated hand stands still with the process that stalls, and nobody is hurt by it.

@@ -21,9 +21,9 @@ PRODUCTS = {
 }
 
 _NAME = "spacemouse"
-_LONGEST_REPORT = 64  # bytes; what full-speed USB allows
-_MOST_REPORTS = 128  # in one read; twice what Linux queues, so that no device can hold the loop
-_MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from where it was
+_LONGEST_REPORT = 64  # bytes; the most that full-speed USB allows
+_MOST_REPORTS = 128  # per read; twice the queue of Linux, so that no device can hold the loop
+_MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from its last position
 _MULTI_AXIS = (0x01, 0x08)  # HID usage page and usage: generic desktop, multi-axis controller
 _UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not look
 
@@ -44,7 +44,7 @@ class SpaceMouse:
     """The tip of a SpaceMouse in a cube of the world.
 
     Its cap starts at rest, and the tip in the middle of the cube's face that is nearest to the
-    user: what is to be touched is round `center`, and a tip that starts in it would be pressed.
+    user: the body to be touched is round `center`, and a tip that starts in it would be pressed.
 
     Args:
         transport: The open device; this object closes it.
@@ -142,19 +142,19 @@ def open_spacemouse(center: Vec3, *, reach: float, max_speed: float = 0.15) -> S
         DeviceError: hidapi is missing, there is no SpaceMouse, or it may not be opened.
     """
     hid = _hidapi()
-    found = [e for vendor in PRODUCTS for e in hid.enumerate(vendor) if _is_spacemouse(e)]
-    if not found:
+    entries = [e for vendor in PRODUCTS for e in hid.enumerate(vendor) if _is_spacemouse(e)]
+    if not entries:
         advice = "plug one in (a wireless one: its receiver or its cable)"
         raise DeviceError(_NAME, "no SpaceMouse was found", advice)
     device = hid.device()
-    for entry in found:
+    for entry in entries:
         try:
             device.open_path(entry["path"])
         except OSError:  # hidapi says no more than "open failed"
             continue
         device.set_nonblocking(1)
         return SpaceMouse(device, center, reach=reach, max_speed=max_speed)
-    vendor = found[0]["vendor_id"]
+    vendor = entries[0]["vendor_id"]
     rule = f'KERNEL=="hidraw*", ATTRS{{idVendor}}=="{vendor:04x}", TAG+="uaccess"'
     raise DeviceError(
         _NAME,

@@ -1,4 +1,4 @@
-"""What a SpaceMouse says: bytes of a report in, deflections of its cap in the world frame out.
+"""Reports of a SpaceMouse: bytes of a report in, deflections of its cap in the world frame out.
 
 Pure; `spacemouse.py` makes motion from it. The raw axes point right, toward the user and down;
 those of cohaptic point right, away from the user and up.
@@ -45,7 +45,7 @@ class Buttons:
 
 
 def decode(report: Iterable[int]) -> Motion | Buttons | None:
-    """What a report says; None for one that is unknown, truncated or not made of bytes.
+    """Contents of a report; None for one that is unknown, truncated or not made of bytes.
 
     Older devices send translation and rotation as two reports, newer ones both as a long first
     one. The length tells which: nobody has the list of all product ids, those to come included.

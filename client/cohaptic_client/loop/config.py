@@ -1,4 +1,4 @@
-"""What the network process tells the loop's process at its start, as JSON on its command line."""
+"""Configuration of the loop's process, passed to it as JSON on its command line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cohaptic_client.loop.safety import SafetyLimits
 
 @dataclass(frozen=True, slots=True)
 class LoopConfig:
-    """A loop's process.
+    """Configuration of a loop's process.
 
     Args:
         memory: Path of the shared memory.
@@ -26,7 +26,7 @@ class LoopConfig:
         max_damping: Of the passivity layer; 0 switches it off [N s/m].
         friction: mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe.
-        device: That it opens.
+        device: Opened by the process.
         limits: Of the safety layer.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
     """
@@ -75,17 +75,17 @@ def silent_after(simulation_period: float) -> float:
     return max(0.1, 3.0 * simulation_period)
 
 
-RELEASE_TIME = 0.1  # s; least time in which the integral of `Law.PI` lets go
+INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which the integral of `Law.PI` lets go
 
 
 def law_settings(
     thresholds: Thresholds, simulation_period: float, limits: SafetyLimits
 ) -> LawSettings:
-    """What the integral of `Law.PI` is told.
+    """Settings of the integral of `Law.PI`.
 
     It lets go over two simulation periods (5.1), but not faster than 1 % of it per millisecond.
     """
-    release_time = max(RELEASE_TIME, 2.0 * simulation_period)
+    release_time = max(INTEGRAL_RELEASE_TIME, 2.0 * simulation_period)
     return LawSettings(thresholds, release_time, limits.max_force)
 
 

@@ -11,16 +11,16 @@ from cohaptic.errors import DeviceError
 from cohaptic.status.row import Row
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.process import COMMAND, SAMPLE
-from cohaptic_client.loop.safety import FADE_RATE
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 
 _GRACE = 2.0  # s for the loop to end by itself once the force has faded
 
 
 @dataclass(frozen=True, slots=True)
 class TipSample:
-    """What the loop did last.
+    """Tip and force of the loop's newest period.
 
     Args:
         t: When, on the client's clock [s].
@@ -43,10 +43,10 @@ class HapticProcess:
         stopping: Whether it was told to end.
     """
 
-    def __init__(self, config: LoopConfig, memory: SharedMemory) -> None:
+    def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
         self._memory = memory
         self._device = config.device.name
-        self._grace = _GRACE + config.limits.max_force / FADE_RATE
+        self._grace = _GRACE + config.limits.max_force / SAFETY_FADE_RATE
         self._beats = 0
         self._last: TipSample | None = None
         self.stopping = False
@@ -59,7 +59,7 @@ class HapticProcess:
         self._memory.patch.write(frame)
 
     def newest_sample(self) -> TipSample | None:
-        """What the loop did last; None before its first period."""
+        """Newest tip and force; None before the first period."""
         raw = self._memory.sample.read()
         if raw is not None:
             t, tick, *v = SAMPLE.unpack(raw)
@@ -67,7 +67,7 @@ class HapticProcess:
         return self._last
 
     def new_rows(self) -> list[Row]:
-        """What the loop did in each period since the last call."""
+        """Rows of the periods since the last call."""
         return self._memory.rows.read_new()
 
     def beat(self) -> None:
@@ -79,7 +79,7 @@ class HapticProcess:
         if self.stopping:
             return
         self._command(stop=False)
-        # First whether it ended, then its report: what it said last explains the end.
+        # First whether it ended, then its report: the last one explains the end.
         ended = self._process.poll()
         self.read_status()
         trouble = self.status.get("error")

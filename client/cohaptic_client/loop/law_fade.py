@@ -1,7 +1,7 @@
 """The law in use, and the way from one law to the next without a step in the force.
 
 When patches come for another law, both run, and the force moves from the one to the other: within
-`FADE_TIME`, and by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second.
+`LAW_FADE_TIME`, and by no more than `LAW_FADE_SHARE_RATE` of itself and `LAW_FADE_RATE` per second.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from cohaptic.control.law import (
 from cohaptic.control.proportional_integral import IntegralState
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
-FADE_TIME = 0.3  # s
-SHARE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
+LAW_FADE_TIME = 0.3  # s
+LAW_FADE_SHARE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
 LAW_FADE_RATE = 0.5 * EXTERNAL_RATE  # N/s; the rest is the surface's
-_LEAST = 0.05  # N; below it a share of the force would never end
+_LEAST_FORCE = 0.05  # N; below it a share of the force would never end
 
 
 class Running(NamedTuple):
@@ -103,14 +103,16 @@ def run(
     if fade.before is None:
         return LawFade(now), force
     old = fade.before
-    memory, was = local_force(old.law, old.memory, sight, old.gains, dt, settings)
-    gap = abs(force.normal_force - was.normal_force)
-    present = was.normal_force + fade.share * (force.normal_force - was.normal_force)
-    step = dt / FADE_TIME
+    memory, old_force = local_force(old.law, old.memory, sight, old.gains, dt, settings)
+    gap = abs(force.normal_force - old_force.normal_force)
+    present = old_force.normal_force + fade.share * (force.normal_force - old_force.normal_force)
+    step = dt / LAW_FADE_TIME
     if gap > 0.0:
-        step = min(step, min(LAW_FADE_RATE, SHARE_RATE * max(present, _LEAST)) * dt / gap)
+        step = min(
+            step, min(LAW_FADE_RATE, LAW_FADE_SHARE_RATE * max(present, _LEAST_FORCE)) * dt / gap
+        )
     share = min(1.0, fade.share + step)
-    mixed = LocalForce(*(a + share * (b - a) for a, b in zip(was, force, strict=True)))
+    mixed = LocalForce(*(a + share * (b - a) for a, b in zip(old_force, force, strict=True)))
     if share >= 1.0:
         return LawFade(now), force
     return LawFade(now, Running(old.law, old.gains, memory), share), mixed

@@ -93,15 +93,15 @@ class RowRing:
         return Row._make(_ROW.unpack_from(self._memory, at))
 
 
-class SharedMemory:
-    """All that the two processes share.
+class LoopMemory:
+    """The memory that the network process and the haptic loop share.
 
     Attributes:
         patch: Newest patch frame; network to loop.
         sample: Newest tip and force; loop to network.
         command: Heartbeat and stop flag; network to loop.
         status: State, statistics and trouble of the loop as JSON; loop to network.
-        rows: What the loop did in each period.
+        rows: One per period of the loop.
     """
 
     def __init__(self, path: str) -> None:
@@ -116,7 +116,7 @@ class SharedMemory:
         self.rows = RowRing(self._memory, offsets[-1])
 
     @classmethod
-    def create(cls) -> SharedMemory:
+    def create(cls) -> LoopMemory:
         """Make the file and map it."""
         # In memory where the system has such a folder: a file on disk can make a writer wait.
         folder = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None

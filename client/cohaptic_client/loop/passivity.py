@@ -3,25 +3,25 @@
 A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu
 et al. 2010), for a predictive port. Whatever the loop does, in each period
 
-    made = work on the hand + what the local spring stores more - what the body gave,
+    made = work on the hand + gain of the energy in the local spring - work of the body,
 
-where the body gives own_force times the way of its surface: it did that movement against the force
-of this client that it had then. For a spring whose surface rests the first two cancel; what is left
-is what delay, fades, changes of gain and law and friction made or took. It is zero at rest, without
-delay, and for one user of the predictive law, whose surface only others move. What was made is
-taken out by damping in contact, never more than is owed, never more than the device renders
+where the work of the body is own_force times the way of its surface: it moved against the force of
+this client that it had then. For a spring whose surface rests the first two cancel; the remainder
+was made or taken by delay, fades, changes of gain and law, and friction. It is zero at rest,
+without delay, and for one user of the predictive law, whose surface only others move. That energy
+is taken out by damping in contact, never more than is owed, never more than the device renders
 stably, |B| < b - K T / 2 (Colgate), and never more than the contact's own force (as in Hunt and
 Crossley 1975), so that it comes and goes with the contact.
 
-The work is taken as the mean of the forces at both ends of a period: what the hold of a force over
-a period makes, K dx^2 / 2, is the device's, and Colgate's bound has paid for it.
+The work uses the mean of the forces at both ends of a period: the energy that the hold of a force
+over a period makes, K dx^2 / 2, is the device's, and Colgate's bound has paid for it.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-FORGET = 5.0  # s; a hand that rested so long has swallowed by itself what it was given
+FORGET = 5.0  # s; time in which a resting hand dissipates by itself the energy it was given
 SLOW = 0.01  # m/s; a slower hand has little energy, and damping would only wait for it
 RAMP = 0.05  # s; from no damping to all of it
 STEP_RATE = 10.0  # N/s; by which a change of the damping may move the force
@@ -42,14 +42,17 @@ class Passivity(NamedTuple):
     stored: float = 0.0
 
 
+NOTHING_OWED = Passivity()
+
+
 def observe(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
     """Energy that is still to be taken out, after one period [J].
 
     Args:
         owed: After the last period, never negative [J].
         work: Of the device on the hand in this period [J].
-        stored: What the local spring stores more than before it [J].
-        from_body: What the body gave while its surface moved [J].
+        stored: Gain of the energy in the local spring [J].
+        from_body: Work of the body while its surface moved [J].
         dt: Time since the last period [s].
     """
     kept = max(0.0, 1.0 - dt / FORGET)
@@ -57,7 +60,7 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
 
 
 def given_share(stored: float, ratio: float, scale: float) -> float:
-    """What a spring stores whose force is given in part [J].
+    """Energy of a spring whose force is given in part [J].
 
     A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as
     it is held: the area under it, f d - f^2 / (2 K).
@@ -92,9 +95,9 @@ def dissipate(
     if force <= 0.0 or max_damping <= 0.0:
         return 0.0, force
     speed = max(SLOW, abs(speed_in))
-    wanted = min(max_damping, owed / (speed * speed * dt)) if dt > 0.0 else 0.0
+    target = min(max_damping, owed / (speed * speed * dt)) if dt > 0.0 else 0.0
     change = min(max_damping * dt / RAMP, STEP_RATE * dt / speed)
-    damping = min(max(wanted, damping - change), damping + change)
+    damping = min(max(target, damping - change), damping + change)
     # A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
     return damping, force + min(force, max(-force, damping * speed_in))
 

@@ -3,7 +3,7 @@
     python -m cohaptic_client.loop.process CONFIG
 
 It reads the device, runs `step`, writes the force, and exchanges newest values with the network
-process through shared memory. It ends when told to, or when the network process is gone; the last
+process through shared memory. It ends on command, or when the network process is gone; the last
 force is always zero.
 """
 
@@ -29,10 +29,12 @@ from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.memory import SharedMemory
-from cohaptic_client.loop.safety import FADE_RATE
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
 
 COMMAND = struct.Struct("<Q?")  # heartbeat, stop
@@ -60,7 +62,7 @@ class HapticLoop:
     """The loop over a device; `run` returns when the force has faded.
 
     Args:
-        config: What to do.
+        config: Of the loop.
         memory: Shared with the network process.
         device: To be read and written.
         prefer: Ask the system for better scheduling.
@@ -71,7 +73,7 @@ class HapticLoop:
     """
 
     def __init__(
-        self, config: LoopConfig, memory: SharedMemory, device: Device, *, prefer: bool = True
+        self, config: LoopConfig, memory: LoopMemory, device: Device, *, prefer: bool = True
     ) -> None:
         self._config = config
         self._memory = memory
@@ -129,18 +131,18 @@ class HapticLoop:
         self._publish(sample, output, now, late)
 
     def _obey(self, now: float) -> None:
-        """Look for a heartbeat and the word to stop."""
+        """Look for a heartbeat and the command to stop."""
         command = self._memory.command.read()
         if command is not None:
             self._heard = now
-        told = command is not None and COMMAND.unpack(command)[1]
-        if self._ends == math.inf and (told or now - self._heard > ORPHANED_AFTER):
+        commanded = command is not None and COMMAND.unpack(command)[1]
+        if self._ends == math.inf and (commanded or now - self._heard > ORPHANED_AFTER):
             # From now on the server counts as silent, so the force fades before the end.
             self._state = self._state._replace(arrived=-math.inf)
             limits = self._config.limits
-            fade = max(limits.fade_time, limits.max_force / FADE_RATE)
+            fade = max(limits.fade_time, limits.max_force / SAFETY_FADE_RATE)
             self._ends = now + fade + 0.01
-            self.orphaned = not told
+            self.orphaned = not commanded
 
     def _report(self) -> None:
         statistics, safety = self.statistics, self._state.safety
@@ -190,7 +192,7 @@ def _rest_mesh(path: str | None) -> RestMesh | None:
 
 
 def status_json(**values: object) -> bytes:
-    """A status as the network process reads it, cut to what its slot holds."""
+    """A status as the network process reads it, cut to the size of its slot."""
     values = {k: v[:300] if isinstance(v, str) else v for k, v in values.items()}
     return json.dumps(values).encode()
 
@@ -200,7 +202,7 @@ def main() -> None:
     # Ctrl-C reaches every process of a terminal; this one ends when its parent says so.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = LoopConfig.from_json(sys.argv[1])
-    memory = SharedMemory(config.memory)
+    memory = LoopMemory(config.memory)
     try:
         device = open_device(config.device)
     except CohapticError as error:

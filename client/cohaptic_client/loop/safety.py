@@ -1,10 +1,10 @@
 """The last thing before the device: limits that hold whatever law, network or device did.
 
 One function, applied once. A force that is not finite, a stalled loop or a hand that moves too fast
-lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only after the hand
-has been out of the object. A silent server fades the force; its return raises it again. What is
-left is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as
-one that comes.
+lets the hand go within `FAULT_RELEASE_TIME`, without a jerk, and force comes again only after the
+hand has been out of the object. A silent server fades the force; its return raises it again. The
+resulting force is clamped, and limited in its rate both ways: a force that vanishes is as much of a
+jolt as one that comes.
 """
 
 from __future__ import annotations
@@ -15,16 +15,18 @@ from typing import NamedTuple
 
 from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
-RELEASE_TIME = 0.02  # s from a fault to no force; 10 N are gone no faster than the rate allows
-# N/s; what the hand's own motion does not cause moves its force no faster: 0.02 N in a millisecond,
-# below what a fingertip can tell from steady (about 0.05 N at 20 ms).
+FAULT_RELEASE_TIME = (
+    0.02  # s from a fault to no force; 10 N are gone no faster than the rate allows
+)
+# N/s; limit of all change of the force that the hand's own motion does not cause: 0.02 N in a
+# millisecond, while a fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE = 20.0
-FADE_RATE = 10.0  # N/s of it for fades of this layer; the rest is the surface's
+SAFETY_FADE_RATE = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
 
 
 @dataclass(frozen=True, slots=True)
 class SafetyLimits:
-    """What a hand may be given.
+    """Limits of the force on a hand.
 
     Args:
         max_force: Magnitude [N].
@@ -32,7 +34,7 @@ class SafetyLimits:
         max_speed: Of the hand [m/s].
         stall: A period longer than this is a fault [s].
         silent_after: Without a patch for this long the server counts as silent [s].
-        fade_time: From full force to none when it is, or longer, at `FADE_RATE` [s].
+        fade_time: From full force to none when it is, or longer, at `SAFETY_FADE_RATE` [s].
         engage_time: From none to full at the start and after a fault or silence [s].
         engage_below: Force that the law may ask for when the hand is first engaged [N].
         engage_periods: For how many periods it must be below that.
@@ -58,16 +60,20 @@ class Mode(Enum):
     ENGAGED = "engaged"
 
 
+# Bound once: to look a member up in its class takes a tenth of a microsecond, every period.
+_WAITING, _ENGAGED = Mode.WAITING, Mode.ENGAGED
+
+
 class SafetyState(NamedTuple):
     """Memory of the safety layer. A tuple: three times as fast to make, every period.
 
     Fields:
         mode: WAITING at the start and after every fault.
-        scale: Share of the wanted force that is given, 0 to 1.
+        scale: Share of the requested force that is given, 0 to 1.
         force: Given in the last period [N].
-        quiet: Periods in a row in which the wanted force was small.
+        quiet: Periods in a row in which the requested force was small.
         now: Time of the last period [s]; None before the first.
-        fault: What caused the last return to WAITING; empty for none.
+        fault: Cause of the last return to WAITING; empty for none.
         released: Force at the fault, while it is let go [N].
         left: Share of the release that is still to come, 1 to 0.
     """
@@ -87,7 +93,7 @@ NEVER_ENGAGED = SafetyState()
 
 def guard(
     state: SafetyState,
-    wanted: Vec3,
+    requested: Vec3,
     *,
     now: float,
     velocity: Vec3,
@@ -98,7 +104,7 @@ def guard(
 
     Args:
         state: After the last period.
-        wanted: Force that the law asks for [N].
+        requested: Force of law, friction and damping [N].
         now: Time of this period [s].
         velocity: Of the hand [m/s].
         silent: Whether the server has been silent for too long.
@@ -106,24 +112,24 @@ def guard(
     """
     dt = 0.0 if state.now is None else now - state.now
     step = min(max(0.0, dt), 2.0 * limits.period)
-    fault = _fault(wanted, velocity, dt, limits)
+    fault = _fault(requested, velocity, dt, limits)
     if fault or state.left > 0.0:
         return _release(state, fault, step, now)
-    size = norm(wanted)
+    size = norm(requested)
     quiet = state.quiet + 1 if size < limits.engage_below else 0
-    engaged = state.mode is Mode.ENGAGED or (quiet >= limits.engage_periods and not silent)
+    engaged = state.mode is _ENGAGED or (quiet >= limits.engage_periods and not silent)
     up = engaged and not silent
     time = limits.engage_time if up else limits.fade_time
     share = next_share(state.scale, up, min(size, limits.max_force), time, step)
-    force = limited(state.force, wanted, share, limits.max_force, limits.max_rate * step)
-    mode = Mode.ENGAGED if engaged else Mode.WAITING
+    force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step)
+    mode = _ENGAGED if engaged else _WAITING
     return SafetyState(mode, share, force, quiet, now, "" if engaged else state.fault)
 
 
 def rate_of(max_stiffness: float) -> float:
     """`max_rate` for a device, so that a hand that moves at `OWN_SPEED` meets its own force [N/s].
 
-    A slower rate would hold back what the hand itself causes, and give it late.
+    A slower rate would delay the force that the hand itself causes.
 
     Args:
         max_stiffness: That the device renders stably [N/m].
@@ -140,49 +146,49 @@ def next_share(share: float, up: bool, size: float, time: float, step: float) ->
     Args:
         share: After the last period.
         up: Whether the force is to come, or to go.
-        size: Of the whole force [N]; a fade moves it no faster than `FADE_RATE`.
+        size: Of the whole force [N]; a fade moves it no faster than `SAFETY_FADE_RATE`.
         time: Of a whole fade [s].
         step: Time that counts of this period [s].
     """
     most = step / time
     if size > 0.0:
-        most = min(most, FADE_RATE * step / size)
+        most = min(most, SAFETY_FADE_RATE * step / size)
     return min(1.0, share + most) if up else max(0.0, share - most)
 
 
-def limited(before: Vec3, wanted: Vec3, share: float, max_force: float, most: float) -> Vec3:
+def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most: float) -> Vec3:
     """The share of a force, clamped, that is given, no further from the last than allowed [N].
 
-    Clamped first: what the law asks for beyond the limit must not hold up a fade.
+    Clamped first: force beyond the limit must not hold up a fade.
 
     Args:
         before: Given in the last period [N].
-        wanted: That the law asks for [N].
+        requested: Force of law, friction and damping [N].
         share: Of the clamped force, 0 to 1.
         max_force: Magnitude [N].
         most: Change in this period [N].
     """
-    size = norm(wanted)
-    force = scale(wanted, share * max_force / size if size > max_force else share)
+    size = norm(requested)
+    force = scale(requested, share * max_force / size if size > max_force else share)
     change = sub(force, before)
     jump = norm(change)
     return add(before, scale(change, most / jump)) if jump > most else force
 
 
 def _release(state: SafetyState, fault: str, step: float, now: float) -> SafetyState:
-    """Let a hand go after a fault: a smooth ramp from what it had to nothing."""
+    """Let a hand go after a fault: a smooth ramp from its last force to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
-    left = max(0.0, left - step / RELEASE_TIME)
+    left = max(0.0, left - step / FAULT_RELEASE_TIME)
     force = scale(released, left * left * (3.0 - 2.0 * left))
     return SafetyState(
         force=force, now=now, fault=fault or state.fault, released=released, left=left
     )
 
 
-def _fault(wanted: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
+def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
     """Why the hand must be let go; empty when it need not."""
-    if not is_finite(wanted):
-        return f"the law asked for {wanted} N"
+    if not is_finite(requested):
+        return f"the law asked for {requested} N"
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:
         return f"the hand moved at {norm(velocity):.2f} m/s, above {limits.max_speed:g} m/s"
     if dt > limits.stall:

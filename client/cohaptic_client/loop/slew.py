@@ -1,7 +1,7 @@
-"""Slew limits: what the hand's own motion does not cause moves its force no faster than so.
+"""Slew limits of the changes of force that the hand's own motion does not cause.
 
-`EXTERNAL_RATE` is for all of it; depth, direction, gain and compliance of a contact each move as
-fast as their share of it allows.
+`EXTERNAL_RATE` is for all of them together; depth, direction, gain and compliance of a contact each
+move as fast as their share of it allows.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 # A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
 GAIN_RATE = 10.0  # 1/s
-SOFT = 1.0  # N/m; what is softer gives no force that could step, and a gain of 0 would stay 0
+SOFT = 1.0  # N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
 
 
 def hold_back(depth: float, target: float, most: float) -> float:
-    """Depth on which the law presses: what others do to the surface moves it by `most` at most [m].
+    """Depth on which the law presses: others move it by `most` at most [m].
 
     Args:
         depth: Of the last period, and the way that the hand itself went in since [m].
@@ -32,7 +32,7 @@ def hold_back(depth: float, target: float, most: float) -> float:
 
 
 def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
-    """Direction of the force: what others do to the surface turns it by `most` at most.
+    """Direction of the force: others turn it by `most` at most.
 
     Args:
         normal: Of the last period.
@@ -56,7 +56,7 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
 def slew_normal(
     normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, pace: float
 ) -> tuple[Vec3, float]:
-    """Direction of the force in this period, and what is left of the pace for its size [N].
+    """Direction of the force in this period, and the pace that remains for its size [N].
 
     The hand's own way along the surface turns the force as far as that way makes force. Half of the
     pace is left to the size in any case.
@@ -67,7 +67,7 @@ def slew_normal(
         moved: Way of the hand in this period [m].
         k_h: Gain in use [N/m].
         force: On the hand, above 0 [N].
-        pace: By how much what others do may change the force in this period [N].
+        pace: By how much others may change the force in this period [N].
     """
     own = k_h * norm(sub(moved, scale(normal, dot(normal, moved))))
     normal, turn = turn_back(normal, target, (0.5 * pace + own) / force)
@@ -91,7 +91,7 @@ def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float
 
 
 def slew_compliance(
-    was: Compliance3 | None,
+    previous: Compliance3 | None,
     newest: Compliance3 | None,
     friction: FrictionState,
     normal_force: float,
@@ -103,20 +103,20 @@ def slew_compliance(
     A patch without one says nothing new of it: a contact that sticks does not let go for that.
 
     Args:
-        was: Of the last period; None before there was one.
+        previous: Of the last period; None before the first.
         newest: Of the newest patch.
         friction: Memory of the contact.
         normal_force: In the last period [N].
         share: Of the way that time alone would go in this period.
         most: By how much the change of it may change the force in this period [N].
     """
-    if newest is None or was is None or was == newest or not friction.touching:
-        return newest or was
+    if newest is None or previous is None or previous == newest or not friction.touching:
+        return newest or previous
     # f = C^-1 x, so a change of C moves it by at most |dC| |f| over the least eigenvalue of C.
-    change = math.sqrt(sum((b - a) ** 2 for a, b in zip(was, newest, strict=True)))
+    change = math.sqrt(sum((b - a) ** 2 for a, b in zip(previous, newest, strict=True)))
     force = math.hypot(normal_force, norm(friction.force))
     if force > 0.0:
-        share = min(share, most * least_eigenvalue(was) / (math.sqrt(2.0) * change * force))
+        share = min(share, most * least_eigenvalue(previous) / (math.sqrt(2.0) * change * force))
     if share >= 1.0:
         return newest
-    return Compliance3(*(a + share * (b - a) for a, b in zip(was, newest, strict=True)))
+    return Compliance3(*(a + share * (b - a) for a, b in zip(previous, newest, strict=True)))

@@ -1,13 +1,19 @@
-"""From what the wire carries to the surface that the loop presses on."""
+"""From a patch to the surface that the loop presses on."""
 
 from __future__ import annotations
 
-from cohaptic.control.geometry import Surface
+from cohaptic.control.geometry import LocalSurface, Surface
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import scale
-from cohaptic_client.loop.step import flat_surface
+
+
+def flat_surface(patch: Patch) -> LocalSurface:
+    """The plane or sphere of a patch."""
+    return LocalSurface(
+        patch.x_free, patch.normal, patch.curvature, patch.c_ii, patch.own_force, patch.u_others
+    )
 
 
 class SurfaceMaker:

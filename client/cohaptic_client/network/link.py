@@ -1,4 +1,4 @@
-"""The shell round one connection: a websocket, and the delay that was asked for.
+"""The shell round one connection: a websocket, and the delay that the settings ask for.
 
 Both directions pass through a `DelayLine`, so that injected latency has the semantics of a stream:
 one delay per direction, order kept. Without a delay, frames pass at once.
@@ -54,7 +54,7 @@ class Delayed:
         self._run()
 
     def cancel(self) -> None:
-        """Forget what is in flight."""
+        """Drop the messages in flight."""
         if self._timer is not None:
             self._timer.cancel()
 
@@ -77,12 +77,12 @@ class Link:
         self._outbound: Delayed | None = None
 
     async def open(self) -> None:
-        """Connect; raises ServerLost with what can be done about it."""
+        """Connect; raises ServerLost with advice."""
         try:
             self._ws = await connect(
                 self.url,
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
-                # A proxy for web pages would hold back what must arrive now.
+                # A proxy for web pages would hold back messages that must arrive now.
                 proxy=None,
                 max_size=MAX_INBOUND_BYTES,
                 **WEBSOCKET_OPTIONS,
@@ -120,7 +120,7 @@ class Link:
         try:
             done, _ = await asyncio.wait({pump, failed}, return_when=asyncio.FIRST_COMPLETED)
             if pump in done and not failed.done():
-                # What the server said last is still on its way through the injected delay.
+                # The server's last message is still on its way through the injected delay.
                 await asyncio.sleep(self._down.delay + self._down.jitter)
             return failed.result() if failed.done() else pump.result()
         finally:

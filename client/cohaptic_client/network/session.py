@@ -68,10 +68,10 @@ class ClientSession:
             message = _decode(data) if isinstance(data, bytes) else decode_server_control(data)
             if not isinstance(message, ALLOWED[self.state]):
                 allowed = (
-                    " or ".join(kind.__name__ for kind in ALLOWED[self.state]) or "nothing more"
+                    " or ".join(event.__name__ for event in ALLOWED[self.state]) or "nothing more"
                 )
-                what = type(message).__name__
-                raise RemoteProtocolError("message", what, f"{allowed}: {self.state.value}")
+                kind = type(message).__name__
+                raise RemoteProtocolError("message", kind, f"{allowed}: {self.state.value}")
             if isinstance(message, RestMesh):
                 self._take(message)
             elif isinstance(message, Patch):

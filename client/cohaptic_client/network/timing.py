@@ -2,7 +2,7 @@
 
 A patch sends back when its sample left (`t_client`), how long that waited for the tick
 (`sample_wait`) and when the tick was (`t_server`), as in NTP. The clock offset is taken from the
-shortest round trip of late: what it spent in queues is least, and half of it bounds the error,
+shortest round trip of late: its time in queues is least, and half of it bounds the error,
 however unequal the two ways are.
 """
 
@@ -29,7 +29,7 @@ class Passage:
 
 @dataclass(frozen=True, slots=True)
 class LinkTiming:
-    """What is known of a link.
+    """Estimates of a link's timing.
 
     Args:
         round_trip: Running mean [s]; 0 before the first patch.
@@ -74,12 +74,12 @@ class LinkTiming:
         """
         trip = max(0.0, now - t_client - sample_wait)
         arrived = t_server - sample_wait
-        here = Passage(trip, 0.5 * ((arrived - t_client) + (t_server - now)))
+        passage = Passage(trip, 0.5 * ((arrived - t_client) + (t_server - now)))
         if self.shortest is None:
-            return LinkTiming(trip, 0.0, here, None, now + WINDOW)
+            return LinkTiming(trip, 0.0, passage, None, now + WINDOW)
         mean = self.round_trip + SMOOTHING * (trip - self.round_trip)
         jitter = self.jitter + SMOOTHING * (abs(trip - mean) - self.jitter)
         if now >= self.until:
-            return LinkTiming(mean, jitter, here, self.shortest, now + WINDOW)
-        shortest = here if trip < self.shortest.round_trip else self.shortest
+            return LinkTiming(mean, jitter, passage, self.shortest, now + WINDOW)
+        shortest = passage if trip < self.shortest.round_trip else self.shortest
         return LinkTiming(mean, jitter, shortest, self.shortest_before, self.until)

@@ -25,18 +25,19 @@ from cohaptic.control.proportional_integral import (
 )
 from cohaptic.control.stability.room_lag import kept
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
-from cohaptic_client.loop.config import RELEASE_TIME
+from cohaptic_client.loop.arrival import next_patience
+from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME
 from cohaptic_client.loop.passivity import dissipate, given_share, observe
 from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
-    FADE_RATE,
+    SAFETY_FADE_RATE,
     SafetyLimits,
     limited,
     next_share,
     rate_of,
 )
 from cohaptic_client.loop.slew import hold_back
-from cohaptic_client.loop.step import next_patience, on_body
+from cohaptic_client.loop.step import on_body
 from cohaptic_experiments.campaign.compiled import (
     compiled,
     compiled_in_parallel,
@@ -241,7 +242,7 @@ def haptics(
             k_h, c_ii = gains[i, 0], C[3 * i, 3 * i]
             own_way, own_pace = -way[0], pace
             if faded[i] < 1.0:
-                own_pace -= FADE_RATE * T
+                own_pace -= SAFETY_FADE_RATE * T
             if mu > 0.0:
                 own_pace *= 0.5
             depth = shown[0] - x[i, 0]
@@ -266,7 +267,7 @@ def haptics(
                         k_h,
                         gains[i, 1],
                         THRESHOLDS,
-                        max(RELEASE_TIME, 2.0 * simulation_period),
+                        max(INTEGRAL_RELEASE_TIME, 2.0 * simulation_period),
                         MAX_FORCE,
                         T,
                     )

@@ -59,7 +59,7 @@ def test_reading_twice_in_one_moment_moves_nothing() -> None:
 def test_it_comes_to_rest_where_its_spring_and_the_force_balance(force: float) -> None:
     sample = run(SimulatedDevice(HAND, RESTING), 0.0, 2.0, (force, 0.0, 0.0))
     expected = 0.1 - 0.02 + force / HAND.stiffness
-    # What is left of the swing after twenty times the hand's slowest time, 2 m / b.
+    # Remainder of the swing after twenty times the hand's slowest time, 2 m / b.
     assert sample.position == pytest.approx((expected, 0.0, 0.0), abs=1e-6)
     assert sample.level == 1.0
     assert norm(sample.velocity) < 1e-4
@@ -87,7 +87,7 @@ def test_after_a_stall_the_hand_goes_on_from_where_it_was(stall: float) -> None:
     before = run(device, 0.0, 0.3)
     after = device.read(0.3 + stall)
     travel = norm(sub(after.position, before.position))
-    # It caught up with a tenth of a second at most, at less than what it can reach in that.
+    # It caught up with a tenth of a second at most, within its reach in that time.
     fastest = norm(sub(PRESSING.tip(1.0), PRESSING.tip(0.0))) * math.sqrt(
         HAND.stiffness / HAND.mass
     )

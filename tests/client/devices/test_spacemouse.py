@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import struct
 import subprocess
 import sys
-from collections import deque
 from collections.abc import Iterable
 from types import SimpleNamespace
 
@@ -14,134 +12,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import DeviceError
-from cohaptic.vec import ZERO, Vec3, is_finite, norm, scale, sub
+from cohaptic.vec import ZERO, is_finite, norm, scale, sub
 from cohaptic_client.devices.device import Device
-from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
-from cohaptic_client.devices.spacemouse_reports import (
-    DEAD_BAND,
-    Buttons,
-    Motion,
-    decode,
-    without_dead_band,
+from cohaptic_client.devices.spacemouse import open_spacemouse
+from tests.client.devices.spacemouse_cases import (
+    CENTER,
+    MAX_GAP,
+    MAX_SPEED,
+    PERIOD,
+    REACH,
+    ROUNDING,
+    FakeTransport,
+    any_report,
+    counts,
+    mouse_on,
+    report,
 )
-
-CENTER: Vec3 = (0.1, -0.2, 0.3)
-REACH = 0.05
-MAX_SPEED = 0.15
-MAX_GAP = 0.02  # s; the driver's, which is also when the safety layer calls the loop stalled
-PERIOD = 0.001
-ROUNDING = 1e-12  # m; a cube of decimetres, added to in doubles
-
-int16s = st.integers(-(2**15), 2**15 - 1)
-counts = st.tuples(int16s, int16s, int16s)
-shares = st.floats(-1.0, 1.0)
-
-
-def report(kind: int, *values: int) -> list[int]:
-    return list(struct.pack(f"<B{len(values)}h", kind, *values))
-
-
-class FakeTransport:
-    def __init__(self, reports: Iterable[list[int]] = ()) -> None:
-        self.reports = deque(reports)
-        self.plugged = True
-        self.closed = 0
-
-    def read(self, max_length: int, /) -> list[int]:
-        if not self.plugged:
-            raise OSError("read error")
-        return self.reports.popleft()[:max_length] if self.reports else []
-
-    def close(self) -> None:
-        self.closed += 1
-
-
-def mouse_on(transport: FakeTransport, reach: float = REACH) -> SpaceMouse:
-    return SpaceMouse(transport, CENTER, reach=reach, max_speed=MAX_SPEED)
-
-
-short_report = st.builds(report, st.integers(0, 4), int16s, int16s, int16s)
-any_report = st.one_of(
-    st.binary(max_size=20).map(list),
-    short_report,
-    counts.map(lambda c: report(1, *c, *c)),
-)
-
-
-# Reports
-
-
-@given(st.one_of(any_report, st.lists(st.integers(), max_size=20)))
-def test_no_report_is_an_error(data: list[int]) -> None:
-    event = decode(data)
-    if isinstance(event, Motion):
-        parts = [part for part in (event.translation, event.rotation) if part is not None]
-        assert parts
-        assert all(-1.0 <= value <= 1.0 for part in parts for value in part)
-    else:
-        assert event is None or event.pressed >= 0
-
-
-@given(counts, counts)
-def test_devices_with_two_reports_and_with_a_long_one_mean_the_same(
-    translation: tuple[int, int, int], rotation: tuple[int, int, int]
-) -> None:
-    long = decode(report(1, *translation, *rotation))
-    first, second = decode(report(1, *translation)), decode(report(2, *rotation))
-    assert isinstance(long, Motion)
-    assert first == Motion(long.translation, None)
-    assert second == Motion(None, long.rotation)
-
-
-@given(short_report, st.integers(0, 5))
-def test_padding_by_the_host_changes_nothing(data: list[int], padding: int) -> None:
-    """Windows pads a report to the longest of its device."""
-    assert decode(data + [0] * padding) == decode(data)
-
-
-@pytest.mark.parametrize("kind", [1, 2])
-@pytest.mark.parametrize("length", range(7))
-def test_a_truncated_motion_is_ignored(kind: int, length: int) -> None:
-    assert decode(report(kind, 350, 350, 350)[:length]) is None
-
-
-@pytest.mark.parametrize("length", range(7, 13))
-def test_of_a_truncated_long_motion_the_whole_half_counts(length: int) -> None:
-    assert decode(report(1, 350, 0, 0, 350, 350, 350)[:length]) == Motion((1.0, 0.0, 0.0), None)
-
-
-def test_axes_are_those_of_the_world() -> None:
-    right, toward_user, down = report(1, 350, 0, 0), report(1, 0, 350, 0), report(1, 0, 0, 350)
-    assert decode(right) == Motion((1.0, 0.0, 0.0), None)
-    assert decode(toward_user) == Motion((0.0, -1.0, 0.0), None)
-    assert decode(down) == Motion((0.0, 0.0, -1.0), None)
-    assert decode(report(2, 70, 70, 70)) == Motion(None, (0.2, -0.2, -0.2))
-
-
-def test_more_than_full_scale_is_full_scale() -> None:
-    assert decode(report(1, 351, -(2**15), -400)) == Motion((1.0, 1.0, 1.0), None)
-
-
-def test_a_bit_for_each_button() -> None:
-    left, right, pro_ctrl = decode([3, 0b01]), decode([3, 0b10, 0]), decode([3, 0, 0, 0, 0b10])
-    assert (left, right, pro_ctrl) == (Buttons(1), Buttons(2), Buttons(1 << 25))
-
-
-@given(shares, shares)
-def test_the_dead_band_is_odd_rising_and_without_a_jump(a: float, b: float) -> None:
-    (fa, fb, fz), (ga, _, _) = without_dead_band((a, b, 0.0)), without_dead_band((-a, b, 0.0))
-    assert fz == 0.0
-    assert ga == -fa
-    assert (fa - fb) * (a - b) >= 0.0
-    assert abs(fa - fb) <= abs(a - b) / (1.0 - DEAD_BAND) + 1e-15
-    assert fa == 0.0 or abs(a) > DEAD_BAND
-
-
-def test_the_dead_band_leaves_full_scale() -> None:
-    assert without_dead_band((1.0, -1.0, DEAD_BAND)) == (1.0, -1.0, 0.0)
-
-
-# Motion
 
 
 @given(st.lists(st.tuples(st.lists(any_report, max_size=3), st.floats(-0.1, 10.0)), max_size=40))
@@ -245,9 +131,6 @@ def test_a_force_on_it_changes_nothing() -> None:
     assert device.info.max_force == 0.0
 
 
-# The end
-
-
 def test_unplugging_is_a_device_error_with_advice() -> None:
     transport = FakeTransport([report(1, 0, -350, 0)])
     mouse = mouse_on(transport)
@@ -267,9 +150,6 @@ def test_closing_twice_closes_once_and_reading_on_is_a_device_error() -> None:
     assert transport.closed == 1
     with pytest.raises(DeviceError, match="closed"):
         mouse.read(0.0)
-
-
-# Opening
 
 
 class FakeHid(FakeTransport):

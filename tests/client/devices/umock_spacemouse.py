@@ -1,4 +1,4 @@
-"""A SpaceMouse Compact made by umockdev, and the driver on it; prints what happened as JSON.
+"""A SpaceMouse Compact made by umockdev, and the driver on it; prints the events as JSON.
 
 Run by `test_spacemouse_hid.py` as `umockdev-wrapper python umock_spacemouse.py DIRECTORY`; the
 directory is for a temporary file. Exit status 77 and a sentence: umockdev cannot be used here.
@@ -84,7 +84,7 @@ def plug_in(testbed: Any, directory: Path) -> str:
 
 
 def sentence_of(action: Callable[[], object]) -> str:
-    """What a DeviceError says that `action` raises; empty without one."""
+    """Text of the DeviceError that `action` raises; empty without one."""
     try:
         action()
     except DeviceError as error:

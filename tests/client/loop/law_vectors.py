@@ -1,4 +1,4 @@
-"""Numbers in, numbers out: what the local control law does, for a second language to do too."""
+"""Inputs and outputs of the local control law, which its second language must reproduce."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def a_sight(rng: random.Random, depth: float) -> Sight:
 
 
 def surfaces() -> list[dict[str, Any]]:
-    """What probes see of planes and spheres, and what lies between two sights."""
+    """Planes and spheres as probes see them, and the way from one sight to another."""
     rng, rows = random.Random(1), list[dict[str, Any]]()
     for curvature in (0.0, 12.5, -8.0, 1e-9, 40.0):
         for _ in range(4):

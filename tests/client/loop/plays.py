@@ -16,9 +16,11 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, HandState, move
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.safety import Mode, SafetyLimits
-from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, step
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
 
 T = 0.001  # s
 TICK, DELAY = 16, 0.03  # periods between ticks; from a tick to the arrival of its patch [s]
@@ -137,7 +139,7 @@ def patch_of(play: Play, t: float, tick: int, own_force: Vec3, c_ii: float) -> P
 
 
 def play_out(play: Play) -> dict[str, Any]:
-    """A play, period by period: what came in, and every twenty-fifth of what came out."""
+    """A play, period by period: its inputs, and every twenty-fifth output."""
     limits = replace(SafetyLimits(), silent_after=silent_after(PERIOD), engage_time=0.2)
     settings = LoopSettings(
         PERIOD,
@@ -193,7 +195,7 @@ def play_out(play: Play) -> dict[str, Any]:
 
 
 def row(i: int, tip: HandState, state: LoopState, out: Output) -> dict[str, Any]:
-    """What a period ended with."""
+    """State at the end of a period."""
     return {
         "i": i,
         "probe": tip.position,

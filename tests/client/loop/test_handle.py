@@ -19,13 +19,13 @@ from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess
-from cohaptic_client.loop.memory import SharedMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.process import ORPHANED_AFTER, SAMPLE
-from cohaptic_client.loop.safety import FADE_RATE
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
 
 CLOCK = SystemClock()
-PATIENCE = 20.0  # s for what takes a tenth of a second on an idle machine
+PATIENCE = 20.0  # s; on an idle machine a tenth of a second is enough
 LOOK = 0.01  # s between looks at the process
 
 
@@ -37,7 +37,7 @@ def force(row: Row) -> float:
 class Bench:
     """The network process: patches, heartbeats, and all that came back."""
 
-    memory: SharedMemory
+    memory: LoopMemory
     rows: list[Row] = field(default_factory=list[Row])
     tick: int = 0
 
@@ -59,7 +59,7 @@ class Bench:
 
 @pytest.fixture
 def bench() -> Iterator[Bench]:
-    memory = SharedMemory.create()
+    memory = LoopMemory.create()
     yield Bench(memory)
     memory.close(remove=True)
 
@@ -110,7 +110,7 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
     assert force(rows[-1]) == 0.0
     # It ended by itself: a fade, in which the hand sinks in to where it wants to be, and the leave
     # of a busy machine.
-    fade_time = max(CONFIG.limits.fade_time, STIFFNESS * DEPTH / FADE_RATE)
+    fade_time = max(CONFIG.limits.fade_time, STIFFNESS * DEPTH / SAFETY_FADE_RATE)
     assert rows[-1].t - told < fade_time + 0.5
     fade = [force(row) for row in rows if row.t > told]
     steepest = PRESSED_FORCE / CONFIG.limits.fade_time
@@ -124,7 +124,7 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc and /dev/shm")
 def test_neither_a_process_nor_a_file_stays_behind() -> None:
-    memory = SharedMemory.create()
+    memory = LoopMemory.create()
     bench = Bench(memory)
     loop = HapticProcess(bench.config, memory)
     bench.until(loop, lambda: bool(bench.rows))

@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains, Law, LawSettings
 from cohaptic.vec import ZERO
-from cohaptic_client.loop.law_fade import FADE_TIME, SHARE_RATE, LawFade, Running, run, switch
+from cohaptic_client.loop.law_fade import (
+    LAW_FADE_SHARE_RATE,
+    LAW_FADE_TIME,
+    LawFade,
+    Running,
+    run,
+    switch,
+)
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from tests.strategies import vectors
 
@@ -55,7 +62,7 @@ def test_whatever_follows_whatever_the_force_moves_by_one_percent(
         fade, more = forces(fade, sight, periods)
         seen += more
     for a, b in itertools.pairwise(seen):
-        assert abs(b - a) <= min(EXTERNAL_RATE, SHARE_RATE * max(a, b, 0.05)) * T * 1.01
+        assert abs(b - a) <= min(EXTERNAL_RATE, LAW_FADE_SHARE_RATE * max(a, b, 0.05)) * T * 1.01
 
 
 @given(laws, laws, gains, gains, sights)
@@ -89,4 +96,4 @@ def test_a_small_change_takes_the_fade_time() -> None:
     while fade.before is not None:
         fade, _ = run(fade, sight, T, SETTINGS)
         periods += 1
-    assert abs(periods * T - FADE_TIME) < 2 * T
+    assert abs(periods * T - LAW_FADE_TIME) < 2 * T

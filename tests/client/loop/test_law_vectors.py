@@ -36,7 +36,7 @@ FILES: dict[str, Callable[[], object]] = {
 
 
 def as_json(value: object) -> str:
-    """What a file holds: one line for each entry of a list, so that a difference is short."""
+    """Contents of a file: one line for each entry of a list, so that a difference is short."""
     return json.dumps(value, indent=None, separators=(",", ":")).replace("},{", "},\n{") + "\n"
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.patch import SIZE as PATCH_BYTES
 from cohaptic.status.row import COLUMNS, Row
-from cohaptic_client.loop.memory import RING_ROWS, RowRing, SharedMemory, Slot
+from cohaptic_client.loop.memory import RING_ROWS, LoopMemory, RowRing, Slot
 from cohaptic_client.loop.process import COMMAND, SAMPLE
 
 CAPACITY = 64
@@ -21,8 +21,8 @@ payloads = st.binary(max_size=CAPACITY)
 
 
 @pytest.fixture
-def memory() -> Iterator[SharedMemory]:
-    made = SharedMemory.create()
+def memory() -> Iterator[LoopMemory]:
+    made = LoopMemory.create()
     yield made
     made.close(remove=True)
 
@@ -121,8 +121,8 @@ def test_rubbish_in_the_memory_is_no_value() -> None:
 
 WRITER = """
 import sys
-from cohaptic_client.loop.memory import SharedMemory
-memory = SharedMemory(sys.argv[1])
+from cohaptic_client.loop.memory import LoopMemory
+memory = LoopMemory(sys.argv[1])
 n = 0
 while memory.command.read() is None:
     n += 1
@@ -132,7 +132,7 @@ memory.close(remove=False)
 
 
 def test_a_reader_beside_a_writer_in_another_process_sees_whole_and_rising_values(
-    memory: SharedMemory,
+    memory: LoopMemory,
 ) -> None:
     with subprocess.Popen([sys.executable, "-c", WRITER, memory.path]) as writer:
         try:
@@ -188,8 +188,8 @@ def test_a_slow_reader_loses_only_the_oldest(before: int, after: int) -> None:
 # Memory
 
 
-def test_what_one_side_writes_the_other_reads_each_in_its_place(memory: SharedMemory) -> None:
-    other = SharedMemory(memory.path)
+def test_what_one_side_writes_the_other_reads_each_in_its_place(memory: LoopMemory) -> None:
+    other = LoopMemory(memory.path)
     values = {
         "patch": bytes(range(PATCH_BYTES)),
         "sample": b"s" * SAMPLE.size,
@@ -205,14 +205,14 @@ def test_what_one_side_writes_the_other_reads_each_in_its_place(memory: SharedMe
 
 
 def test_the_file_lives_until_its_maker_removes_it() -> None:
-    made = SharedMemory.create()
-    other = SharedMemory(made.path)
+    made = LoopMemory.create()
+    other = LoopMemory(made.path)
     other.close(remove=False)
     assert os.path.exists(made.path)
     made.close(remove=True)
     assert not os.path.exists(made.path)
 
 
-def test_nobody_else_may_read_the_file(memory: SharedMemory) -> None:
+def test_nobody_else_may_read_the_file(memory: LoopMemory) -> None:
     if sys.platform != "win32":
         assert os.stat(memory.path).st_mode & 0o077 == 0

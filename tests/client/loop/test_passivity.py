@@ -33,7 +33,7 @@ dampings = st.floats(0.0, MAX_DAMPING)
 def test_what_the_body_gave_and_the_spring_gave_back_is_not_made(
     path: list[tuple[float, float]],
 ) -> None:
-    """Work on the hand = what the spring stores less + what the body gave: a passive port."""
+    """Work on the hand = energy that the spring loses + work of the body: a passive port."""
     owed = 0.0
     for less, given_by_body in path:
         owed = observe(owed, less + given_by_body, -less, given_by_body, T)
@@ -44,7 +44,7 @@ def test_what_the_body_gave_and_the_spring_gave_back_is_not_made(
 def test_what_is_more_than_that_is_owed(
     owed: float, work: float, stored: float, from_body: float
 ) -> None:
-    """And nothing is saved up for later: what the network took is no credit for making some."""
+    """Nothing is saved up for later: energy that the network took is no credit for making some."""
     made = work + stored - from_body
     after = observe(owed, work, stored, from_body, T)
     assert after == pytest.approx(max(0.0, owed * (1.0 - T / FORGET) + made), abs=1e-15)
@@ -118,7 +118,7 @@ def test_it_is_no_more_than_the_contacts_own_force_and_vanishes_with_it(
 def test_damping_comes_and_goes_without_a_step(
     owed: float, damping: float, force: float, speed: float
 ) -> None:
-    """Within `RAMP`, and of a fast hand more slowly: what counts is the force."""
+    """Within `RAMP`, and of a fast hand more slowly: the force counts."""
     b, _ = dissipate(owed, damping, force, speed, T, MAX_DAMPING)
     assert abs(b - damping) <= MAX_DAMPING * T / RAMP * (1.0 + 1e-12)
     assert abs(b - damping) * abs(speed) <= STEP_RATE * T * (1.0 + 1e-12)

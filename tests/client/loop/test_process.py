@@ -1,13 +1,9 @@
-"""The loop in the tests' own process, on a device told what to do. Real time, but little."""
+"""The loop in the tests' own process, on a scripted device. Real time, but little."""
 
 from __future__ import annotations
 
-import gc
 import json
 import math
-import signal
-import sys
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,99 +11,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cohaptic.clock import SystemClock
-from cohaptic.errors import CohapticError, DeviceError
-from cohaptic.status.row import Row
-from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.devices.device import Device, DeviceInfo, DeviceSample
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic.vec import ZERO, norm
 from cohaptic_client.loop import process as loop_process
-from cohaptic_client.loop.memory import SharedMemory, Slot
-from cohaptic_client.loop.process import COMMAND, SAMPLE, HapticLoop, status_json
-from cohaptic_client.loop.safety import FADE_RATE, RELEASE_TIME, SafetyLimits
-from tests.client.plane import CONFIG, PLANE, STIFFNESS
-
-CLOCK = SystemClock()
-# One patch is enough for a test, and a hiccup of the machine is no fault.
-LIMITS = SafetyLimits(silent_after=60.0, fade_time=0.03, engage_time=0.01, stall=60.0)
-OUTSIDE: Vec3 = (0.0, 0.0, 0.01)
-INSIDE: Vec3 = (0.0, 0.0, -0.004)
-FORCE = 0.004 * STIFFNESS
-QUIET = 20  # periods outside, at the start
-
-
-class Rig:
-    """A device that notes what happens to it, and asks a test what to do in each period."""
-
-    info = DeviceInfo("rig", max_force=10.0, max_stiffness=1000.0)
-
-    def __init__(
-        self, each: Callable[[int], None] = lambda _: None, *, pressed: Vec3 = INSIDE
-    ) -> None:
-        self.each = each
-        self.pressed = pressed
-        self.reads = 0
-        self.log = list[Vec3 | str]()
-
-    def read(self, now: float) -> DeviceSample:
-        self.reads += 1
-        self.log.append("read")
-        self.each(self.reads)
-        return DeviceSample(OUTSIDE if self.reads <= QUIET else self.pressed, ZERO)
-
-    def write(self, force: Vec3) -> None:
-        self.log.append(force)
-
-    def close(self) -> None:
-        self.log.append("close")
-
-    @property
-    def forces(self) -> list[Vec3]:
-        return [entry for entry in self.log if not isinstance(entry, str)]
-
-
-class Parent:
-    """The network process's side of the memory."""
-
-    def __init__(self) -> None:
-        self.memory = SharedMemory.create()
-        self.config = replace(
-            CONFIG, memory=self.memory.path, clock_origin=CLOCK.origin, limits=LIMITS
-        )
-        self.beats = 0
-        self.give_patch(PLANE.tick)
-
-    def give_patch(self, tick: int) -> None:
-        self.memory.patch.write(replace(PLANE, tick=tick).encode())
-
-    def command(self, *, stop: bool) -> None:
-        self.beats += 1
-        self.memory.command.write(COMMAND.pack(self.beats, stop))
-
-    def stop_after(self, periods: int) -> Callable[[int], None]:
-        return lambda reads: self.command(stop=True) if reads == periods else None
-
-    def status(self) -> dict[str, object]:
-        seen: dict[str, object] = json.loads(self.memory.status.read() or b"{}")
-        return seen
-
-    def run(self, rig: Rig) -> tuple[HapticLoop, list[Row]]:
-        """The loop over a rig, to its end."""
-        memory = SharedMemory(self.memory.path)
-        loop = HapticLoop(self.config, memory, rig, prefer=False)
-        loop.run()
-        memory.close(remove=False)
-        return loop, self.memory.rows.read_new()
-
-
-@pytest.fixture
-def parent() -> Iterator[Parent]:
-    made = Parent()
-    yield made
-    made.memory.close(remove=True)
-
-
-# Periods
+from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.process import SAMPLE, status_json
+from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE
+from tests.client.loop.rigs import CLOCK, FORCE, LIMITS, OUTSIDE, Parent, Rig
+from tests.client.plane import PLANE
 
 
 def test_each_period_reads_then_writes_and_leaves_one_row(parent: Parent) -> None:
@@ -142,10 +52,10 @@ def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:
     fade = sizes[150:]  # the last that may be full, up to the next look at commands
     assert fade == sorted(fade, reverse=True)
     # A late period counts as two.
-    steepest = FADE_RATE * 2.0 * parent.config.haptic_period
+    steepest = SAFETY_FADE_RATE * 2.0 * parent.config.haptic_period
     assert all(a - b <= steepest + 1e-9 for a, b in pairwise(fade))
     # A fade, a look at commands, and the leave of a busy machine.
-    fade_time = max(LIMITS.fade_time, FORCE / FADE_RATE)
+    fade_time = max(LIMITS.fade_time, FORCE / SAFETY_FADE_RATE)
     assert rows[-1].t - rows[149].t < fade_time + 0.05 + 0.2
 
 
@@ -217,21 +127,21 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
 
     rig = Rig(each)
     parent.run(rig)
-    # It is let go, without a jerk, in so many periods; what is over by then is rounding.
+    # It is let go, without a jerk, in so many periods; the remainder is rounding.
     sizes = [norm(force) for force in rig.forces[99:]]
     assert sizes == sorted(sizes, reverse=True)
-    steepest = 1.5 * sizes[0] / RELEASE_TIME * 2.0 * parent.config.haptic_period
+    steepest = 1.5 * sizes[0] / FAULT_RELEASE_TIME * 2.0 * parent.config.haptic_period
     assert all(a - b <= steepest + 1e-9 for a, b in pairwise(sizes))
-    released = math.ceil(RELEASE_TIME / parent.config.haptic_period) + 2
+    released = math.ceil(FAULT_RELEASE_TIME / parent.config.haptic_period) + 2
     assert set(rig.forces[99 + released :]) == {ZERO}  # the tip is inside: none until it was out
     assert "the loop stood still for" in str(parent.status()["fault"])
 
 
 @given(st.text(max_size=400), st.text(max_size=20))
-@example("\U0001f635" * 400, "\x00" * 20)  # what takes the most bytes
+@example("\U0001f635" * 400, "\x00" * 20)  # the most bytes
 def test_any_report_fits_its_slot(error: str, other: str) -> None:
-    memory = SharedMemory.create()
-    reader = SharedMemory(memory.path)
+    memory = LoopMemory.create()
+    reader = LoopMemory(memory.path)
     memory.status.write(status_json(error=error, other=other))
     seen = json.loads(reader.status.read() or b"{}")
     assert seen["other"] == other
@@ -239,143 +149,3 @@ def test_any_report_fits_its_slot(error: str, other: str) -> None:
     assert len(seen["error"]) == min(len(error), 300)
     reader.close(remove=False)
     memory.close(remove=True)
-
-
-# The process
-
-
-Main = Callable[[Device | CohapticError], None]
-
-
-@pytest.fixture
-def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
-    """The entry point of the process, here, without what it does to its process for good."""
-
-    def run(device: Device | CohapticError) -> None:
-        def opened(config: DeviceConfig) -> Device:
-            assert config == parent.config.device
-            if isinstance(device, CohapticError):
-                raise device
-            return device
-
-        monkeypatch.setattr(sys, "argv", ["loop_process", parent.config.to_json()])
-        monkeypatch.setattr(loop_process, "open_device", opened)
-
-        def as_it_was(_priority: int) -> str:
-            return "as it was"
-
-        monkeypatch.setattr(loop_process, "prefer_this_process", as_it_was)
-        loop_process.main()
-
-    ctrl_c = signal.getsignal(signal.SIGINT)
-    yield run
-    signal.signal(signal.SIGINT, ctrl_c)
-    gc.unfreeze()
-    gc.enable()
-
-
-def fail_after(reads: int, error: Exception) -> Callable[[int], None]:
-    def each(count: int) -> None:
-        if count == reads:
-            raise error
-
-    return each
-
-
-class Watched(Rig):
-    """A rig that notes at each write whether trouble was reported already."""
-
-    def __init__(self, each: Callable[[int], None], status: Slot) -> None:
-        super().__init__(each)
-        self.status = status
-        self.reported = list[bool]()
-
-    def write(self, force: Vec3) -> None:
-        super().write(force)
-        self.reported.append(b'"error"' in (self.status.read() or b""))
-
-
-class Broken(Rig):
-    """A device whose driver raises at every write once it broke."""
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__()
-        self.error = error
-
-    def write(self, force: Vec3) -> None:
-        super().write(force)
-        if self.reads >= 50:
-            raise self.error
-
-
-def after_the_last_read(rig: Rig) -> list[Vec3 | str]:
-    return rig.log[len(rig.log) - rig.log[::-1].index("read") :]
-
-
-@pytest.mark.parametrize(
-    ("error", "words"),
-    [
-        (DeviceError("rig", "it was unplugged", "plug it in again"), "rig: it was unplugged; plug"),
-        (ValueError("boom"), "the haptic loop failed: ValueError('boom')"),
-    ],
-    ids=["foreseen", "unforeseen"],
-)
-def test_trouble_in_the_device_means_zero_force_twice_then_close_then_the_report(
-    parent: Parent, main: Main, error: Exception, words: str
-) -> None:
-    watching = SharedMemory(parent.memory.path)
-    rig = Watched(fail_after(100, error), watching.status)
-    with pytest.raises((SystemExit, ValueError)):
-        main(rig)
-    assert norm(rig.forces[98]) == pytest.approx(FORCE)  # in the period before the trouble
-    assert after_the_last_read(rig)[:3] == [ZERO, ZERO, "close"]
-    assert not any(rig.reported[: 99 + 2])
-    assert str(parent.status()["error"]).startswith(words)
-    watching.close(remove=False)
-
-
-@pytest.mark.parametrize(
-    "error", [DeviceError("rig", "gone"), OSError("gone"), RuntimeError("gone")]
-)
-def test_a_device_that_refuses_every_write_is_told_zero_twice_closed_and_reported(
-    parent: Parent, main: Main, error: Exception
-) -> None:
-    rig = Broken(error)
-    with pytest.raises((SystemExit, type(error))):
-        main(rig)
-    assert after_the_last_read(rig)[1:4] == [ZERO, ZERO, "close"]
-    assert "gone" in str(parent.status()["error"])
-
-
-def test_a_device_that_cannot_be_had_ends_the_process_with_its_sentence(
-    parent: Parent, main: Main
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(DeviceError("spacemouse", "no SpaceMouse was found", "plug one in"))
-    assert ended.value.code == 2
-    assert parent.status() == {"error": "spacemouse: no SpaceMouse was found; plug one in"}
-
-
-def test_told_to_stop_the_process_ends_without_a_word_and_lets_go(
-    parent: Parent, main: Main
-) -> None:
-    rig = Rig(parent.stop_after(50))
-    main(rig)
-    assert rig.log[-3:] == [ZERO, ZERO, "close"]
-    assert "error" not in parent.status()
-
-
-def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:
-    reached = list[int]()
-    signal.signal(signal.SIGINT, lambda number, _: reached.append(number))
-
-    def each(reads: int) -> None:
-        if reads == 20:
-            signal.raise_signal(signal.SIGINT)
-        if reads == 50:
-            parent.command(stop=True)
-
-    rig = Rig(each)
-    main(rig)
-    assert rig.reads > 50
-    assert reached == []

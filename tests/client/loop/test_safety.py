@@ -3,7 +3,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import pytest
 from hypothesis import given, settings
@@ -11,113 +10,34 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.safety import (
-    FADE_RATE,
+    FAULT_RELEASE_TIME,
     LEAST_RATE,
     OWN_SPEED,
-    RELEASE_TIME,
+    SAFETY_FADE_RATE,
     Mode,
-    SafetyLimits,
     SafetyState,
     guard,
     limited,
     next_share,
     rate_of,
 )
-from tests.strategies import vectors
-
-LIMITS = SafetyLimits()
-PERIOD = LIMITS.period  # s
-ROUNDING = 1e-9  # N; forces of some newtons in doubles
-PRESSED = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, 0.0)  # engaged in full, no force yet
-
-
-class Period(NamedTuple):
-    """What one period brings to the safety layer."""
-
-    wanted: Vec3
-    velocity: Vec3 = ZERO
-    silent: bool = False
-    dt: float = PERIOD
-
-
-any_vector = st.tuples(st.floats(), st.floats(), st.floats())
-forces = vectors(40.0)  # up to 35 N: several times what is allowed
-periods = st.lists(
-    st.builds(
-        Period,
-        wanted=st.one_of(vectors(0.2), vectors(5.0), forces, any_vector),
-        velocity=st.one_of(st.just(ZERO), vectors(2.0), any_vector),
-        silent=st.booleans(),
-        dt=st.one_of(st.just(PERIOD), st.floats(0.0, 0.03)),
-    ),
-    max_size=12,
-)
-pressed = st.builds(
-    SafetyState,
-    mode=st.just(Mode.ENGAGED),
-    scale=st.floats(0.0, 1.0),
-    force=vectors(5.0),
-    quiet=st.just(0),
-    now=st.just(0.0),
-    fault=st.just(""),
-    released=st.just(ZERO),
-    left=st.just(0.0),
-)
-
-
-def smooth(left: float) -> float:
-    """Share of a force that is left when so much of its release is still to come."""
-    return left * left * (3.0 - 2.0 * left)
-
-
-def in_release(released: Vec3, left: float) -> SafetyState:
-    """A hand that is being let go."""
-    force = scale(released, smooth(left))
-    return SafetyState(force=force, now=0.0, fault="a fault", released=released, left=left)
-
-
-states = st.one_of(
-    st.just(SafetyState()),
-    pressed,
-    st.builds(in_release, vectors(5.0), st.floats(0.0, 1.0, exclude_min=True)),
-)
-friendly = st.builds(
+from tests.client.loop.safety_cases import (
+    LIMITS,
+    PERIOD,
+    PRESSED,
+    ROUNDING,
     Period,
-    wanted=forces,
-    velocity=st.just(ZERO),
-    silent=st.booleans(),
-    dt=st.floats(0.0, 0.9 * LIMITS.stall),
+    clamped,
+    counted,
+    forces,
+    friendly,
+    periods,
+    play,
+    pressed,
+    pressing,
+    states,
 )
-
-
-def play(
-    state: SafetyState, periods: list[Period], limits: SafetyLimits = LIMITS
-) -> list[SafetyState]:
-    """Every state on the way, the first included."""
-    now, seen = 0.0 if state.now is None else state.now, [state]
-    for p in periods:
-        now += p.dt
-        state = guard(state, p.wanted, now=now, velocity=p.velocity, silent=p.silent, limits=limits)
-        seen.append(state)
-    return seen
-
-
-def clamped(force: Vec3) -> Vec3:
-    """As much of a force as a hand may get."""
-    return scale(force, min(1.0, LIMITS.max_force / (norm(force) or 1.0)))
-
-
-def pressing(force: Vec3) -> SafetyState:
-    """A hand that has been given `force` for long, or as much of it as it may get."""
-    return PRESSED._replace(force=clamped(force))
-
-
-def counted(period: Period) -> float:
-    """Time of a period in which a force may move [s]."""
-    return min(period.dt, 2.0 * PERIOD)
-
-
-# Bounds
+from tests.strategies import vectors
 
 
 @given(states, periods, st.floats(5.0, 20.0))
@@ -138,7 +58,7 @@ def test_the_force_never_changes_faster_than_its_rate_up_or_down(
     for before, after, period in zip(seen, seen[1:], periods, strict=False):
         steepest = max_rate
         if after.released != ZERO:
-            steepest = STEEPEST * norm(after.released) / RELEASE_TIME
+            steepest = STEEPEST * norm(after.released) / FAULT_RELEASE_TIME
         change = norm(sub(after.force, before.force))
         assert change <= steepest * counted(period) * (1.0 + 1e-6) + ROUNDING
 
@@ -213,122 +133,9 @@ def test_the_same_periods_give_the_same_forces(state: SafetyState, periods: list
     assert play(state, periods) == play(state, periods)
 
 
-# Faults
-
-NAN, INF = math.nan, math.inf
-FAULTS = {
-    "nan wanted": Period((NAN, 0.0, 0.0)),
-    "inf wanted": Period((0.0, -INF, 0.0)),
-    "nan velocity": Period(ZERO, (0.0, 0.0, NAN)),
-    "inf velocity": Period(ZERO, (INF, 0.0, 0.0)),
-    "too fast a hand": Period(ZERO, (0.0, 1.6, 0.0)),
-    "a stall": Period(ZERO, dt=0.021),
-}
-
-
-# One more than the quotient, for its rounding.
-RELEASE = math.ceil(RELEASE_TIME / PERIOD) + 1
-
-
-@pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
-@given(force=forces, then=forces)
-@settings(max_examples=20)
-def test_a_fault_lets_the_hand_go_within_the_release_time_without_a_jerk(
-    fault: Period, force: Vec3, then: Vec3
-) -> None:
-    """Along a smooth ramp, whatever the law asks for meanwhile."""
-    before = pressing(force)
-    wanted = force if fault.wanted == ZERO else fault.wanted
-    seen = play(before, [fault._replace(wanted=wanted)] + [Period(then)] * RELEASE)
-    # A stall is no longer than two periods, either.
-    start = counted(fault) / RELEASE_TIME
-    for k, after in enumerate(seen[1:]):
-        left = max(0.0, 1.0 - start - k * PERIOD / RELEASE_TIME)
-        assert norm(sub(after.force, scale(before.force, smooth(left)))) < ROUNDING
-        assert (after.mode, after.scale, after.quiet) == (Mode.WAITING, 0.0, 0) or left == 0.0
-        assert after.fault
-    assert seen[-1].force == ZERO
-    jerks = [norm(sub(add(a.force, c.force), scale(b.force, 2.0))) for a, b, c in triples(seen)]
-    first = 2.0 if fault.dt > PERIOD else 1.0  # periods that its first step takes
-    bend = 6.0 * norm(before.force) * (PERIOD / RELEASE_TIME) ** 2
-    assert max(jerks) <= first * first * bend + ROUNDING
-
-
-def triples(seen: list[SafetyState]) -> list[tuple[SafetyState, SafetyState, SafetyState]]:
-    return list(zip(seen, seen[1:], seen[2:], strict=False))
-
-
-@pytest.mark.parametrize("again", FAULTS.values(), ids=list(FAULTS))
-@given(st.integers(1, RELEASE - 5))
-def test_a_fault_in_the_middle_of_a_release_does_not_begin_it_anew(
-    again: Period, after: int
-) -> None:
-    first = [FAULTS["nan wanted"]] + [Period(ZERO)] * after
-    once, twice = (
-        play(pressing((6.0, 0.0, 0.0)), [*first, p])[-1]
-        for p in (Period(ZERO, dt=again.dt if again.dt == PERIOD else 2.0 * PERIOD), again)
-    )
-    assert twice.force == once.force
-    assert norm(twice.force) > 0.0
-    assert (twice.left, twice.released) == (once.left, once.released)
-    assert twice.fault != once.fault or again.wanted != ZERO  # the newest is named
-
-
-@pytest.mark.parametrize(
-    ("period", "words"),
-    [
-        (Period((NAN, 0.0, 0.0)), "the law asked for (nan, 0.0, 0.0) N"),
-        (Period(ZERO, (0.0, 2.0, 0.0)), "the hand moved at 2.00 m/s, above 1.5 m/s"),
-        (Period(ZERO, dt=0.05), "the loop stood still for 50 ms, above 20 ms"),
-    ],
-)
-def test_a_fault_names_the_value_and_the_limit(period: Period, words: str) -> None:
-    assert play(PRESSED, [period])[-1].fault == words
-
-
-@given(st.floats(0.0, LIMITS.max_speed), st.floats(0.0, 0.999 * LIMITS.stall))
-def test_what_is_within_the_limits_is_no_fault(speed: float, dt: float) -> None:
-    after = play(PRESSED, [Period((1.0, 0.0, 0.0), (speed, 0.0, 0.0), dt=dt)])[-1]
-    assert (after.mode, after.fault) == (Mode.ENGAGED, "")
-
-
-@given(st.sampled_from(list(FAULTS.values())), st.lists(st.booleans(), max_size=20))
-def test_after_a_fault_force_comes_only_after_quiet_periods_in_a_row(
-    fault: Period, quiet: list[bool]
-) -> None:
-    loud: Vec3 = (2.0, 0.0, 0.0)
-    # What it is let go in does not count, however quiet.
-    state = play(pressing(loud), [fault])[-1]
-    while state.left > 0.0:
-        state = play(state, [Period(ZERO)])[-1]
-    row, engaged = 0, False
-    for is_quiet in quiet:
-        state = play(state, [Period(ZERO if is_quiet else loud)])[-1]
-        row = row + 1 if is_quiet else 0
-        engaged = engaged or row >= LIMITS.engage_periods
-        assert (state.mode is Mode.ENGAGED) == engaged
-        assert bool(state.fault) == (not engaged)
-        if not engaged:
-            assert state.force == ZERO
-
-
-def test_a_hand_deep_in_the_object_is_never_engaged() -> None:
-    seen = play(SafetyState(), [Period((0.0, 0.0, 3.0))] * 5000)
-    assert {state.force for state in seen} == {ZERO}
-    assert seen[-1].mode is Mode.WAITING
-
-
-def test_a_silent_server_never_engages() -> None:
-    state = play(SafetyState(), [Period(ZERO, silent=True)] * 100)[-1]
-    assert state.mode is Mode.WAITING
-
-
-# Fading and rising
-
-
 def whole(force: Vec3, time: float) -> float:
     """How long it takes for a force to come or go as a whole [s]."""
-    return max(time, norm(clamped(force)) / FADE_RATE)
+    return max(time, norm(clamped(force)) / SAFETY_FADE_RATE)
 
 
 @given(st.floats(0.05, 1.0), forces, st.floats(0.0005, 0.01))
@@ -337,7 +144,7 @@ def test_once_silent_the_force_is_exactly_zero_after_the_fade(
     start: float, force: Vec3, dt: float
 ) -> None:
     """Within its time, or as fast as a force may move that the hand does not; however much of it
-    the law asks for beyond what is given.
+    the law asks for beyond that.
     """
     step = min(dt, 2.0 * PERIOD)
     # A hundred-millionth of a period for the rounding of the sum of the periods.
@@ -371,7 +178,7 @@ def test_no_fade_moves_a_force_faster_than_others_may(
 ) -> None:
     after = next_share(share, up, size, time, PERIOD)
     assert 0.0 <= after <= 1.0
-    assert abs(after - share) * size <= FADE_RATE * PERIOD * (1.0 + 1e-9)
+    assert abs(after - share) * size <= SAFETY_FADE_RATE * PERIOD * (1.0 + 1e-9)
     assert abs(after - share) <= PERIOD / time * (1.0 + 1e-9)
     assert (after >= share) if up else (after <= share)
 

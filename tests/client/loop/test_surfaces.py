@@ -48,7 +48,7 @@ def test_a_mesh_patch_is_a_surface_of_the_vertices_that_it_names() -> None:
 
 
 def test_a_stiff_vertex_beside_soft_ones_is_no_division_by_zero() -> None:
-    """Sixteen bits round its compliance to none; a loop takes 1 / C_ii of what it is shown."""
+    """Sixteen bits round its compliance to none; a loop takes 1 / C_ii of the shown surface."""
     near = Neighbourhood.of(range(9), [(0.0, 0.0, 0.0)] * 9, [0.0] * 4 + [1e-9] + [1.0] * 4)
     assert min(near.compliances) == near.compliances[4] == 0
     patch = replace(PLANE, geometry=Geometry.MESH, neighbourhood=near, c_ii=MIN_COMPLIANCE)

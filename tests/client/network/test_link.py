@@ -102,7 +102,7 @@ def test_what_is_no_address_is_called_that(url: str) -> None:
 
 
 def sentence_of(url: str) -> str:
-    """What is said when a link to `url` cannot be opened."""
+    """Message when a link to `url` cannot be opened."""
 
     async def work() -> None:
         link = Link(url, CLOCK, NOW, NOW)
@@ -165,7 +165,7 @@ def test_a_server_of_another_kind_is_called_that(answer: Answer, words: str) -> 
 async def linked(
     handler: Handler, up: LinkSettings = NOW, down: LinkSettings = NOW
 ) -> AsyncGenerator[Link]:
-    """A link to a server of our kind that does what `handler` says."""
+    """A link to a server of our kind that runs `handler`."""
     protocols = [Subprotocol(SUBPROTOCOL)]
     async with serve(handler, "127.0.0.1", 0, subprotocols=protocols, max_size=None) as server:
         port = next(iter(server.sockets)).getsockname()[1]

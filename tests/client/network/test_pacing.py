@@ -12,7 +12,7 @@ from cohaptic_client.network.pacing import GAIN, TARGET_WAIT, Pacer
 ROUNDING = 1e-6  # s; clocks of some hours in doubles, times the ticks of a run
 SETTLED = 1e-4  # s; a tenth of a haptic period
 
-sim_periods = st.floats(0.005, 0.1)  # s; what a server allows
+sim_periods = st.floats(0.005, 0.1)  # s; as a server allows
 phases = st.floats(0.0, 1.0)  # of a period
 
 
@@ -72,7 +72,7 @@ def test_from_any_phase_and_over_any_delay_the_wait_becomes_the_wanted_one(
 def test_over_ten_minutes_the_wait_does_not_drift_though_the_clocks_do(drift: float) -> None:
     period = 1.0 / 60.0
     waits = Line(Pacer(period, 0.0), 0.02, 0.02, drift).run(36_000, period)
-    # The constant gap is what the drift takes in a period from one correction, and on the way.
+    # The constant gap is the drift in a period from one correction, and on the way.
     gap = abs(drift) * (period / GAIN + 0.04 + period)
     assert waits[-30_000:] == pytest.approx([TARGET_WAIT] * 30_000, abs=1.1 * gap + ROUNDING)
 

@@ -51,7 +51,7 @@ def wire(message: Event) -> str | bytes:
 
 
 def session_in(state: State) -> ClientSession:
-    """A session that came to a state by what it heard."""
+    """A session that came to a state by its messages."""
     session = ClientSession()
     if state is not State.AWAIT_WELCOME:
         session.receive(wire(WELCOME))

@@ -1,0 +1,201 @@
+"""The haptic side of a client: the loop's process, from the first welcome to the end.
+
+It outlives a lost connection: the force fades by itself when patches stop, and returns with them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.messages import Welcome
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.status.row import Row
+from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
+from cohaptic_client.loop.handle import HapticProcess, TipSample
+from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.safety import SafetyLimits, rate_of
+from cohaptic_client.settings import ClientSettings
+
+
+class Haptics:
+    """The loop's process and the memory that is shared with it.
+
+    Args:
+        settings: Of the client.
+        clock: Of this process; the loop reads the same time.
+        keep: Called with the rows of the periods since the last call.
+
+    Attributes:
+        row: Newest row of the loop; None before the first.
+        silent_after: Without a patch for this long the loop counts the server as silent [s]; None
+            before the start.
+    """
+
+    def __init__(
+        self, settings: ClientSettings, clock: SystemClock, keep: Callable[[list[Row]], None]
+    ) -> None:
+        self.row: Row | None = None
+        self.silent_after: float | None = None
+        self._settings = settings
+        self._clock = clock
+        self._keep = keep
+        self._memory = LoopMemory.create()
+        self._mesh_file = Path(f"{self._memory.path}.mesh")
+        self._mesh: RestMesh | None = None
+        self._welcome: Welcome | None = None
+        self._process: HapticProcess | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether the loop was started."""
+        return self._process is not None
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the loop was told to end."""
+        return self._process is not None and self._process.stopping
+
+    @property
+    def status(self) -> dict[str, Any]:
+        """Newest report of the loop; empty before the first."""
+        return self._process.status if self._process is not None else {}
+
+    def keep_mesh(self, mesh: RestMesh) -> None:
+        """Keep the resting mesh for the loop, which starts with it.
+
+        Raises:
+            RemoteProtocolError: The loop has the mesh of another body.
+        """
+        if self._mesh not in (None, mesh):
+            limit = "the one of before: start anew"
+            raise RemoteProtocolError("rest mesh", "another body's", limit)
+        if self._mesh is None:
+            self._mesh_file.write_bytes(mesh.encode())
+            self._mesh = mesh
+
+    def start(self, welcome: Welcome) -> None:
+        """Start the loop at the body of a welcome, unless it runs already.
+
+        Raises:
+            RemoteProtocolError: It runs at another body, or for another rate.
+        """
+        if self._welcome is None:
+            rest_mesh = str(self._mesh_file) if self._mesh is not None else None
+            config = loop_config(
+                self._settings,
+                welcome,
+                memory=self._memory.path,
+                clock_origin=self._clock.origin,
+                rest_mesh=rest_mesh,
+            )
+            self._welcome = welcome
+            self.silent_after = config.limits.silent_after
+            self._process = HapticProcess(config, self._memory)
+        elif (welcome.body, welcome.simulation_period) != (
+            self._welcome.body,
+            self._welcome.simulation_period,
+        ):
+            offer = f"{welcome.body.name} at {1.0 / welcome.simulation_period:.4g} Hz"
+            limit = "the body and rate from before: start anew"
+            raise RemoteProtocolError("what the server has now", offer, limit)
+
+    def give_patch(self, frame: bytes) -> None:
+        """Hand the newest patch to the loop.
+
+        Raises:
+            RemoteProtocolError: The loop has not been started.
+        """
+        if self._process is None:
+            limit = "a rest mesh, then samples, before it"
+            raise RemoteProtocolError("message", "Patch", limit)
+        self._process.give_patch(frame)
+
+    def newest_sample(self) -> TipSample | None:
+        """Newest tip and force of the loop; None before its first period."""
+        return self._process.newest_sample() if self._process is not None else None
+
+    def beat(self) -> str:
+        """Tell the loop that this process lives, and take its rows.
+
+        Returns:
+            Its fault; empty for none.
+
+        Raises:
+            DeviceError: The loop has ended because of its device, or died.
+        """
+        if self._process is None:
+            return ""
+        self._process.beat()
+        self._collect(self._process)
+        return str(self._process.status.get("fault", ""))
+
+    async def stop(self) -> None:
+        """Fade the force and end the loop; returns when it has ended."""
+        if self._process is not None:
+            self._process.request_stop()
+            await asyncio.to_thread(self._process.wait)
+            self._collect(self._process)
+
+    def close(self) -> None:
+        """Remove the shared memory and the file of the mesh."""
+        self._memory.close(remove=True)
+        self._mesh_file.unlink(missing_ok=True)
+
+    def _collect(self, process: HapticProcess) -> None:
+        rows = process.new_rows()
+        if rows:
+            self.row = rows[-1]
+            self._keep(rows)
+
+
+def loop_config(
+    settings: ClientSettings,
+    welcome: Welcome,
+    *,
+    memory: str,
+    clock_origin: float,
+    rest_mesh: str | None,
+) -> LoopConfig:
+    """Configuration of the loop of a client whom a server has welcomed.
+
+    Args:
+        settings: Of the client.
+        welcome: Of the server.
+        memory: Path of the shared memory.
+        clock_origin: Of this process's clock [s].
+        rest_mesh: Path of the file with the resting mesh; None without mesh patches.
+    """
+    device = device_info(settings.device)
+    body, simulation_period = welcome.body, welcome.simulation_period
+    period = haptic_period(settings.loop_hz)
+    limits = SafetyLimits(
+        max_force=settings.force_limit,
+        max_rate=rate_of(device.max_stiffness),
+        stall=device.stall,
+        silent_after=silent_after(simulation_period),
+        period=period,
+    )
+    intention = settings.script.intention(body.center, body.radius)
+    return LoopConfig(
+        memory=memory,
+        clock_origin=clock_origin,
+        haptic_period=period,
+        simulation_period=simulation_period,
+        law=law_settings(settings.thresholds, simulation_period, limits),
+        smoothing=settings.smoothing,
+        friction=settings.friction,
+        follow=settings.fixed_gains is None,
+        max_damping=settings.damping_limit,
+        device=DeviceConfig(
+            settings.device, body.center, body.radius, settings.script.hand, intention
+        ),
+        limits=limits,
+        rest_mesh=rest_mesh,
+    )

@@ -1,0 +1,99 @@
+"""The arrival of a patch: the changes at once, and how the loop moves to it afterwards."""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic.control.geometry import Sight, blend, difference, shift
+from cohaptic.protocol.patch import Patch
+from cohaptic.vec import Vec3
+from cohaptic_client.loop.gains import gains_as_sent
+from cohaptic_client.loop.law_fade import LawFade, Running, switch
+from cohaptic_client.loop.state import LoopSettings, LoopState
+
+# Multiple of the longest recent gap between patches: a silence up to that is the link's jitter.
+PATIENCE = 2.0
+LONGEST_PATIENCE = 1.0  # s; no link that is worth touching over is silent for longer
+FORGET_GAPS = 30.0  # s; time constant with which a long gap is forgotten
+
+
+def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> LoopState:
+    """Take a patch in; one that is older than the newest is left out.
+
+    Surface and gain move to the new patch over one simulation period, from the surface shown now.
+    (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
+    slowly: the line is also a filter. Stability goes before transparency.)
+    """
+    # After a silence it may be another server's: one that was started anew counts from 1.
+    silent = is_silent(state, now, settings)
+    if state.patch is not None and patch.tick <= state.patch.tick and not silent:
+        return state
+    surface = settings.surface(patch)
+    gains = gains_as_sent(patch, settings)
+    gap = now - state.arrived
+    patience = next_patience(state.patience, gap) if gap < math.inf else state.patience
+    if state.fade is None:
+        fade = LawFade(Running(patch.law, gains))
+    else:
+        fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
+    before, offset = state.surface, None
+    at_arrival = shown(state, state.probe, progress(state, now, settings))
+    if before is not None and at_arrival is not None:
+        offset = difference(at_arrival, before.look(state.probe))
+    return state._replace(
+        patch=patch,
+        arrived=now,
+        before=before,
+        offset=offset,
+        surface=surface,
+        k_h_before=fade.now.gains.k_h,
+        fade=fade,
+        patience=patience,
+    )
+
+
+def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
+    """Share of the way to the newest patch that is done at `now`, 0 to 1."""
+    way = settings.smoothing * settings.simulation_period
+    return min(1.0, (now - state.arrived) / way) if way > 0.0 else 1.0
+
+
+def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
+    """The surface at a probe, on the way from the patch before to the newest.
+
+    Args:
+        state: After the arrival of the newest patch.
+        probe: Position [m].
+        share: Of the way that is done, `progress`.
+
+    Returns:
+        None before the first patch.
+    """
+    if state.surface is None:
+        return None
+    sight = state.surface.look(probe)
+    if share >= 1.0 or state.before is None:
+        return sight
+    return blend(shift(state.before.look(probe), state.offset), sight, share)
+
+
+def is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
+    """Whether the newest patch is so old that the server counts as silent.
+
+    On a link that jitters the force would else be faded again and again, and every fade is a pulse
+    for the others. The local surface is passive by itself: there is no hurry.
+    """
+    return now - state.arrived > max(settings.limits.silent_after, state.patience)
+
+
+def next_patience(patience: float, gap: float) -> float:
+    """How long the server may be silent, after one more patch [s].
+
+    Args:
+        patience: Before it [s].
+        gap: Time since the patch before [s].
+    """
+    kept = patience * math.exp(-gap / FORGET_GAPS)
+    if gap > LONGEST_PATIENCE:
+        return kept  # an outage, which says nothing about the jitter of the link
+    return min(LONGEST_PATIENCE, max(PATIENCE * gap, kept))

@@ -1,0 +1,223 @@
+"""The contact in one period: gain, direction, depth, law, damping and friction, in that order.
+
+Each moves no faster than its share of `EXTERNAL_RATE` allows, but for the hand's own motion.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cohaptic.control.friction import (
+    NO_FRICTION,
+    Compliance3,
+    FrictionState,
+    friction_step,
+    normal_shift,
+)
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import NO_FORCE, LocalForce
+from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
+from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.gains import follow_gains
+from cohaptic_client.loop.law_fade import LAW_FADE_RATE, LawFade, run
+from cohaptic_client.loop.passivity import dissipate
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
+from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_normal
+from cohaptic_client.loop.state import LoopSettings, LoopState
+
+
+class Contact(NamedTuple):
+    """The contact in one period, before the safety layer.
+
+    Fields:
+        fade: Law in use; None before the first patch.
+        normal: Direction of the normal force.
+        depth: Of the probe below the surface, as in `LoopState` [m].
+        moved: Way of the hand in this period [m].
+        moved_in: Its part into the surface [m].
+        local: Answer of the law.
+        damping: Of the passivity layer [N s/m].
+        damped_force: Normal force with that damping [N].
+        friction: Memory of the sticking contact.
+        compliance: That the friction uses; None without friction.
+        law_force: Of law and friction: the body's share [N].
+        requested_force: The same with the damping: of the hand, before its limits [N].
+    """
+
+    fade: LawFade | None
+    normal: Vec3
+    depth: float
+    moved: Vec3
+    moved_in: float
+    local: LocalForce
+    damping: float
+    damped_force: float
+    friction: FrictionState
+    compliance: Compliance3 | None
+    law_force: Vec3
+    requested_force: Vec3
+
+
+_START = LoopState()
+NO_SURFACE = Contact(
+    None, _START.normal, _START.depth, ZERO, 0.0, NO_FORCE, 0.0, 0.0, NO_FRICTION, None, ZERO, ZERO
+)
+
+
+def press(
+    state: LoopState,
+    sample: DeviceSample,
+    sight: Sight,
+    share: float,
+    dt: float,
+    silent: bool,
+    settings: LoopSettings,
+) -> Contact:
+    """Law, friction and damping at a surface, before the limits of the safety layer.
+
+    Args:
+        state: After the last period, with a patch.
+        sample: Of the device.
+        sight: Of the surface that is shown.
+        share: Of the way to the newest patch that is done, 0 to 1.
+        dt: Time since the last period [s].
+        silent: Whether the server counts as silent.
+        settings: Of the loop.
+    """
+    patch, fade = state.patch, state.fade
+    assert patch is not None
+    assert fade is not None
+    # A late period moves the force by no more than two punctual ones.
+    counted = min(dt, 2.0 * settings.limits.period)
+    moved = sub(sample.position, state.probe)
+
+    k_h_before = fade.now.gains.k_h
+    if patch.law is fade.now.law:
+        fade = follow_gains(state, patch, fade, sight, share, counted, settings)
+    k_h = fade.now.gains.k_h
+    pace = _pace_of_surface(state, fade, abs(k_h - k_h_before), silent, counted)
+    C: Compliance3 | None = None
+    if settings.friction > 0.0:
+        pace *= 0.5  # the other half is the friction's
+        C = _compliance(state, patch.compliance, pace, counted / settings.simulation_period)
+
+    normal, depth = sight.normal, sight.depth
+    if state.normal_force > 0.0 and normal != state.normal:
+        normal, pace = _direction(state, sight, moved, k_h, pace, settings)
+    moved_in = -dot(normal, moved)
+    if state.sight is not None and state.safety.scale > 0.0:
+        depth = hold_back(state.depth + moved_in, depth, pace / max(k_h, SOFT))
+
+    fade, local = _law_force(state, fade, sight, depth, normal, C, counted, settings)
+    force = law_force = scale(normal, local.normal_force)
+    damping, damped_force = 0.0, local.normal_force
+    if settings.max_damping > 0.0 and state.sight is not None:
+        damping, damped_force = _damped(state, sample, normal, damped_force, counted, settings)
+        if damped_force != local.normal_force:
+            force = scale(normal, damped_force)
+    friction = NO_FRICTION
+    if C is not None:
+        friction = _friction_force(state, sight, moved, normal, local, k_h, C, pace, settings)
+        force, law_force = add(force, friction.force), add(law_force, friction.force)
+    return Contact(
+        fade, normal, depth, moved, moved_in, local, damping, damped_force, friction, C,
+        law_force, force,
+    )  # fmt: skip
+
+
+def _pace_of_surface(
+    state: LoopState, fade: LawFade, gain_change: float, silent: bool, counted: float
+) -> float:
+    """By how much the movement of the surface may change the force in this period [N].
+
+    `EXTERNAL_RATE` is for all that the hand's own motion does not cause: a change of the gain, a
+    fade of the safety layer and a change of the law take their parts of it first.
+    """
+    pace = EXTERNAL_RATE * counted
+    pace -= gain_change * max(0.0, state.depth)
+    if silent or state.safety.scale < 1.0:
+        pace -= SAFETY_FADE_RATE * counted
+    if fade.before is not None:
+        pace -= LAW_FADE_RATE * counted
+    return max(0.0, pace)
+
+
+def _compliance(
+    state: LoopState, newest: Compliance3 | None, pace: float, share: float
+) -> Compliance3 | None:
+    """Compliance that the friction uses in this period [m/N]; its change has half of the pace."""
+    return slew_compliance(
+        state.compliance, newest, state.friction, state.normal_force, share, 0.5 * pace
+    )
+
+
+def _direction(
+    state: LoopState, sight: Sight, moved: Vec3, k_h: float, pace: float, settings: LoopSettings
+) -> tuple[Vec3, float]:
+    """Direction of the force at a surface that has turned, and the pace that remains [N]."""
+    if sight.depth <= 0.0:
+        return state.normal, pace  # a force that is to go need not turn any more
+    force = min(state.normal_force, settings.limits.max_force)
+    return slew_normal(state.normal, sight.normal, moved, k_h, force, pace)
+
+
+def _law_force(
+    state: LoopState,
+    fade: LawFade,
+    sight: Sight,
+    depth: float,
+    normal: Vec3,
+    C: Compliance3 | None,
+    counted: float,
+    settings: LoopSettings,
+) -> tuple[LawFade, LocalForce]:
+    """The law's answer at the depth in use, less the shift of the contact by the friction."""
+    if C is not None:
+        depth -= normal_shift(state.friction, normal, C)
+    if depth != sight.depth:
+        sight = Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
+    return run(fade, sight, counted, settings.law)
+
+
+def _damped(
+    state: LoopState,
+    sample: DeviceSample,
+    normal: Vec3,
+    normal_force: float,
+    counted: float,
+    settings: LoopSettings,
+) -> tuple[float, float]:
+    """Damping of the passivity layer [N s/m], and the normal force with it [N]."""
+    owed, damping, _ = state.passivity
+    speed_in = -dot(normal, sample.velocity)
+    return dissipate(owed, damping, normal_force, speed_in, counted, settings.max_damping)
+
+
+def _friction_force(
+    state: LoopState,
+    sight: Sight,
+    moved: Vec3,
+    normal: Vec3,
+    local: LocalForce,
+    k_h: float,
+    C: Compliance3,
+    pace: float,
+    settings: LoopSettings,
+) -> FrictionState:
+    """Memory of the sticking contact after this period; its friction force is a part of that."""
+    if state.sight is not None and state.friction.touching:
+        # The anchor lies at `depth` below the tip, along the normal of the last period. Where the
+        # surface has turned since, a part of that depth is a way along it.
+        moved = sub(moved, scale(state.normal, max(0.0, state.depth)))
+    return friction_step(
+        state.friction,
+        moved,
+        sight.u_others,
+        normal,
+        local.normal_force,
+        C,
+        settings.friction,
+        min(1.0, k_h * sight.c_ii),
+        settings.max_stiffness,
+        0.5 * pace,
+    )

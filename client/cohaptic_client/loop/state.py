@@ -1,0 +1,123 @@
+"""Constants of the loop, its memory from period to period, and the results of a period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState
+from cohaptic.control.geometry import Sight, Surface
+from cohaptic.control.law import Law, LawSettings, LocalForce
+from cohaptic.protocol.patch import Patch
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.loop.law_fade import LawFade
+from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
+from cohaptic_client.loop.safety import NEVER_ENGAGED, SafetyLimits, SafetyState
+from cohaptic_client.loop.surfaces import flat_surface
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSettings:
+    """Constants of one client's loop.
+
+    Args:
+        simulation_period: Time between patches, N T [s].
+        limits: Of the safety layer.
+        law: Of the integral of `Law.PI`.
+        smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
+            it as the paper does, with a step of the surface at every patch.
+        max_damping: Of the passivity layer; 0 switches it off [N s/m].
+        surface: Makes the local surface of a patch.
+        friction: mu of the contact; 0 for none.
+        follow: Whether gains follow the compliance under a sliding probe; not those that the user
+            has fixed.
+        max_stiffness: Largest gain that the device renders stably [N/m].
+    """
+
+    simulation_period: float
+    limits: SafetyLimits
+    law: LawSettings = field(default_factory=LawSettings)
+    smoothing: float = 1.0
+    max_damping: float = 0.0
+    surface: Callable[[Patch], Surface] = flat_surface
+    friction: float = 0.0
+    follow: bool = True
+    max_stiffness: float = math.inf
+
+
+class LoopState(NamedTuple):
+    """Memory of the loop. A tuple: three times as fast to make, and this runs every period.
+
+    Fields:
+        patch: Newest patch; None before the first.
+        arrived: When it came [s].
+        before: Surface of the patch before.
+        offset: Difference between the surface that was shown when the newest patch came and
+            `before`, at the probe.
+        surface: Surface of the newest patch; None before the first.
+        k_h_before: Gain in use when it came [N/m].
+        fade: Law in use; None before the first patch.
+        normal_force: Of the law in the last period [N].
+        sight: Of the surface shown in the last period; None before the first.
+        depth: Of the probe below that surface, held back by `hold_back` [m]. The surface is free
+            of this client's own force: the friction's normal shift, and for the laws of the paper
+            the dent of that force, are still to be subtracted. -inf without a surface.
+        probe: Position in the last period [m].
+        normal: Direction of the normal force in the last period, held back by `turn_back`.
+        passivity: Memory of the passivity layer.
+        friction: Memory of the sticking contact.
+        compliance: That the friction uses, on its way to the newest patch's; None without one.
+        safety: Memory of the safety layer.
+        patience: How long the server may be silent on this link [s].
+    """
+
+    patch: Patch | None = None
+    arrived: float = -math.inf
+    before: Surface | None = None
+    offset: Sight | None = None
+    surface: Surface | None = None
+    k_h_before: float = 0.0
+    fade: LawFade | None = None
+    normal_force: float = 0.0
+    sight: Sight | None = None
+    depth: float = -math.inf
+    probe: Vec3 = ZERO
+    normal: Vec3 = (0.0, 0.0, 1.0)
+    passivity: Passivity = NOTHING_OWED
+    friction: FrictionState = NO_FRICTION
+    compliance: Compliance3 | None = None
+    safety: SafetyState = NEVER_ENGAGED
+    patience: float = 0.0
+
+    @property
+    def k_h(self) -> float:
+        """Gain in use [N/m]; 0 before the first patch."""
+        return self.fade.now.gains.k_h if self.fade else 0.0
+
+    @property
+    def law(self) -> Law | None:
+        """Law in use."""
+        return self.fade.now.law if self.fade else None
+
+
+class Output(NamedTuple):
+    """Results of one period.
+
+    Fields:
+        force: On the hand, to the device [N].
+        on_body: Force that the body gets: that on the hand without the damping of the passivity
+            layer, which is the hand's affair [N].
+        local: Answer of the law.
+        damping_force: Of the passivity layer, along the normal [N].
+        u_others: Displacement of the contact point by the others, along the normal [m].
+        silent: Whether the server counts as silent.
+    """
+
+    force: Vec3
+    on_body: Vec3
+    local: LocalForce
+    damping_force: float
+    u_others: float
+    silent: bool

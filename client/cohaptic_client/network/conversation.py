@@ -1,0 +1,196 @@
+"""One connection to a server, from the greeting to its end: hearing, sending, timing, pacing."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import replace
+
+from cohaptic.clock import Clock
+from cohaptic.errors import CohapticError, RemoteProtocolError
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import ZERO
+from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.haptics import Haptics
+from cohaptic_client.loop.handle import TipSample
+from cohaptic_client.network.link import Data, Link
+from cohaptic_client.network.pacing import Pacer
+from cohaptic_client.network.session import ClientSession
+from cohaptic_client.network.timing import LinkTiming
+from cohaptic_client.settings import ClientSettings
+
+_IDLE = 0.1  # s between two looks for a schedule, while there is none
+_FLUSH = 0.1  # s for the last message to leave the machine
+
+
+class Refused(CohapticError):
+    """The server said why this client may not take part.
+
+    Args:
+        code: Of `CloseCode`.
+        reason: In the server's words.
+    """
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(code, reason)
+        self.code = code
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"the server refused: {self.reason}"
+
+
+class Conversation:
+    """Messages of one connection, between the network and the haptic loop.
+
+    Args:
+        link: To the server, open.
+        settings: Of the client.
+        clock: Of the client.
+        haptics: Started by the server's welcome, with the rest mesh where patches need one.
+        tell: Called with each piece of news for people.
+
+    Attributes:
+        active: Whether messages can be sent.
+        timing: Round trip and clock offset of this connection.
+        server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        settings: ClientSettings,
+        clock: Clock,
+        haptics: Haptics,
+        tell: Callable[[str], None],
+    ) -> None:
+        self.active = False
+        self.timing = LinkTiming()
+        self.server_to_wall = 0.0
+        self._link = link
+        self._settings = settings
+        self._clock = clock
+        self._haptics = haptics
+        self._tell = tell
+        self._session = ClientSession()
+        self._welcome: Welcome | None = None
+        self._pacer: Pacer | None = None
+        self._seq = 0
+
+    async def run(self) -> str:
+        """Greet, hear and send until the connection ends; returns why it ended.
+
+        Raises:
+            Refused: The server refused this client.
+            RemoteProtocolError: The server broke the protocol.
+        """
+        self._link.send(self._session.greeting(greeting(self._settings)))
+        self.active = True
+        sender = asyncio.ensure_future(self._send())
+        listener = asyncio.ensure_future(self._link.receive(self._hear))
+        try:
+            # The sender ends only by an exception, which is then this client's end.
+            await asyncio.wait({sender, listener}, return_when=asyncio.FIRST_COMPLETED)
+            if sender.done():
+                sender.result()
+            return await listener
+        finally:
+            self.active = False
+            sender.cancel()
+            listener.cancel()
+
+    async def say_goodbye(self) -> None:
+        """Send a last sample without force, then the farewell; returns when both have left."""
+        # Nothing of the schedule goes out behind the farewell.
+        self._pacer = None
+        tip = self._haptics.newest_sample()
+        if tip is not None:
+            self._send_sample(replace(tip, force=ZERO))
+        self._link.send(self._session.farewell())
+        # Both are still on their way through the injected delay.
+        up = self._settings.up
+        await asyncio.sleep(up.delay + up.jitter + _FLUSH)
+
+    def _hear(self, data: Data) -> None:
+        """One message from the server, after its injected delay."""
+        event = self._session.receive(data)
+        if isinstance(event, Patch):
+            assert isinstance(data, bytes)
+            self._haptics.give_patch(data)
+            self._learn(event)
+        elif isinstance(event, Welcome):
+            self._welcome = event
+            if self._settings.geometry != "mesh":
+                self._begin(event)
+        elif isinstance(event, RestMesh):
+            self._take_mesh(event)
+        elif isinstance(event, UserJoined):
+            self._tell(f"{event.name} joined")
+        elif isinstance(event, UserLeft):
+            self._tell(f"{event.name} left: {event.reason}")
+        else:
+            raise Refused(event.code, event.message)
+
+    def _take_mesh(self, mesh: RestMesh) -> None:
+        if self._welcome is None or self._settings.geometry != "mesh":
+            raise RemoteProtocolError("message", "RestMesh", "none: this client did not ask for it")
+        self._haptics.keep_mesh(mesh)
+        self._begin(self._welcome)
+
+    def _begin(self, welcome: Welcome) -> None:
+        """The server took this client in: start its schedule, and the loop if it does not run."""
+        others = ", ".join(welcome.users) or "nobody else"
+        self._tell(f"touching {welcome.body.name} with {others}")
+        self.server_to_wall = welcome.to_wall
+        self._pacer = Pacer(welcome.simulation_period, self._clock.now())
+        self._haptics.start(welcome)
+
+    def _learn(self, patch: Patch) -> None:
+        """Learn from a patch how long the way there and back is, and when to send."""
+        if patch.seq == 0 or self._pacer is None:
+            return
+        self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)
+        self.timing = self.timing.measured(
+            t_client=patch.t_client,
+            t_server=patch.t_server,
+            sample_wait=patch.sample_wait,
+            now=self._clock.now(),
+        )
+
+    async def _send(self) -> None:
+        """Send the newest sample once per simulation period, timed by the pacer."""
+        while True:
+            wait = _IDLE if self._pacer is None else self._pacer.due - self._clock.now()
+            await asyncio.sleep(max(0.0, wait))
+            if self._pacer is None:
+                continue
+            if self._pacer.due > self._clock.now():
+                continue  # moved by a report in the meantime
+            self._pacer = self._pacer.sent(self._clock.now())
+            tip = self._haptics.newest_sample()
+            if tip is not None:
+                self._send_sample(tip)
+
+    def _send_sample(self, tip: TipSample) -> None:
+        self._seq += 1
+        sample = ContactSample(self._seq, tip.tick, tip.t, tip.probe, tip.force)
+        self._link.send(sample.encode())
+
+
+def greeting(settings: ClientSettings) -> Hello:
+    """First message of a client with these settings."""
+    return Hello(
+        protocol=PROTOCOL_VERSION,
+        name=settings.name,
+        law=settings.law,
+        max_stiffness=device_info(settings.device).max_stiffness,
+        max_force=settings.force_limit,
+        damping_budget=settings.damping_limit,
+        geometry=settings.geometry,
+        friction=settings.friction > 0.0,
+        fixed_gains=settings.fixed_gains,
+    )

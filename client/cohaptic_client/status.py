@@ -1,0 +1,80 @@
+"""The state of a client, for people and programs, as a function of its parts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from cohaptic.status.report import TouchStatus
+from cohaptic.status.row import Row
+from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.network.timing import LinkTiming
+from cohaptic_client.settings import ClientSettings
+
+
+def touch_status(
+    settings: ClientSettings,
+    row: Row | None,
+    loop: Mapping[str, Any],
+    timing: LinkTiming,
+    *,
+    server_to_wall: float,
+    to_wall: float,
+    silent_after: float | None,
+    stopping: bool,
+) -> TouchStatus:
+    """State of a client.
+
+    Args:
+        settings: Of the client.
+        row: Newest row of its loop; None before the first.
+        loop: Newest report of its loop.
+        timing: Of its connection.
+        server_to_wall: Unix time less the server's clock [s].
+        to_wall: Unix time less this client's clock [s].
+        silent_after: Without a patch for this long the server counts as silent [s]; None unknown.
+        stopping: Whether the loop was told to end.
+    """
+    if row is None:
+        return TouchStatus(name=settings.name, state="connecting")
+    offset = 0.0
+    if timing.best is not None:
+        offset = timing.clock_offset + server_to_wall - to_wall
+    return TouchStatus(
+        name=settings.name,
+        state=state_in_words(row, silent_after=silent_after, stopping=stopping),
+        force=math.hypot(row.fx, row.fy, row.fz),
+        felt_from_others=row.scale * row.felt_from_others,
+        indentation=row.indentation,
+        k_o=row.k_o,
+        k_h=row.k_h,
+        lag=row.lag,
+        max_stiffness=device_info(settings.device).max_stiffness,
+        along=row.along if settings.friction > 0.0 else None,
+        law=settings.law.value,
+        round_trip=timing.round_trip,
+        jitter=timing.jitter,
+        clock_offset=offset,
+        clock_error=timing.clock_error,
+        loop_hz=float(loop.get("loop_hz", 0.0)),
+        loop_late_p99=float(loop.get("late_p99", 0.0)),
+        loop_missed=int(loop.get("missed", 0)),
+        level=row.level,
+        fault=str(loop.get("fault", "")),
+    )
+
+
+def state_in_words(row: Row, *, silent_after: float | None, stopping: bool) -> str:
+    """State of a client in a word or two; the arguments are those of `touch_status`."""
+    if stopping:
+        return "stopped"
+    if row.tick == 0:
+        return "connecting"
+    # On a link that jitters the loop waits for longer (`arrival.is_silent`).
+    silent = silent_after is not None and row.patch_age > silent_after
+    if silent and row.scale < 1.0:
+        return "server silent"
+    if row.scale == 0.0:
+        return "waiting"
+    return "touching" if row.wanted > 0.0 else "free"

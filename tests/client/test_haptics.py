@@ -1,0 +1,105 @@
+"""The loop's configuration from settings and welcome, and which welcomes a loop takes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.status.row import Row
+from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.haptics import Haptics, loop_config
+from cohaptic_client.loop.config import LoopConfig, silent_after
+from cohaptic_client.settings import ClientSettings
+
+BODY = BodyInfo(name="plane", center=(0.1, 0.2, 0.3), radius=0.1, contact_radius=0.02)
+SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
+
+
+def welcome(simulation_period: float = 1.0 / 60.0) -> Welcome:
+    return Welcome(
+        user=1,
+        name="left",
+        simulation_period=simulation_period,
+        to_wall=0.0,
+        body=BODY,
+        users=(),
+    )
+
+
+def config(settings: ClientSettings, simulation_period: float = 1.0 / 60.0) -> LoopConfig:
+    return loop_config(
+        settings, welcome(simulation_period), memory="here", clock_origin=5.0, rest_mesh=None
+    )
+
+
+@given(
+    st.floats(500.0, 4000.0),
+    st.floats(0.005, 0.1),
+    st.floats(0.1, 20.0),
+    st.booleans(),
+    st.sampled_from(["simulated", "spacemouse"]),
+)
+def test_the_loop_gets_the_settings_the_body_and_the_limits_of_the_device(
+    loop_hz: float, simulation_period: float, max_force: float, passivity: bool, name: str
+) -> None:
+    settings = replace(
+        SETTINGS, loop_hz=loop_hz, max_force=max_force, passivity=passivity, device=name
+    )
+    made = config(settings, simulation_period)
+    device = device_info(name)
+    assert (made.memory, made.clock_origin, made.rest_mesh) == ("here", 5.0, None)
+    assert made.haptic_period == made.limits.period == pytest.approx(1.0 / loop_hz)
+    assert made.simulation_period == simulation_period
+    assert made.limits.silent_after == silent_after(simulation_period)
+    assert made.limits.max_force == made.law.max_force <= max_force
+    if device.max_force > 0.0:
+        assert made.limits.max_force <= device.max_force
+    assert made.limits.stall == device.stall
+    assert (made.max_damping > 0.0) <= passivity
+    assert (made.device.name, made.device.center, made.device.radius) == (
+        name,
+        BODY.center,
+        BODY.radius,
+    )
+
+
+@pytest.mark.parametrize("fixed", [None, FixedGains(k_h=100.0, integral_gain=0.0)])
+def test_only_gains_that_the_user_has_not_fixed_follow_the_compliance(
+    fixed: FixedGains | None,
+) -> None:
+    assert config(replace(SETTINGS, fixed_gains=fixed)).follow is (fixed is None)
+
+
+def test_before_the_start_there_is_nothing_to_say_and_a_patch_breaks_the_protocol() -> None:
+    rows = list[Row]()
+    haptics = Haptics(SETTINGS, SystemClock(), rows.extend)
+    try:
+        assert not haptics.running
+        assert not haptics.stopping
+        assert haptics.beat() == ""
+        assert (haptics.status, haptics.newest_sample(), haptics.row) == ({}, None, None)
+        with pytest.raises(RemoteProtocolError, match="a rest mesh, then samples, before it"):
+            haptics.give_patch(b"")
+    finally:
+        haptics.close()
+    assert rows == []
+
+
+def test_a_mesh_is_kept_once_and_another_one_is_refused() -> None:
+    mesh = RestMesh(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0, 1, 2),))
+    other = RestMesh(((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0, 1, 2),))
+    haptics = Haptics(SETTINGS, SystemClock(), lambda _rows: None)
+    try:
+        haptics.keep_mesh(mesh)
+        haptics.keep_mesh(mesh)
+        with pytest.raises(RemoteProtocolError, match="another body's"):
+            haptics.keep_mesh(other)
+    finally:
+        haptics.close()
