@@ -32,7 +32,7 @@ from cohaptic_server.inspection.inspection import inspect as look
 from cohaptic_server.inspection.picture import draw
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.store.cache import folder
+from cohaptic_server.objects.store.cache import cache_folder
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
@@ -68,7 +68,7 @@ def prepare(
         solid = build(wanted, progress).solid
     print(
         f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
-        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {folder()} after"
+        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
         f" {clock.now() - begun:.1f} s"
     )
 

@@ -33,7 +33,8 @@ from cohaptic_server.cli.object_options import (
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.object_file import KINDS, ObjectFile
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.listener import page_address

@@ -12,7 +12,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.places import Standing, stand
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.fix_rule import held_in
+from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 
@@ -49,7 +49,7 @@ def set_up(
     if name == BALLOON:
         return body, scene, ""
     progress("places for the hands", 0.0)
-    held = held_in(solid, body.mesh.vertices)
+    held = fixed_vertices(solid, body.mesh.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
         found = stand(body, np.asarray(held), scene.users)

@@ -18,7 +18,8 @@ from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.tetrahedralise import ENVELOPE
 
 HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass
@@ -168,8 +169,8 @@ def what_came(wanted: ObjectFile, prepared: Prepared) -> list[str]:
     if prepared.simplified:
         found.append(f"simplified to {prepared.simplified:,} at your word")
     problems = prepared.surface.problems()
-    if prepared.surface.pieces > 1:
-        problems.append(f"it was in {prepared.surface.pieces} pieces")
+    if prepared.surface.components > 1:
+        problems.append(f"it was in {prepared.surface.components} pieces")
     if problems:
         found += [*problems, "closed and untangled as fTetWild saw fit (--repair)"]
     else:

@@ -10,7 +10,8 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.inspection.inspection import Inspection, inspect, what_came
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.testing.blocks import block
 
