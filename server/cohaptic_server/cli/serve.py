@@ -14,26 +14,12 @@ from threadpoolctl import threadpool_limits
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.cli.object_options import (
-    SOLID,
-    ContactRadius,
-    Edge,
-    Fix,
-    FixMesh,
-    Order,
-    Poisson,
-    Repair,
-    Scale,
-    Simplify,
-    Young,
-)
+from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
@@ -43,6 +29,7 @@ from cohaptic_server.shell.server import CohapticServer
 SWITCH_INTERVAL = 5e-4  # s between two threads of Python
 
 
+@takes_object
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
@@ -53,16 +40,8 @@ def serve(
             help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."
         ),
     ] = "balloon",
-    young: Young = SOLID.young,
-    poisson: Poisson = SOLID.nu,
-    fix: Fix = "",
-    fix_mesh: FixMesh = None,
-    scale: Scale = 1.0,
-    edge: Edge = 0.05,
-    order: Order = SOLID.order,
-    contact_radius: ContactRadius = 0.0,
-    repair: Repair = False,
-    simplify: Simplify = 0,
+    *,
+    options: ObjectOptions,
     nonlinear: Annotated[
         bool,
         typer.Option(
@@ -105,19 +84,18 @@ def serve(
         format="%(asctime)s %(message)s",
         datefmt="%H:%M:%S",
     )
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()),
     )  # fmt: skip
-    material = SolidSettings(young, poisson, contact_radius, order)
-    solid = ObjectFile(Path(body), fix, scale, edge, repair, material, fix_mesh, simplify)
+    source = options.of(Path(body))
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
         touched = build_body(
             body,
-            solid,
+            source,
             nonlinear=nonlinear,
             damping=damping,
             period=1.0 / simulation_hz,
@@ -142,7 +120,7 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
     logging.info("page %s", page_address(url))
     if settings.host not in LOOPBACK:
         logging.warning("listening on %s without access control", settings.host)
-    # What solves beside the tick gives way to it this soon; the default is a third of a tick.
+    # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside

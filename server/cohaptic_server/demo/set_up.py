@@ -21,7 +21,7 @@ FIX = "z < 15%"  # of an object, unless the user says otherwise: it stands on it
 
 
 def set_up(
-    scene: Scene, name: str, solid: ObjectFile, *, nonlinear: bool, progress: Progress
+    scene: Scene, name: str, source: ObjectFile, *, nonlinear: bool, progress: Progress
 ) -> tuple[Body, Scene, str]:
     """Build what is touched, and put the hands on it.
 
@@ -45,11 +45,11 @@ def set_up(
     if scene.drags and name != BALLOON:
         why = f"{BALLOON}: on no other is it known where one finger drags another"
         raise SettingError("body of the demonstration with friction", repr(name), why)
-    body = build_body(name, solid, nonlinear=nonlinear, progress=progress)
+    body = build_body(name, source, nonlinear=nonlinear, progress=progress)
     if name == BALLOON:
         return body, scene, ""
     progress("places for the hands", 0.0)
-    held = fixed_vertices(solid, body.mesh.vertices)
+    held = fixed_vertices(source, body.mesh.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
         found = stand(body, np.asarray(held), scene.users)
@@ -68,15 +68,9 @@ def told(found: Standing, names: tuple[str, ...]) -> str:
     return f"{presses}; {'; '.join(others)}."
 
 
-def serve_options(name: str, solid: ObjectFile, *, nonlinear: bool) -> list[str]:
+def serve_options(name: str, source: ObjectFile, *, nonlinear: bool) -> list[str]:
     """Options with which `cohaptic serve` has the same body."""
     options = ["--body", name, *(["--nonlinear"] if nonlinear else [])]
     if name == BALLOON:
         return options
-    material = solid.material
-    options += ["--young", repr(material.young), "--poisson", repr(material.nu)]
-    options += ["--order", str(material.order), "--contact-radius", repr(material.contact_radius)]
-    options += ["--scale", repr(solid.scale), "--edge", repr(solid.edge)]
-    options += ["--simplify", str(solid.simplify)]
-    options += ["--fix-mesh", str(solid.fix_mesh)] if solid.fix_mesh else ["--fix", solid.fix]
-    return options + (["--repair"] if solid.repair else [])
+    return options + source.to_arguments()

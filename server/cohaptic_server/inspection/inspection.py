@@ -118,7 +118,7 @@ class Inspection:
         return words
 
 
-def inspect(
+def inspect_object(
     wanted: ObjectFile,
     built: Built,
     clock: Clock,
