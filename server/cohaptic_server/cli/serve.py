@@ -26,7 +26,36 @@ from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.server import CohapticServer
 
-SWITCH_INTERVAL = 5e-4  # s between two threads of Python
+SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
+
+BodyName = Annotated[
+    str,
+    typer.Option(help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."),
+]
+Nonlinear = Annotated[
+    bool,
+    typer.Option(
+        "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
+    ),
+]
+Relaxation = Annotated[
+    float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
+]
+AllowFixedGains = Annotated[
+    bool,
+    typer.Option(
+        "--allow-fixed-gains",
+        help="Let clients choose their own gains, unstable ones too: experiments only.",
+    ),
+]
+AllowLatency = Annotated[
+    bool,
+    typer.Option("--allow-latency", help="Let pages inject latency between users and the server."),
+]
+AllowOrigin = Annotated[
+    list[str] | None,
+    typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
+]
 
 
 @takes_object
@@ -34,42 +63,16 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
-    body: Annotated[
-        str,
-        typer.Option(
-            help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."
-        ),
-    ] = "balloon",
+    body: BodyName = "balloon",
     *,
     options: ObjectOptions,
-    nonlinear: Annotated[
-        bool,
-        typer.Option(
-            "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
-        ),
-    ] = False,
-    relaxation: Annotated[
-        float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
-    ] = 0.0,
+    nonlinear: Nonlinear = False,
+    relaxation: Relaxation = 0.0,
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
-    allow_fixed_gains: Annotated[
-        bool,
-        typer.Option(
-            "--allow-fixed-gains",
-            help="Let clients choose their own gains, unstable ones too: experiments only.",
-        ),
-    ] = False,
-    allow_latency: Annotated[
-        bool,
-        typer.Option(
-            "--allow-latency", help="Let pages inject latency between users and the server."
-        ),
-    ] = False,
+    allow_fixed_gains: AllowFixedGains = False,
+    allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
-    allow_origin: Annotated[
-        list[str] | None,
-        typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
-    ] = None,
+    allow_origin: AllowOrigin = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:

@@ -8,7 +8,7 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.inspection.inspection import Inspection, inspect_object, what_came
+from cohaptic_server.inspection.inspection import Inspection, describe_file, inspect_object
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
@@ -58,6 +58,6 @@ def test_what_was_done_to_a_file_is_told(
     report: SurfaceReport, simplified: int, words: str
 ) -> None:
     prepared = Prepared(block((0.1, 0.1, 0.1), (2, 2, 2)), report, 1200, simplified)
-    told = "; ".join(what_came(WANTED, prepared))
+    told = "; ".join(describe_file(WANTED, prepared))
     assert told.startswith("a surface of 1,200 triangles; ")
     assert words in told
