@@ -1,10 +1,10 @@
-"""Make the objects of this folder: a torus, and something like a liver.
+"""Make the objects of this folder: a torus, and an organ like a liver.
 
     python examples/make_objects.py [--out examples]
 
-Both are in metres, stand on their lowest place and come out the same every time. The torus is in
-closed form; the organ is a smooth implicit surface of blended lobes, seen from its middle: along
-every direction its wall is found by halving, so that it can have no hole and no second piece.
+Both are in metres, stand on z = 0 and are reproducible. The torus is in closed form; the organ is a
+star-shaped implicit surface of blended lobes: its distance from the centre is found by bisection
+along every direction, so that it has no hole and one component.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 
-# Centre, half axes [m] and weight of each lobe; negative ones hollow the underside out.
+# Centre, half axes [m] and weight of each lobe; negative weights hollow the underside out.
 _LOBES = (
     ((0.030, 0.000, 0.004), (0.062, 0.056, 0.046), 1.0),  # the right one, large
     ((-0.046, 0.012, 0.012), (0.056, 0.040, 0.024), 1.0),  # the left one, flat
@@ -27,9 +27,9 @@ _LOBES = (
     ((-0.022, -0.006, -0.052), (0.046, 0.044, 0.036), -0.75),  # where stomach and kidney lie
     ((-0.016, -0.058, 0.020), (0.012, 0.030, 0.050), -0.5),  # the notch between the lobes
 )
-_WALL = 0.38  # of the sum of the lobes
-_FARTHEST = 0.2  # m from the middle
-_EVENINGS = 40  # of the spacing of its vertices
+_LEVEL = 0.38  # value of the sum of the lobes on the surface
+_MAX_RADIUS = 0.2  # m from the centre
+_SMOOTHINGS = 40  # iterations that even out the spacing of the vertices
 
 
 def torus(ring: float = 0.06, tube: float = 0.025, around: int = 56, across: int = 28) -> Mesh:
@@ -53,25 +53,28 @@ def torus(ring: float = 0.06, tube: float = 0.025, around: int = 56, across: int
         axis=-1,
     ).reshape(-1, 3)
     i, j = (k.ravel() for k in np.meshgrid(np.arange(around), np.arange(across), indexing="ij"))
-    here, there = i * across, (i + 1) % around * across
-    up = (j + 1) % across
-    faces = [(here + j, there + j, there + up), (here + j, there + up, here + up)]
+    row, next_row = i * across, (i + 1) % around * across
+    next_column = (j + 1) % across
+    faces = [
+        (row + j, next_row + j, next_row + next_column),
+        (row + j, next_row + next_column, row + next_column),
+    ]
     return x, np.concatenate([np.stack(face, axis=1) for face in faces])
 
 
 def organ(subdivisions: int = 4) -> Mesh:
     """Two large lobes and two small ones, flat on the left, hollow below; about 0.2 m wide."""
-    way, faces = icosphere(subdivisions, 1.0)
+    direction, faces = icosphere(subdivisions, 1.0)
     neighbours = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = np.bincount(neighbours[:, 0], minlength=len(way))[:, None]
-    x = way * _wall(way)[:, None]
-    for _ in range(_EVENINGS):
-        # Each vertex to the middle of those round it, and from there out to the wall again.
+    count = np.bincount(neighbours[:, 0], minlength=len(direction))[:, None]
+    x = direction * _radius(direction)[:, None]
+    for _ in range(_SMOOTHINGS):
+        # Move each vertex to the mean of its neighbours, then back to the surface along its ray.
         middle = np.zeros_like(x)
         np.add.at(middle, neighbours[:, 0], x[neighbours[:, 1]])
-        way = 0.5 * (x + middle / count)
-        way /= np.linalg.norm(way, axis=1, keepdims=True)
-        x = way * _wall(way)[:, None]
+        direction = 0.5 * (x + middle / count)
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        x = direction * _radius(direction)[:, None]
     return x - np.array([0.0, 0.0, x[:, 2].min()]), faces
 
 
@@ -79,7 +82,7 @@ Mesh = tuple[Floats, Ints]
 
 
 def _lobes(x: Floats) -> Floats:
-    """Sum of the lobes at places, shape (n,)."""
+    """Sum of the lobes at points, shape (n,)."""
     total = np.zeros(len(x))
     for center, axes, weight in _LOBES:
         off = (x - np.array(center)) / np.array(axes)
@@ -87,20 +90,20 @@ def _lobes(x: Floats) -> Floats:
     return total
 
 
-def _wall(way: Floats) -> Floats:
-    """How far the wall is from the middle in each direction, shape (n,) [m]."""
-    near, far = np.zeros(len(way)), np.full(len(way), _FARTHEST)
+def _radius(direction: Floats) -> Floats:
+    """Distance of the surface from the centre in each direction, by bisection, shape (n,) [m]."""
+    near, far = np.zeros(len(direction)), np.full(len(direction), _MAX_RADIUS)
     for _ in range(50):
         middle = 0.5 * (near + far)
-        inside = _lobes(way * middle[:, None]) > _WALL
+        inside = _lobes(direction * middle[:, None]) > _LEVEL
         near, far = np.where(inside, middle, near), np.where(inside, far, middle)
     return near
 
 
 def stl(mesh: Mesh) -> bytes:
-    """A binary STL."""
+    """The bytes of a binary STL file."""
     x, faces = mesh
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("nothing", "<u2")])
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
     table = np.zeros(len(faces), dtype=record)
     normals = face_area_vectors(x, faces)
     table["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -110,7 +113,7 @@ def stl(mesh: Mesh) -> bytes:
 
 
 def ply(mesh: Mesh) -> bytes:
-    """A binary PLY."""
+    """The bytes of a binary PLY file."""
     x, faces = mesh
     lines = [
         "ply",

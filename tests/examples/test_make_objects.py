@@ -49,7 +49,7 @@ def test_the_file_is_what_the_generator_makes(file: Path, made: ModuleType) -> N
 def test_it_is_an_object_that_stands_on_a_table(file: Path) -> None:
     x, faces = read_surface(file)
     report = examine(x, faces)
-    assert (report.problems(), report.pieces) == ([], 1)
+    assert (report.problems(), report.components) == ([], 1)
     assert report.volume > 0.0
     assert x[:, 2].min() == pytest.approx(0.0, abs=1e-6)
     assert 0.15 < np.ptp(x, axis=0).max() < 0.25

@@ -1,1 +1,1 @@
-"""Commands of the server: serve, body, demo."""
+"""The server's commands: serve, body, demo."""

@@ -1,4 +1,4 @@
-"""`cohaptic body`: prepare an object from a file, and look at it."""
+"""`cohaptic body`: prepare an object from a file, or inspect it."""
 
 from __future__ import annotations
 
@@ -12,27 +12,13 @@ from rich.table import Table
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.cli.object_options import (
-    SOLID,
-    ContactRadius,
-    Edge,
-    Fix,
-    FixMesh,
-    Order,
-    Poisson,
-    Repair,
-    Scale,
-    Simplify,
-    Young,
-)
+from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.inspection.inspection import Inspection
-from cohaptic_server.inspection.inspection import inspect as look
+from cohaptic_server.inspection.inspection import Inspection, inspect_object
 from cohaptic_server.inspection.picture import draw
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.store.cache import folder
+from cohaptic_server.objects.store.cache import cache_folder
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
@@ -42,50 +28,35 @@ File = Annotated[Path, typer.Argument(help="The mesh, as `cohaptic serve --body`
 
 
 @body.command()
+@takes_object
 def prepare(
     file: File,
-    young: Young = SOLID.young,
-    poisson: Poisson = SOLID.nu,
-    fix: Fix = "",
-    fix_mesh: FixMesh = None,
-    scale: Scale = 1.0,
-    edge: Edge = 0.05,
-    order: Order = SOLID.order,
-    contact_radius: ContactRadius = 0.0,
-    repair: Repair = False,
-    simplify: Simplify = 0,
+    *,
+    options: ObjectOptions,
 ) -> None:
     """Do the long part once; `cohaptic serve --body FILE` with the same options then starts soon.
 
     It is kept under the content of the file and of the options, in the cache of this system or
     the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).
     """
-    material = SolidSettings(young, poisson, contact_radius, order)
-    wanted = ObjectFile(file, fix, scale, edge, repair, material, fix_mesh, simplify)
+    source = options.of(file)
     clock = SystemClock()
-    begun = clock.now()
+    start = clock.now()
     with progress_bar(f"preparing {file.name}") as progress:
-        solid = build(wanted, progress).solid
+        solid = build(source, progress).solid
     print(
         f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
-        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {folder()} after"
-        f" {clock.now() - begun:.1f} s"
+        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
+        f" {clock.now() - start:.1f} s"
     )
 
 
 @body.command()
+@takes_object
 def inspect(
     file: File,
-    young: Young = SOLID.young,
-    poisson: Poisson = SOLID.nu,
-    fix: Fix = "",
-    fix_mesh: FixMesh = None,
-    scale: Scale = 1.0,
-    edge: Edge = 0.05,
-    order: Order = SOLID.order,
-    contact_radius: ContactRadius = 0.0,
-    repair: Repair = False,
-    simplify: Simplify = 0,
+    *,
+    options: ObjectOptions,
     density: Annotated[float, typer.Option(help="Of the object, in kg/m3.")] = 1000.0,
     out: Annotated[
         Path | None, typer.Option(help="Draw how stiff it is where to this PNG.")
@@ -94,16 +65,16 @@ def inspect(
     """Say what a file became: mesh, mass, stiffness, what it costs, what was repaired."""
     if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
         raise SettingError("--out", out, "a .png in a folder that exists")
-    material = SolidSettings(young, poisson, contact_radius, order)
-    wanted = ObjectFile(file, fix, scale, edge, repair, material, fix_mesh, simplify)
+    source = options.of(file)
     with progress_bar(f"inspecting {file.name}") as progress:
-        found = look(wanted, build(wanted, progress), SystemClock(), density, progress)
+        built = build(source, progress)
+        inspection = inspect_object(source, built, SystemClock(), density, progress)
         if out is not None:
             progress("picture", 0.0)
-            _draw(out, wanted, found)
+            _draw(out, source, inspection)
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
-    for heading, sentence in found.lines(wanted):
+    for heading, sentence in inspection.lines(source):
         table.add_row(heading, sentence)
     console = Console(highlight=False)
     console.print(table)
@@ -111,11 +82,12 @@ def inspect(
         console.print(f"written to {out}")
 
 
-def _draw(out: Path, wanted: ObjectFile, found: Inspection) -> None:
-    held = ~np.isfinite(found.stiffness)
-    m = wanted.material
+def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> None:
+    fixed = ~np.isfinite(inspection.stiffness)
+    m = source.material
     notes = (
         f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; contact of"
-        f" {1e3 * found.solid.contact_radius:.1f} mm; held: {wanted.fix or wanted.fix_mesh}"
+        f" {1e3 * inspection.solid.contact_radius:.1f} mm; held: {source.fix or source.fix_mesh}"
     )
-    draw(out, found.solid.mesh, found.stiffness, held, title=wanted.path.name, notes=notes)
+    mesh, name = inspection.solid.mesh, source.path.name
+    draw(out, mesh, inspection.stiffness, fixed, title=name, notes=notes)

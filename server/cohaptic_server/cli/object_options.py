@@ -1,36 +1,107 @@
-"""Options of an object from a file, the same for every command that takes one."""
+"""The command-line options of an object from a file, written once for every command."""
 
 from __future__ import annotations
 
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.object_file import ObjectFile
 
-SOLID = SolidSettings()
+_SOLID = SolidSettings()
 
-Young = Annotated[float, typer.Option(help="Young's modulus E of a file's object [Pa].")]
-Poisson = Annotated[float, typer.Option(help="Its Poisson's ratio, 0 to 0.499.")]
-Fix = Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')]
-FixMesh = Annotated[
-    Path | None,
-    typer.Option(help="Hold instead what lies inside this closed surface, of the same --scale."),
-]
-Scale = Annotated[float, typer.Option(help="Metres in one unit of the file.")]
-Edge = Annotated[
-    float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
-]
-Order = Annotated[
-    int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
-]
-ContactRadius = Annotated[
-    float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
-]
-Repair = Annotated[
-    bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
-]
-Simplify = Annotated[
-    int, typer.Option(help="Make the surface this many triangles first; 0 leaves it as it is.")
-]
+
+@dataclass(frozen=True, slots=True)
+class ObjectOptions:
+    """The options as they were given; each field is one option of the command line."""
+
+    young: Annotated[float, typer.Option(help="Young's modulus E of a file's object [Pa].")] = (
+        _SOLID.young
+    )
+    poisson: Annotated[float, typer.Option(help="Its Poisson's ratio, 0 to 0.499.")] = _SOLID.nu
+    fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = ""
+    fix_mesh: Annotated[
+        Path | None,
+        typer.Option(
+            help="Hold instead what lies inside this closed surface, of the same --scale."
+        ),
+    ] = None
+    scale: Annotated[float, typer.Option(help="Metres in one unit of the file.")] = 1.0
+    edge: Annotated[
+        float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
+    ] = 0.05
+    order: Annotated[
+        int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
+    ] = _SOLID.order
+    contact_radius: Annotated[
+        float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
+    ] = 0.0
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
+    ] = False
+    simplify: Annotated[
+        int,
+        typer.Option(help="Make the surface this many triangles first; 0 leaves it as it is."),
+    ] = 0
+
+    def of(self, path: Path) -> ObjectFile:
+        """The object in a file, with these options.
+
+        Raises:
+            SettingError: An option is out of its range.
+        """
+        return ObjectFile(
+            path,
+            self.fix,
+            self.scale,
+            self.edge,
+            self.repair,
+            SolidSettings(self.young, self.poisson, self.contact_radius, self.order),
+            self.fix_mesh,
+            self.simplify,
+        )
+
+
+def takes_object(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of an object, in place of its parameter of type `ObjectOptions`.
+
+    Typer reads the options of a command from its signature. The signature of the result has one
+    parameter for each field of `ObjectOptions`; the command itself receives them as one value.
+
+    Args:
+        command: A function with exactly one parameter of type `ObjectOptions`.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    (taken,) = [name for name, hint in hints.items() if hint is ObjectOptions]
+    option_hints = get_type_hints(ObjectOptions, include_extras=True)
+    options = [
+        _parameter(field.name, option_hints[field.name], field.default)
+        for field in fields(ObjectOptions)
+    ]
+    parameters: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name == taken:
+            parameters += options
+        else:
+            parameters.append(_parameter(name, hints[name], parameter.default))
+
+    @functools.wraps(command)
+    def with_options(**arguments: Any) -> None:
+        values = {option.name: arguments.pop(option.name) for option in options}
+        command(**arguments, **{taken: ObjectOptions(**values)})
+
+    with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {p.name: p.annotation for p in parameters}
+    return with_options
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    # Keywords only, so that a parameter without a default may follow one that has it.
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, kind, default=default, annotation=annotation)

@@ -1,4 +1,4 @@
-"""Phases of a long preparation on a terminal: which one, how far, since when."""
+"""Shows the phases of a long preparation on a terminal."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 @contextmanager
 def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, None]:
-    """A function that is told the phase and the share of it that is done, from 0 to 1.
+    """A function to call with the current phase and the share of it that is done, from 0 to 1.
 
-    A phase that says nothing of its share moves without saying how far. What was shown goes at
-    the end; where there is no terminal nothing is shown.
+    A phase without a share is shown as pending. The bars disappear at the end; without a terminal
+    nothing is shown.
+
+    Args:
+        title: Words in front of each phase.
     """
     console = Console(stderr=True)
     bar = Progress(
@@ -28,7 +31,7 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
     )
     tasks: dict[str, TaskID] = {}
 
-    def tell(phase: str, share: float) -> None:
+    def update(phase: str, share: float) -> None:
         if phase not in tasks:
             for other in tasks.values():
                 bar.update(other, total=1.0, completed=1.0, share="")
@@ -38,4 +41,4 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
             bar.update(tasks[phase], total=1.0, completed=share, share=f"{share:.0%}")
 
     with bar:
-        yield tell
+        yield update

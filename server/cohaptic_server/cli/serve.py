@@ -14,82 +14,65 @@ from threadpoolctl import threadpool_limits
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.cli.object_options import (
-    SOLID,
-    ContactRadius,
-    Edge,
-    Fix,
-    FixMesh,
-    Order,
-    Poisson,
-    Repair,
-    Scale,
-    Simplify,
-    Young,
-)
+from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.object_file import KINDS, ObjectFile
+from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.server import CohapticServer
 
-SWITCH_INTERVAL = 5e-4  # s between two threads of Python
+SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
+
+BodyName = Annotated[
+    str,
+    typer.Option(help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."),
+]
+Nonlinear = Annotated[
+    bool,
+    typer.Option(
+        "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
+    ),
+]
+Relaxation = Annotated[
+    float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
+]
+AllowFixedGains = Annotated[
+    bool,
+    typer.Option(
+        "--allow-fixed-gains",
+        help="Let clients choose their own gains, unstable ones too: experiments only.",
+    ),
+]
+AllowLatency = Annotated[
+    bool,
+    typer.Option("--allow-latency", help="Let pages inject latency between users and the server."),
+]
+AllowOrigin = Annotated[
+    list[str] | None,
+    typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
+]
 
 
+@takes_object
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
-    body: Annotated[
-        str,
-        typer.Option(
-            help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."
-        ),
-    ] = "balloon",
-    young: Young = SOLID.young,
-    poisson: Poisson = SOLID.nu,
-    fix: Fix = "",
-    fix_mesh: FixMesh = None,
-    scale: Scale = 1.0,
-    edge: Edge = 0.05,
-    order: Order = SOLID.order,
-    contact_radius: ContactRadius = 0.0,
-    repair: Repair = False,
-    simplify: Simplify = 0,
-    nonlinear: Annotated[
-        bool,
-        typer.Option(
-            "--nonlinear", help="Large deformation: the balloon or a file, on a coarser mesh."
-        ),
-    ] = False,
-    relaxation: Annotated[
-        float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
-    ] = 0.0,
+    body: BodyName = "balloon",
+    *,
+    options: ObjectOptions,
+    nonlinear: Nonlinear = False,
+    relaxation: Relaxation = 0.0,
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
-    allow_fixed_gains: Annotated[
-        bool,
-        typer.Option(
-            "--allow-fixed-gains",
-            help="Let clients choose their own gains, unstable ones too: experiments only.",
-        ),
-    ] = False,
-    allow_latency: Annotated[
-        bool,
-        typer.Option(
-            "--allow-latency", help="Let pages inject latency between users and the server."
-        ),
-    ] = False,
+    allow_fixed_gains: AllowFixedGains = False,
+    allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
-    allow_origin: Annotated[
-        list[str] | None,
-        typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
-    ] = None,
+    allow_origin: AllowOrigin = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -104,19 +87,18 @@ def serve(
         format="%(asctime)s %(message)s",
         datefmt="%H:%M:%S",
     )
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # its news are told in our words
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()),
     )  # fmt: skip
-    material = SolidSettings(young, poisson, contact_radius, order)
-    solid = ObjectFile(Path(body), fix, scale, edge, repair, material, fix_mesh, simplify)
+    source = options.of(Path(body))
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
         touched = build_body(
             body,
-            solid,
+            source,
             nonlinear=nonlinear,
             damping=damping,
             period=1.0 / simulation_hz,
@@ -141,7 +123,7 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
     logging.info("page %s", page_address(url))
     if settings.host not in LOOPBACK:
         logging.warning("listening on %s without access control", settings.host)
-    # What solves beside the tick gives way to it this soon; the default is a third of a tick.
+    # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         # A tick's products are small. Spread over threads they wait for the slowest, and beside

@@ -1,19 +1,18 @@
-"""`cohaptic demo`: a server and simulated users as processes, watched live and measured.
+"""`cohaptic demo`: a server and simulated users as processes, shown live and measured.
 
-scene.py       who stands where and does what, and the truth of a press
-places.py      where hands feel each other on any surface
-set_up.py      the body, and hands on it
+scene.py       positions and actions of the hands, and the reference equilibrium of a press
+places.py      places on any surface at which hands feel each other
+set_up.py      the body, and the hands on it
 processes.py   starts and ends the processes (the only file here that does)
-live_view.py   what each user feels now
-browser.py     opens the page, where there is a browser that does not need this terminal
-cli.py         the command
+live_view.py   the live view of all users
+browser.py     opens the page, if there is a browser that does not need this terminal
 
-analysis.py    recordings side by side, and the parts of them that are measured
-comparison.py  what each hand felt beside what it should have felt
-drag.py        the same along the surface, of a hand that drags another's material
-replay.py      what would have been felt without a network
-lateness.py    how late a force is felt
-rest.py        whether a force comes to rest, creeps or swings
-result.py      all of it as a value, and as JSON
-summary.py     the result for people
+analysis.py    recordings on one time grid, and the windows that are measured
+comparison.py  the measured force on each hand beside its reference
+drag.py        the same along the surface, for a hand that drags another's material
+replay.py      the forces without a network, from recorded tips and forces
+lateness.py    the delay of a force
+rest.py        whether a force rests, creeps or oscillates
+result.py      the result as a value, and as JSON
+summary.py     the result as a table on the terminal
 """

@@ -1,4 +1,4 @@
-"""Recordings side by side, and the parts of them that are measured. Pure functions of arrays."""
+"""Recordings on one time grid, and the windows that are measured. Pure functions of arrays."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ import numpy.typing as npt
 from cohaptic_server.demo.scene import MEASURE
 from cohaptic_server.numeric import Floats
 
-STEP = 0.001  # s; grid on which recordings are laid side by side
-AROUND = 0.5  # s before a press, at rest
-_ENOUGH = 1.0  # s after it, on top of the injected delay, for a change to be seen whole
+STEP = 0.001  # s; step of the time grid
+AROUND = 0.5  # s; part of a window before a press, at rest
+_AFTER = 1.0  # s; least part after it, on top of the injected delay: a change is then complete
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Recording:
     """One user's recording.
 
     Args:
-        name: Of the user.
+        name: Name of the user.
         columns: Each column of `cohaptic.status.row.Row`, shape (n,); `t` is Unix time [s].
     """
 
@@ -33,7 +33,7 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> Recording:
-        """Read what `cohaptic touch --record` wrote."""
+        """Load a recording of `cohaptic touch --record`."""
         with np.load(path) as file:
             columns = dict(zip(file["columns"].tolist(), file["rows"].T, strict=True))
             columns["t"] = columns["t"] + float(file["to_wall"])
@@ -54,7 +54,7 @@ class Timeline:
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Timeline:
-        """Lay recordings side by side where all of them exist."""
+        """Interpolate recordings on one grid, over the time that all of them cover."""
         start = max(
             (float(r.columns["t"][0]) for r in recordings if r.columns["t"].size), default=0.0
         )
@@ -67,7 +67,7 @@ class Timeline:
         names = recordings[0].columns
 
         def on_grid(r: Recording, name: str) -> Floats:
-            # Where a recording is empty the grid is too.
+            # If a recording is empty, so is the grid.
             return np.interp(t, r.columns["t"], r.columns[name]) if t.size else np.zeros(0)
 
         columns = {
@@ -92,23 +92,23 @@ class Timeline:
 
     @property
     def felt(self) -> Floats:
-        """Part of each force that is there because others touch, shape (users, n) [N]."""
+        """Part of each force that is due to the other users, shape (users, n) [N]."""
         return np.asarray(self.columns["scale"] * self.columns["felt_from_others"])
 
     @property
     def ready(self) -> npt.NDArray[np.bool_]:
-        """Where every hand is engaged and all but the first are at rest in place, shape (n,)."""
+        """When every hand is engaged and all but the first rest at full depth, shape (n,)."""
         scale, level = self.columns["scale"], self.columns["level"]
         return np.asarray((scale >= 1.0).all(axis=0) & (level[1:] >= 1.0).all(axis=0))
 
 
 def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[slice]:
-    """Each stretch in which the first hand intends to stay pressed, or off.
+    """The stretches of time in which the first hand stays pressed, or stays off.
 
     Args:
-        timeline: Of the scene.
-        pressed: Which of the two.
-        expected: Length of a whole stretch [s]; one that was cut short by a fifth is left out.
+        timeline: Recordings of the scene.
+        pressed: Whether the stretches pressed or those off are meant.
+        expected: Length of a complete stretch [s]; shorter than 80 % of it are left out.
     """
     level = timeline.columns["level"][0]
     held = (level >= 1.0 if pressed else level <= 0.0) & timeline.ready
@@ -121,36 +121,40 @@ def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[sli
 
 
 def measured(stretch: slice) -> slice:
-    """The last part of a stretch, in which forces are compared."""
+    """The last part of a stretch, over which forces are averaged."""
     length = round(MEASURE / STEP)
     return slice(stretch.stop - min(length, (stretch.stop - stretch.start) // 2), stretch.stop)
 
 
 def patch_rate(timeline: Timeline, user: int) -> float:
-    """Patches that came per second to a user, by its row; NaN without any."""
+    """Patches per second that a user received, by its row; NaN if it received none."""
     tick = timeline.columns["tick"][user]
-    here = tick > 0.0
-    # Between two recorded periods a patch may come in part of the grid's step: count whole rises.
-    seconds = float(here.sum()) * STEP
-    return float((np.diff(np.floor(tick[here])) > 0).sum()) / seconds if seconds else math.nan
+    received = tick > 0.0
+    # Interpolation spreads a step of the tick over two samples: count changes of its integer part.
+    seconds = float(received.sum()) * STEP
+    return float((np.diff(np.floor(tick[received])) > 0).sum()) / seconds if seconds else math.nan
 
 
 def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:
-    """Mean over all windows of values whose last axis is time; NaN without any."""
+    """Mean over all windows of values whose last axis is time; NaN without a window."""
     if not windows:
         return np.full(values.shape[:-1], np.nan)
     return np.asarray(np.concatenate([values[..., w] for w in windows], axis=-1).mean(axis=-1))
 
 
 def press_windows(timeline: Timeline, *, injected: float) -> list[slice]:
-    """Around each press of the first hand: from `AROUND` before it until it begins to let go.
+    """A window for each press of the first hand, from `AROUND` before it until the release begins.
 
-    Letting go is no measure of a law: an integral drops a force much faster than it builds one.
+    Releases are left out: a law with an integral drops a force much faster than it builds one.
+
+    Args:
+        timeline: Recordings of the scene.
+        injected: Injected delay of a round trip [s].
     """
     level = timeline.columns["level"][0]
     moving = (level > 0.0) & (level < 1.0)
     starts = (np.flatnonzero(np.diff(moving.astype(np.int8)) == 1) + 1).tolist()
-    before, least = round(AROUND / STEP), round((_ENOUGH + injected) / STEP)
+    before, least = round(AROUND / STEP), round((_AFTER + injected) / STEP)
     windows = [
         slice(start - before, end)
         for start, end in itertools.pairwise([*starts, len(level)])

@@ -1,4 +1,4 @@
-"""Opens the demonstration's page in the browser of whoever started it."""
+"""Opens the demonstration's page in the default browser."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from cohaptic_server.http.page_files import has_page, load_page
 
 
 def open_page(address: str) -> bool:
-    """Open the page; False where it was not built, or no browser has a window of its own.
+    """Open the page; False if it was not built, or no browser has a window of its own.
 
-    A browser in the terminal would take it from the live view.
+    A browser that runs in the terminal would hide the live view.
     """
     if not has_page(load_page()):
         return False

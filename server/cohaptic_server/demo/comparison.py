@@ -1,4 +1,4 @@
-"""What each hand felt, beside what it should have felt: of a press, or of a drag."""
+"""Compares the measured force on each hand with the reference, for a press or a drag."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ import numpy as np
 
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import Timeline, mean_over, measured
-from cohaptic_server.demo.drag import RIGHT, true_drag
+from cohaptic_server.demo.drag import RIGHT, reference_drag
 from cohaptic_server.demo.lateness import LEAST, felt_delay
 from cohaptic_server.demo.replay import felt_at_once
-from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
 
-_REPLAYED = 4  # presses from which delays are found; each is seconds of a body's work
+_REPLAYED = 4  # windows from which delays are measured; each takes seconds of computation
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """One user; NaN where it is not known.
+    """Measured and reference forces of one user; NaN where a value is not known.
 
     Args:
-        felt: Force that is there because of the others [N].
-        truth: The same in equilibrium [N].
-        error: Their difference over the truth, or over `LEAST` where that is more.
-        force: Whole force on the hand [N].
-        true_force: The same in equilibrium [N].
-        delay: How late the force was felt [s].
-        friction_needed: Coefficient below which the finger slips.
+        felt: Measured force due to the other users [N].
+        reference: The same in the equilibrium of body and hands [N].
+        error: Difference of the two over the reference, or over `LEAST` if that is larger.
+        force: Measured force on the hand [N].
+        reference_force: The same in equilibrium [N].
+        delay: Delay of the force [s].
+        friction_needed: Coefficient of friction below which the finger slips.
     """
 
     felt: float
-    truth: float
+    reference: float
     error: float
     force: float
-    true_force: float
+    reference_force: float
     delay: float
     friction_needed: float = math.nan
 
@@ -51,15 +51,15 @@ def compare(
     off: Sequence[slice],
     windows: Sequence[slice],
 ) -> list[Compared]:
-    """Every user's forces and delay beside the truth.
+    """Compare every user's forces with the reference, and measure the delays.
 
     Args:
-        scene: That was shown.
-        body: That was touched.
-        timeline: Of the recordings.
-        pressed: Stretches in which the first hand stayed pressed, or dragged.
-        off: Those in which it stayed off, or had not dragged.
-        windows: Round each press, or drag.
+        scene: The scene.
+        body: The touched body.
+        timeline: Recordings of the scene.
+        pressed: Stretches in which the first hand stays pressed, or stays dragged.
+        off: Stretches in which it stays off, or has not dragged yet.
+        windows: Windows around the presses, or drags.
     """
     windows = windows[-_REPLAYED:]
     if scene.drags:
@@ -74,23 +74,27 @@ def _presses(
     pressed: Sequence[slice],
     windows: Sequence[slice],
 ) -> list[Compared]:
-    true = truth(scene, body, pressed=True)
+    expected = reference(scene, body, pressed=True)
     ends = [measured(stretch) for stretch in pressed]
     felt, force = mean_over(timeline.felt, ends), mean_over(timeline.force, ends)
-    share = np.abs(felt - true.felt_from_others) / np.maximum(np.abs(true.felt_from_others), LEAST)
+    share = np.abs(felt - expected.felt_from_others)
+    share /= np.maximum(np.abs(expected.felt_from_others), LEAST)
 
     def delays(window: slice) -> list[float]:
         t, at_once = felt_at_once(timeline, body, window)
-        here = timeline.t[window]
-        # The first hand makes the change itself.
+        times = timeline.t[window]
+        # The first hand makes the change and has no delay.
         return [math.nan] + [
-            felt_delay(here, timeline.felt[i, window], t, at_once[i]) for i in range(1, scene.users)
+            felt_delay(times, timeline.felt[i, window], t, at_once[i])
+            for i in range(1, scene.users)
         ]
 
     late = _median(delays, windows, scene.users)
     return [
         Compared(*map(float, row))
-        for row in zip(felt, true.felt_from_others, share, force, true.force, late, strict=True)
+        for row in zip(
+            felt, expected.felt_from_others, share, force, expected.force, late, strict=True
+        )
     ]
 
 
@@ -102,30 +106,30 @@ def _drags(
     rest: Sequence[slice],
     windows: Sequence[slice],
 ) -> list[Compared]:
-    true = true_drag(scene, body)
+    expected = reference_drag(scene, body)
     after = mean_over(timeline.forces, [measured(stretch) for stretch in dragged])
     before = mean_over(timeline.forces, [measured(stretch) for stretch in rest])
-    change = true.along(after - before)
-    sizes = np.linalg.norm(true.change, axis=1)
-    error = np.linalg.norm(change - true.change, axis=1) / np.maximum(sizes, LEAST)
+    change = expected.along(after - before)
+    sizes = np.linalg.norm(expected.change, axis=1)
+    error = np.linalg.norm(change - expected.change, axis=1) / np.maximum(sizes, LEAST)
 
     def delays(window: slice) -> list[float]:
         late = [math.nan] * scene.users
-        late[RIGHT] = true.delay(timeline, window)
+        late[RIGHT] = expected.delay(timeline, window)
         return late
 
     late = _median(delays, windows, scene.users)
-    needed = true.friction_needed
-    # Where one slips the other is dragged less: there is nothing to compare either with.
+    needed = expected.friction_needed
+    # If one finger slips, the other is dragged less, and the reference holds for neither.
     whole = np.where((needed <= scene.friction).all(), 1.0, math.nan)
     return [
         Compared(*map(float, row))
         for row in zip(
-            true.felt(change),
+            expected.felt(change),
             whole * sizes,
             whole * error,
             np.linalg.norm(after, axis=1),
-            whole * np.linalg.norm(true.dragged.force, axis=1),
+            whole * np.linalg.norm(expected.dragged.force, axis=1),
             late,
             needed,
             strict=True,
@@ -134,8 +138,8 @@ def _drags(
 
 
 def _median(delays: Callable[[slice], list[float]], windows: Sequence[slice], users: int) -> Floats:
-    """Over the windows in which something was felt; NaN without any, shape (users,)."""
-    found = np.array([delays(window) for window in windows]).reshape(-1, users)
+    """Median over the windows in which a force changed; NaN without any, shape (users,)."""
+    values = np.array([delays(window) for window in windows]).reshape(-1, users)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # nothing was felt in any of them
-        return np.asarray(np.nanmedian(found, axis=0)) if len(found) else np.full(users, math.nan)
+        warnings.simplefilter("ignore", RuntimeWarning)  # no force changed in any window
+        return np.asarray(np.nanmedian(values, axis=0)) if len(values) else np.full(users, math.nan)

@@ -1,12 +1,13 @@
-"""A hand that drags another's material: the truth of it, and what was felt along the surface.
+"""A hand that drags another's material: reference forces along the surface, and their delay.
 
-Both fingers stick. `right` comes first and `left` finds the surface as that has left it; then the
-truth is linear (`sticking.py`). Each hand's own tip and force say where its material is,
+Both fingers stick. `right` touches down first, and `left` on the surface as deformed by `right`;
+from then on the equilibrium is linear (`world/sticking_equilibrium.py`). The position of the
+material under a hand follows from its own tip and force,
 
     material = tip + C f,
 
-whatever the network does, and so how late it was carried along: beside where the force of the other
-would have it at that instant.
+whatever the network does. The delay is that of this position, relative to the position that the
+force of the other hand would give it at the same instant.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ LEFT, RIGHT = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """What a drag does in truth.
+    """The reference of a drag.
 
     Args:
-        rest: Body and hands before it.
-        dragged: The same, once the first hand has dragged.
-        compliance: C of both contacts, shape (2, 3, 2, 3) [m/N].
+        rest: Equilibrium before the drag.
+        dragged: Equilibrium after it.
+        compliance: Compliance C of both contacts, shape (2, 3, 2, 3) [m/N].
     """
 
     rest: Stuck
@@ -48,43 +49,44 @@ class Drag:
 
     @property
     def change(self) -> Floats:
-        """Of each force along the surface, by the drag, shape (2, 3) [N]."""
+        """Change of each tangential force by the drag, shape (2, 3) [N]."""
         return self.along(self.dragged.force - self.rest.force)
 
     @property
     def friction_needed(self) -> Floats:
-        """Coefficient below which a finger slips, before the drag or after it, shape (2,)."""
+        """Coefficient of friction below which a finger slips at either end, shape (2,)."""
         return np.maximum(self.rest.friction_needed, self.dragged.friction_needed)
 
     def along(self, forces: Floats) -> Floats:
-        """The part of each hand's force along the surface, shape (2, 3, ...)."""
+        """Tangential part of each hand's force, shape (2, 3, ...) [N]."""
         n = self.rest.normal
         pressed = np.einsum("ui,ui...->u...", n, forces)
         return np.asarray(forces - np.einsum("ui,u...->ui...", n, pressed))
 
     def felt(self, change: Floats) -> Floats:
-        """Size of a measured change, in the direction of the true one, shape (2,) [N]."""
-        true = self.change
-        return np.asarray(np.einsum("ui,ui->u", change, true) / np.linalg.norm(true, axis=1))
+        """Measured change of each force along the reference change, shape (2,) [N]."""
+        expected = self.change
+        projected = np.einsum("ui,ui->u", change, expected)
+        return np.asarray(projected / np.linalg.norm(expected, axis=1))
 
     def delay(self, timeline: Timeline, window: slice) -> float:
-        """How late `right` was dragged in a window round a drag; NaN where it was not felt [s]."""
-        way = self.change[RIGHT] / np.linalg.norm(self.change[RIGHT])
+        """Delay with which `right` is dragged in a window; NaN if its force hardly changes [s]."""
+        direction = self.change[RIGHT] / np.linalg.norm(self.change[RIGHT])
         forces, tips = timeline.forces[:, :, window], timeline.tips[:, :, window]
         C = self.compliance
-        material = way @ (tips[RIGHT] + C[RIGHT, :, RIGHT, :] @ forces[RIGHT])
-        at_once = -way @ C[RIGHT, :, LEFT, :] @ forces[LEFT]
-        # As a force on a tip that holds still, so that a change is felt or not in newtons.
-        stiffness = 1.0 / float(way @ C[RIGHT, :, RIGHT, :] @ way)
+        material = direction @ (tips[RIGHT] + C[RIGHT, :, RIGHT, :] @ forces[RIGHT])
+        at_once = -direction @ C[RIGHT, :, LEFT, :] @ forces[LEFT]
+        # As the force on a tip at rest: `felt_delay` has a threshold in newtons.
+        stiffness = 1.0 / float(direction @ C[RIGHT, :, RIGHT, :] @ direction)
         t = timeline.t[window]
         return felt_delay(t, stiffness * material, t, stiffness * at_once)
 
 
-def true_drag(scene: Scene, body: Body) -> Drag:
-    """The truth of a scene in which the first hand drags and the second sticks beside it.
+def reference_drag(scene: Scene, body: Body) -> Drag:
+    """Equilibria of a scene in which the first hand drags and the second sticks beside it.
 
     Raises:
-        BodyError: A hand finds no surface on its way, or there is no equilibrium.
+        BodyError: A hand meets no surface on its way, or there is no equilibrium.
     """
     info = describe(body)
     hands: dict[int, tuple[StickingHand, StickingHand]] = {}

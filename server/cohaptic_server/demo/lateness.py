@@ -1,4 +1,4 @@
-"""How late a force is felt: by its half change, beside what it would be without a network."""
+"""The delay of a force: the time of half its change, relative to the force without a network."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 
 from cohaptic_server.numeric import Floats
 
-LEAST = 0.05  # N; a change that is less is not felt
-_REST = 0.2  # s at either end of a window, from which the change is taken
-_SMOOTH = 11  # ms over which a recorded force is averaged, as far before as after
+LEAST = 0.05  # N; a smaller change is not perceived
+_REST = 0.2  # s at either end of a window, whose mean forces give the change
+_SMOOTH = 11  # ms; width of a centred moving average of a recorded force
 
 
 def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> float:
-    """How much later `felt` has made half of its change than `at_once` has [s].
+    """Time from half of the change of `at_once` to half of the change of `felt` [s].
 
-    Each is measured by its own change, so that a law which loses most of a force is not late for
-    that. NaN where either changes by less than `LEAST`.
+    Each half is relative to the force's own change, so that a law which loses a part of the force
+    does not count as late. NaN if either changes by less than `LEAST`.
 
     Args:
-        t: Of a window round one press, evenly spaced, shape (n,) [s].
-        felt: Force that a hand had of the others, shape (n,) [N].
-        at_once_t: Rising, shape (m,) [s].
-        at_once: Force that it would have had without a network, shape (m,) [N].
+        t: Times of a window around one press, evenly spaced, shape (n,) [s].
+        felt: Force on a hand due to the others, shape (n,) [N].
+        at_once_t: Increasing times, shape (m,) [s].
+        at_once: The same force without a network, shape (m,) [N].
     """
     width = max(1, round(1e-3 * _SMOOTH / float(t[1] - t[0]))) | 1
     padded = np.pad(felt, width // 2, mode="edge")
@@ -32,13 +32,13 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
 
 
 def half_change(t: Floats, force: Floats) -> float:
-    """When a force has made half of its change from the start to the end of a window [s].
+    """Time at which a force has made half of its change from start to end of a window [s].
 
-    NaN where it changes by less than `LEAST`.
+    NaN if it changes by less than `LEAST`.
 
     Args:
-        t: Rising, shape (n,) [s].
-        force: Shape (n,) [N].
+        t: Increasing times, shape (n,) [s].
+        force: Force at each time, shape (n,) [N].
     """
     start = float(force[t <= t[0] + _REST].mean())
     change = float(force[t >= t[-1] - _REST].mean()) - start

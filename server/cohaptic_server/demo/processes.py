@@ -1,7 +1,7 @@
-"""The processes of a demonstration: one server, one client per user, on loopback.
+"""The processes of a demonstration: a server and a client for each user, on loopback.
 
-Each is the ordinary `cohaptic serve` or `cohaptic touch`, with a pipe as its lifeline: it ends by
-itself when the pipe closes, also when this process dies.
+Each is the ordinary `cohaptic serve` or `cohaptic touch` with a pipe as its lifeline: it ends by
+itself when the pipe closes, also if this process dies.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.scene import Scene
 
-_START = 30.0  # s for a process to report
-_END = 8.0  # s for a process to end by itself
+_START = 30.0  # s within which a process must report
+_END = 8.0  # s within which a process must end by itself
 
 
 class DemoFailed(CohapticError):
-    """A process of the demonstration did not do its part."""
+    """A process of the demonstration failed."""
 
 
 class Process:
@@ -48,7 +48,7 @@ class Process:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
-                # Ctrl-C is for the parent; the children end in its order.
+                # Ctrl-C reaches the parent only, which ends its children in order.
                 start_new_session=True,
             )
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -63,13 +63,17 @@ class Process:
         self._first.set()
 
     def first_line(self) -> str:
-        """Wait for the first line; raises DemoFailed with the process's own words."""
+        """Wait for the first line of output.
+
+        Raises:
+            DemoFailed: The process wrote none; the error quotes the last line of its log.
+        """
         if not self._first.wait(_START) or not self.first:
             raise DemoFailed(f"a process did not start: {self.words() or 'no word from it'}")
         return self.first
 
     def words(self) -> str:
-        """Last line of what it said to people."""
+        """The last line of its log."""
         lines = self._log.read_text(errors="replace").strip().splitlines()
         return lines[-1] if lines else ""
 
@@ -80,17 +84,17 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process number."""
         return self._process.pid
 
     def let_end(self) -> None:
-        """Close the lifeline; the process lets go and ends."""
+        """Close the lifeline, so that the process ends."""
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):
             self._process.stdin.close()
 
     def wait(self) -> None:
-        """Let it end and wait for that; kill the process when it does not come."""
+        """Close the lifeline and wait for the end; kill the process if it does not end in time."""
         self.let_end()
         try:
             self._process.wait(_END)
@@ -106,14 +110,14 @@ class Stage:
     """All processes of a scene, as a context manager; leaving it ends them, the clients first.
 
     Args:
-        scene: To be shown.
-        folder: For recordings and logs.
-        body: Options of `cohaptic serve` that say what is touched.
+        scene: The scene.
+        folder: Folder for recordings and logs.
+        body: Options of `cohaptic serve` that describe the touched body.
 
     Attributes:
         users: Clients by name.
         server: The server.
-        url: Where it listens.
+        url: Address of the server.
     """
 
     def __init__(self, scene: Scene, folder: Path, body: Sequence[str] = ()) -> None:
@@ -121,7 +125,7 @@ class Stage:
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
-            # Nobody but this machine can reach it, and the page's tour shows what goes wrong.
+            # Only this machine can reach it, and the page's tour shows unstable settings too.
             "--allow-latency", "--allow-fixed-gains",
             *body,
             log=folder / "server.log",
@@ -154,12 +158,12 @@ class Stage:
             "touch", self.url,
             "--name", name,
             "--law", scene.law.value,
-            # Hands that press in place need no more, and all users share this machine's cores.
+            # A plane is enough for hands that do not slide, and costs the least.
             "--geometry", "plane",
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),
-            *_where(script),
+            *_placement_options(script),
             "--depth-mm", repr(1e3 * script.depth),
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
             "--drag-mm", repr(1e3 * script.drag),
@@ -172,11 +176,11 @@ class Stage:
         return process
 
     def recording(self, name: str) -> Path:
-        """Where a user's recording is written when it ends."""
+        """Path at which a user's recording is written at its end."""
         return self._folder / f"{name}.npz"
 
     def statuses(self) -> list[TouchStatus]:
-        """What each user says of itself now."""
+        """The current status of each user."""
         return [self._status(name, process) for name, process in self.users.items()]
 
     @staticmethod
@@ -197,8 +201,8 @@ class Stage:
         self.server.wait()
 
 
-def _where(script: HandScript) -> list[str]:
-    """Options of `cohaptic touch` that say where a hand stands."""
+def _placement_options(script: HandScript) -> list[str]:
+    """Options of `cohaptic touch` for the place of a hand."""
     if script.place is None:
         return ["--angle", repr(math.degrees(script.angle))]
     at, inward = map(repr, script.place.point), map(repr, script.place.inward)

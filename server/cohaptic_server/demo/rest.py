@@ -1,8 +1,8 @@
-"""Whether a force comes to rest, still creeps to its value, or swings.
+"""Whether a force comes to rest, still creeps to its value, or oscillates.
 
-Three things that a table must not mix: a loop that swings without dying is *unstable*, and no
-waiting helps; one whose force still moves to where it belongs is *slow*, and waiting does help; a
-hand whose device is softer than the object feels less, at rest (`TouchStatus.soft`).
+Three cases must be told apart: a loop whose oscillation does not decay is *unstable*, and waiting
+does not help; one whose force still approaches its value is *slow*, and waiting helps; a hand whose
+device is softer than the object feels less force, at rest (`TouchStatus.soft`).
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 
 from cohaptic_server.numeric import Floats
 
-RIPPLE = 0.02  # N peak to peak in a force at rest, a step that no fingertip can tell; or
-RIPPLE_SHARE = 0.01  # this share of it, whichever is more
-DYING = 0.9  # of the swing before, at most, in a force whose swings die out
-AT_LIMIT = 0.999  # of what the device gives
+RIPPLE = 0.02  # N peak to peak in a force at rest, below a fingertip's threshold; or
+RIPPLE_SHARE = 0.01  # this share of the force, whichever is larger
+DYING = 0.9  # largest ratio of successive swings in a decaying oscillation
+AT_LIMIT = 0.999  # share of the device's largest force
 
 
 class Rest(Enum):
-    """What became of a force."""
+    """The classification of a force."""
 
     RESTS = "rests"
     SLOW = "slow"
@@ -31,19 +31,18 @@ class Rest(Enum):
 def judge(
     force: Floats, stretches: Sequence[slice], measured: Callable[[slice], slice], limit: float
 ) -> list[Rest | None]:
-    """What became of each hand's force; None where there is nothing to judge from.
+    """Classify each hand's force; None without a stretch to judge from.
 
-    In the measured part of every stretch a force at rest keeps within `RIPPLE` or `RIPPLE_SHARE`
-    of itself from its lowest to its highest value, slow drift counted. One that does not is slow
-    if it goes one way, or to and fro by less and less. Else, and if it grows, it is unstable. So
-    is one that has reached the limit of its device, as a loop does that swings in full. The worst
-    stretch counts.
+    In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
+    of itself peak to peak, drift included. Otherwise it is slow if it changes monotonically or its
+    oscillation decays, and unstable if not. A force that reaches the limit of its device is
+    unstable too, as full oscillations do reach it. The worst stretch counts.
 
     Args:
-        force: Of each hand, shape (users, n) [N].
-        stretches: In which nobody intends to move.
-        measured: The part of a stretch in which a force has to be at rest.
-        limit: Of the device [N].
+        force: Force on each hand, shape (users, n) [N].
+        stretches: Stretches of time in which no hand intends to move.
+        measured: Gives the part of a stretch in which a force must be at rest.
+        limit: Largest force of the device [N].
     """
     return [_worst(row, stretches, measured, limit) for row in force]
 
@@ -55,56 +54,56 @@ def _worst(
         return None
     if force.max() >= AT_LIMIT * limit:
         return Rest.UNSTABLE
-    found = {judge_stretch(force[s], force[measured(s)]) for s in stretches}
+    verdicts = {judge_stretch(force[s], force[measured(s)]) for s in stretches}
     for rest in (Rest.UNSTABLE, Rest.SLOW):
-        if rest in found:
+        if rest in verdicts:
             return rest
     return Rest.RESTS
 
 
 def judge_stretch(force: Floats, end: Floats) -> Rest:
-    """What became of one force in a stretch in which nobody intends to move.
+    """Classify one force in a stretch of time in which no hand intends to move.
 
     Args:
-        force: In the stretch, shape (n,) [N].
-        end: In its measured part [N].
+        force: Force in the stretch, shape (n,) [N].
+        end: Force in its measured part, shape (m,) [N].
     """
     allowed = max(RIPPLE, RIPPLE_SHARE * abs(float(end.mean())))
     if np.ptp(end) <= allowed:
         return Rest.RESTS
-    # The first half is for what a press leaves behind.
+    # The first half is left out: it contains the transient of the press.
     sizes = swings(force[len(force) // 2 :], allowed)
     return Rest.SLOW if len(sizes) < 2 or dies_out(sizes) else Rest.UNSTABLE
 
 
 def swings(force: Floats, least: float) -> list[float]:
-    """Sizes of the ways up and down of a force, one after the other; ways below `least` count not.
+    """Heights of the successive rises and falls of a force [N].
 
     Args:
-        force: Shape (n,) [N].
-        least: A turn by less is none [N].
+        force: Force over time, shape (n,) [N].
+        least: Height below which a rise or fall is ignored [N].
     """
     turns: list[float] = []
     low = high = float(force[0])
-    way = 0  # 1 up, -1 down, 0 not known yet
+    direction = 0  # 1 up, -1 down, 0 not known yet
     for f in force.tolist():
         low, high = min(low, f), max(high, f)
-        if way >= 0 and high - f > least:
+        if direction >= 0 and high - f > least:
             turns.append(high)
-            way, low, high = -1, f, f
-        elif way <= 0 and f - low > least:
+            direction, low, high = -1, f, f
+        elif direction <= 0 and f - low > least:
             turns.append(low)
-            way, low, high = 1, f, f
-    turns += [high if way > 0 else low] if way else []
+            direction, low, high = 1, f, f
+    turns += [high if direction > 0 else low] if direction else []
     sizes: list[float] = np.abs(np.diff(turns)).tolist()
     return sizes
 
 
 def dies_out(sizes: Sequence[float]) -> bool:
-    """Whether two swings or more become smaller: each `DYING` times the one before, or less.
+    """Whether two or more swings decay, each to at most `DYING` times the previous one.
 
-    From the largest on, which may itself be what a press left behind, where enough come after it.
-    The last may not be over: what it has come to by now is the least that it will be.
+    The decay is fitted after the largest swing, which may be the transient of a press, if enough
+    swings follow it. The last swing may be incomplete: its height so far is a lower bound.
     """
     *whole, last = sizes
     if last > DYING * whole[-1]:

@@ -23,36 +23,34 @@ from cohaptic_server.demo.comparison import Compared, compare
 from cohaptic_server.demo.rest import Rest, judge
 from cohaptic_server.demo.scene import Scene
 
-MAX_FORCE = 10.0  # N; what a simulated device gives
+MAX_FORCE = 10.0  # N; largest force of a simulated device
 
 
 class UserResult(BaseModel):
-    """One user; None where the demonstration was too short to tell.
+    """Result of one user; None where the demonstration was too short to tell.
 
     Fields:
-        felt_from_others_n: Force that is there because others touch, pressed, mean; in a scene with
-            friction the change of the force along the surface by the drag [N].
+        felt_from_others_n: Mean force due to the other users while the first presses; in a scene
+            with friction the change of the tangential force by the drag [N].
         truth_from_others_n: The same in the equilibrium of body and hands, without a network; None
-            where the finger slips, and has no such equilibrium [N].
-        force_error: Their difference over the truth, or over 0.05 N where that is more.
-        force_n, truth_force_n: The whole force on the hand, and its truth [N].
+            if the finger slips, for which this equilibrium does not exist [N].
+        force_error: Difference of the two over the second, or over 0.05 N if that is larger.
+        force_n, truth_force_n: Force on the hand, measured and in equilibrium [N].
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain at the end [N/m].
-        max_stiffness: That the device renders [N/m].
-        soft: Whether that is less than the body's, so that the hand feels the device's.
+        max_stiffness: Largest stiffness that the device renders [N/m].
+        soft: Whether the device is softer than the body at the contact.
         friction_needed: Coefficient below which the finger slips; None in a scene without friction.
         loop_hz: Periods of the haptic loop per second.
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
         loop_missed: Periods left out.
-        round_trip_ms: Measured between client and server [ms].
-        felt_delay_ms: By how much later than without a network this hand's force has made half of
-            its change, when the first hand presses or drags; None for the first hand, who makes
-            the change, and where nothing is felt [ms].
-        patch_hz: Patches that came per second.
-        stable: Whether the force swings no more, or dies out; whether it stays within the device's
-            limit.
-        rest: The same in one word of three: it rests, it is slow and still creeps, or unstable.
-        faults: What switched the force off on the way.
+        round_trip_ms: Round trip between client and server, measured [ms].
+        felt_delay_ms: Delay of half of the force's change, relative to the force without a network;
+            None for the first hand, which makes the change, and without a change [ms].
+        patch_hz: Received patches per second.
+        stable: Whether the force rests, or its oscillation decays, within the device's limit.
+        rest: Whether the force rests, is slow, or is unstable.
+        faults: Reasons for which the force was switched off on the way.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -80,7 +78,7 @@ class UserResult(BaseModel):
 
 
 class DemoResult(BaseModel):
-    """A whole demonstration."""
+    """Result of a demonstration."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -102,7 +100,15 @@ def evaluate(
     statuses: Sequence[TouchStatus],
     faults: dict[str, set[str]],
 ) -> DemoResult:
-    """Compare what was recorded with what should have been felt."""
+    """Compare recordings with the reference.
+
+    Args:
+        scene: The scene.
+        body: The touched body.
+        recordings: Recording of each user, in the scene's order.
+        statuses: Last status of each user.
+        faults: Faults of each user, by name.
+    """
     timeline = Timeline.of([Recording.load(path) for path in recordings])
     expected = 0.5 * scene.rhythm.period - scene.rhythm.ramp
     pressed = stretches(timeline, pressed=True, expected=expected)
@@ -151,10 +157,10 @@ def _user(
     return UserResult(
         name=name,
         felt_from_others_n=_known(compared.felt),
-        truth_from_others_n=_known(compared.truth),
+        truth_from_others_n=_known(compared.reference),
         force_error=_known(compared.error),
         force_n=_known(compared.force),
-        truth_force_n=_known(compared.true_force),
+        truth_force_n=_known(compared.reference_force),
         k_o=status.k_o,
         k_h=k_h,
         max_stiffness=status.max_stiffness,

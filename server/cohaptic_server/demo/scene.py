@@ -1,4 +1,4 @@
-"""Who stands where round the body and does what, and what they would feel without a network."""
+"""A scene: positions and actions of the hands, and their equilibrium without a network."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.room import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve
 
-PRESS_DEPTH = 0.02  # m that the first user wants to press into the body; the others half of it
-DRAG = 0.006  # m that a hand with friction drags: felt beside it, and no finger slips at mu = 0.6
-BESIDE = math.radians(30.0)  # of the balloon, between two hands of which one drags
-_SETTLE = 1.5  # s for a press, and for the hands to come to rest once nothing is late
-_ROUND_TRIPS = 5.0  # that news needs to die out between two hands
-MEASURE = 0.6  # s at the end of each press and release in which forces are compared
-_JOIN = 3.0  # s for the hands to be engaged and at the body
+PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep
+DRAG = 0.006  # m that a hand with friction drags: it is felt, and no finger slips at mu = 0.6
+BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
+_SETTLE = 1.5  # s in which a press is made and hands come to rest, without any delay
+_ROUND_TRIPS = 5.0  # after which the mutual response of two hands has decayed
+MEASURE = 0.6  # s at the end of each press and release over which forces are averaged
+_JOIN = 3.0  # s within which the hands are engaged and at the body
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,17 +27,17 @@ class Scene:
     """A demonstration.
 
     Args:
-        users: How many hands, evenly round the body; the first presses, the others rest.
-        delay: Injected, one way, in both directions [s].
+        users: Number of hands; the first presses, the others rest.
+        delay: Injected delay, one way, in both directions [s].
         jitter: Largest extra delay, one way [s].
         law: Local model of every client.
         simulation_hz: Ticks per second.
-        seed: Of the jitter.
-        duration: Of the demonstration [s]; None for no end.
-        places: Of the hands on the surface; without any they stand evenly round the body.
-        depth: That the first wants to press into the body, the others half of it [m].
-        friction: mu of every finger. With it two hands stand side by side and press alike; the
-            first drags along the surface, in its rhythm, and the second sticks to it. 0 for none.
+        seed: Seed of the jitter.
+        duration: Duration of the demonstration [s]; None without an end.
+        places: Places of the hands on the surface; empty to stand evenly around the body.
+        depth: Intended depth of the first hand; the others press half as deep [m].
+        friction: Coefficient mu of every finger; 0 without friction. With it two hands stand side
+            by side and press alike; the first drags along the surface, the second sticks to it.
     """
 
     users: int = 2
@@ -63,19 +63,19 @@ class Scene:
 
     @property
     def drags(self) -> bool:
-        """Whether the first hand drags in its rhythm, and does not press."""
+        """Whether the first hand drags rather than presses in its rhythm."""
         return self.friction > 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the users: left, right, and numbers for the rest."""
+        """Names of the users: left, right, and numbers for the rest."""
         return ("left", "right", *(f"user{i}" for i in range(3, self.users + 1)))
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Where each user stands [rad]; `right` is opposite `left`, the rest fill the circle.
+        """Angle of each user [rad]; `right` is opposite `left`, the rest fill the circle.
 
-        Where the one drags it has `right` beside it, on its own right.
+        In a scene with friction `right` stands beside `left`, to its right.
         """
         if self.drags:
             return (math.pi, math.pi + BESIDE)
@@ -85,16 +85,16 @@ class Scene:
 
     @property
     def rhythm(self) -> Rhythm:
-        """Of the pressing hand: long enough for forces to settle, short enough for the duration."""
+        """Rhythm of the first hand: forces can settle, and the duration has a whole period."""
         half = _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
         if self.duration is not None:
-            # Off and pressed; or off, pressed and dragged.
+            # A period has two parts, off and pressed, or three: off, pressed and dragged.
             parts = 3.0 if self.drags else 2.0
             half = min(half, max(1.0, self.duration - _JOIN) / parts)
         return Rhythm(2.0 * half)
 
     def script(self, user: int) -> HandScript:
-        """What user number `user` (from 0) does."""
+        """The script of user number `user` (from 0)."""
         first = user == 0
         return HandScript(
             angle=self.angles[user],
@@ -105,8 +105,8 @@ class Scene:
         )
 
 
-def truth(scene: Scene, body: Body, *, pressed: bool) -> Equilibrium:
-    """Equilibrium of body and hands while the first hand presses, or while it is off."""
+def reference(scene: Scene, body: Body, *, pressed: bool) -> Equilibrium:
+    """Equilibrium of body and hands, with the first hand pressed or off, without a network."""
     info = describe(body)
     hands: list[RestingHand] = []
     for user in range(scene.users):

@@ -1,4 +1,4 @@
-"""The result of a demonstration for people, in one glance."""
+"""The result of a demonstration as a table on the terminal."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
 from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, UserResult
 
-GOOD_ERROR = 0.05  # of a force, that nobody feels: half of the least difference a hand can tell
-_PUNCTUAL = 0.8  # of the patches must come for a result to say something about the method
+GOOD_ERROR = 0.05  # relative; half of the least difference of forces that a hand perceives
+_PUNCTUAL = 0.8  # least share of patches received for the result to concern the method
 
 
 def show(result: DemoResult) -> Panel:
-    """The result in one glance."""
+    """The result as a panel."""
     felt = "drag felt" if result.friction else "felt of the others"
     table = Table(box=None, pad_edge=False)
     for name in ("user", felt, "truth", "off by", "felt after", "stable", "loop"):
@@ -32,7 +32,7 @@ def show(result: DemoResult) -> Panel:
             _number(user.felt_from_others_n, "+.2f", " N"),
             _number(user.truth_from_others_n, "+.2f", " N"),
             Text(_number(error, ".1%"), style="green" if good else "yellow"),
-            # The first hand makes the change, and has nothing to wait for.
+            # The first hand makes the change and has no delay.
             "" if user is result.users[0] else _number(user.felt_delay_ms, ".0f", " ms"),
             _REST[user.rest],
             f"{user.loop_hz:.0f} Hz",
@@ -54,7 +54,7 @@ _REST = {
 
 
 def _notes(result: DemoResult) -> list[Text]:
-    """What the numbers do not say by themselves."""
+    """Remarks on devices, lag, friction and faults."""
     notes = [f"{user.name}: device renders {soft(user)}" for user in result.users if user.soft]
     if result.lag_ms >= 1e3 * LEAST_LAG:
         notes.append(lag_words(1e-3 * result.lag_ms))
@@ -71,23 +71,23 @@ def _notes(result: DemoResult) -> list[Text]:
 
 
 def soft(user: UserResult) -> str:
-    """How stiff a user's device is beside the object."""
+    """The stiffness of a user's device beside the object's, in words."""
     return soft_words(user.max_stiffness, user.k_o)
 
 
 def _to_stick(user: UserResult) -> str:
-    """What a finger would need that slips."""
+    """The friction that a slipping finger would need, in words."""
     needed = user.friction_needed or 0.0
     return f"to stick it needs {needed:.2f}" if needed <= MAX_FRICTION else "no finger could stick"
 
 
 def slipping(result: DemoResult) -> list[UserResult]:
-    """Whose finger cannot stick, in a scene with friction."""
+    """Users whose finger cannot stick, in a scene with friction."""
     return [u for u in result.users if (u.friction_needed or 0.0) > result.friction]
 
 
 def verdict(result: DemoResult) -> str:
-    """One sentence on the whole demonstration."""
+    """One sentence on the demonstration as a whole."""
     how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
     swinging = _names(u for u in result.users if u.rest is Rest.UNSTABLE)
     if swinging:
@@ -101,20 +101,20 @@ def verdict(result: DemoResult) -> str:
             f" --simulation-hz ({how})."
         )
     if result.presses == 0:
-        what = "drag" if result.friction else "press"
-        return f"Too short to tell: no whole {what} was seen ({how}). Let it run for longer."
+        action = "drag" if result.friction else "press"
+        return f"Too short to tell: no whole {action} was seen ({how}). Let it run for longer."
     left, right = result.users[:2]
     felt = _number(right.felt_from_others_n, ".2f", " N")
     after = _number(right.felt_delay_ms, ".0f", " ms")
-    does = "drag" if result.friction else "press"
+    action = "drag" if result.friction else "press"
     return (
-        f"{right.name} felt {left.name} {does} with {felt}, {after} later.\n"
+        f"{right.name} felt {left.name} {action} with {felt}, {after} later.\n"
         f"{_outcome(result)} ({how})."
     )
 
 
 def _outcome(result: DemoResult) -> str:
-    """What became of the forces, and how far they are from the truth."""
+    """Whether the forces came to rest, and how far they are from the equilibrium."""
     errors = [user.force_error for user in result.users if user.force_error is not None]
     off = f"at most {max(errors):.1%} from the truth" if errors else "and there is no truth to it"
     creeping = _names(u for u in result.users if u.rest is Rest.SLOW)

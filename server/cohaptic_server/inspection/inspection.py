@@ -1,4 +1,4 @@
-"""What an object from a file is like: numbers and sentences, for `cohaptic body inspect`."""
+"""Properties of an object from a file, in numbers and sentences, for `cohaptic body inspect`."""
 
 from __future__ import annotations
 
@@ -18,28 +18,30 @@ from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.tetrahedralise import ENVELOPE
 
-HONEST = 0.2  # of the lowest natural frequency: what changes that fast is 4 % off without mass
-_RIGID = 1e-9  # m/N; a place softer than this is not held
-_LOOKED_AT = 600  # places for the thickness
+# Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
+QUASI_STATIC = 0.2
+_RIGID = 1e-9  # m/N; a vertex with less compliance counts as fixed
+_THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
 
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """What was found.
+    """Properties of an object.
 
     Args:
         solid: The object.
-        prepared: What came of its file.
-        quality: Of its tetrahedra.
-        density: [kg/m^3].
-        frequency: Lowest natural one, as it is held [Hz].
-        stiffness: K_o at each vertex of the surface, infinite where it is held, (n,) [N/m].
-        thinnest: Thickness at the thinnest place looked at [m].
-        cost: Of a tick.
+        prepared: Its tetrahedra, and the report on the surface in the file.
+        quality: Quality of its tetrahedra.
+        density: Mass density [kg/m^3].
+        frequency: Lowest natural frequency [Hz].
+        stiffness: K_o at each vertex of the surface, infinite where it is fixed, (n,) [N/m].
+        thinnest: Least thickness over the vertices that were sampled [m].
+        cost: Cost of a tick.
     """
 
     solid: Solid
@@ -53,40 +55,40 @@ class Inspection:
 
     @property
     def mass(self) -> float:
-        """[kg]."""
+        """Mass of the object [kg]."""
         return self.density * self.solid.shape.tets.volume
 
-    def lines(self, wanted: ObjectFile) -> list[tuple[str, str]]:
-        """A heading and a sentence for each thing worth knowing."""
+    def lines(self, source: ObjectFile) -> list[tuple[str, str]]:
+        """A heading and a sentence for each property."""
         shape, q, solid = self.solid.shape, self.quality, self.solid
         free = self.stiffness[np.isfinite(self.stiffness)]
         low, middle, high = np.percentile(free, [0.0, 50.0, 100.0])
         softest = 1e3 * shape.mesh.vertices[int(self.stiffness.argmin())]
         size = 1e3 * np.ptp(shape.mesh.vertices, axis=0)
-        kept = solid.columns.capacity * solid.columns.column_bytes
+        column_bytes = solid.columns.capacity * solid.columns.column_bytes
         one, many = (1e3 * t for t in self.cost.ticks)
-        poor = f", {q.poor} below 0.01" if q.poor else ""
+        slivers = f", {q.slivers} below 0.01" if q.slivers else ""
         return [
-            ("file", "; ".join(what_came(wanted, self.prepared))),
+            ("file", "; ".join(describe_file(source, self.prepared))),
             ("size", f"{size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm"),
             (
                 "mesh",
-                f"{len(shape.tets.tets):,} tetrahedra of order {wanted.material.order},"
+                f"{len(shape.tets.tets):,} tetrahedra of order {source.material.order},"
                 f" {len(shape.nodes):,} nodes, {len(shape.mesh.vertices):,} on the surface",
             ),
             (
                 "quality",
-                f"angles between faces {q.sharpest:.1f} to {q.bluntest:.1f} degrees; volume over"
-                f" that of a regular one {q.fullest:.2f} in the median, {q.flattest:.3f} at"
-                f" worst{poor}",
+                f"angles between faces {q.min_dihedral:.1f} to {q.max_dihedral:.1f} degrees; volume"
+                f" over that of a regular one {q.median_ratio:.2f} in the median,"
+                f" {q.min_ratio:.3f} at worst{slivers}",
             ),
             ("held", _held(shape)),
             ("volume", f"{1e6 * shape.tets.volume:.4g} cm3, {self.mass:.3g} kg"),
             (
                 "frequency",
                 f"the lowest natural one is {self.frequency:.3g} Hz: hands slower than about"
-                f" {HONEST * self.frequency:.2g} Hz feel the body as it is, faster ones would feel"
-                " its mass",
+                f" {QUASI_STATIC * self.frequency:.2g} Hz feel the body as it is, faster ones would"
+                " feel its mass",
             ),
             (
                 "stiffness",
@@ -97,12 +99,13 @@ class Inspection:
             ("thinnest", self._thin()),
             (
                 "memory",
-                f"factor {_bytes(solid.factor_bytes)}, columns up to {_bytes(kept)}",
+                f"factor {_bytes(solid.factor_bytes)}, columns up to {_bytes(column_bytes)}",
             ),
             (
                 "tick",
                 f"about {one:.2g} ms for {USERS[0]} user, {many:.2g} ms for {USERS[1]}, on this"
-                f" machine now; columns of a new place come within {1e3 * self.cost.first:.2g} ms",
+                " machine now; columns of a new place come within"
+                f" {1e3 * self.cost.column_latency:.2g} ms",
             ),
         ]
 
@@ -117,37 +120,40 @@ class Inspection:
         return words
 
 
-def inspect(
-    wanted: ObjectFile,
+def inspect_object(
+    source: ObjectFile,
     built: Built,
     clock: Clock,
     density: float,
     progress: Callable[[str, float], None] = lambda phase, share: None,
 ) -> Inspection:
-    """Look at an object; its solid then works in the background.
+    """Inspect an object; its solid then answers from its far field until columns are there.
 
     Args:
-        wanted: The file and its options.
-        built: What came of it.
-        clock: For the cost of a tick.
-        density: [kg/m^3].
-        progress: Is told the phase and the share of it that is done.
+        source: The file and its options.
+        built: The solid of the file.
+        clock: Clock for the cost of a tick.
+        density: Mass density [kg/m^3].
+        progress: Called with the phase and the share of it that is done.
+
+    Raises:
+        SettingError: The density is out of range.
     """
     if not 1.0 <= density <= 30000.0:
         raise SettingError("--density", f"{density:g} kg/m3", "from 1 to 30000 kg/m3")
     solid = built.solid
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    held = shape.held[shape.surface] | (compliance < _RIGID)
-    stiffness = np.where(held, np.inf, 1.0 / np.where(held, 1.0, compliance))
+    fixed = shape.held[shape.surface] | (compliance < _RIGID)
+    stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(
-        shape, wanted.material, density, lambda share: progress("lowest natural frequency", share)
+        shape, source.material, density, lambda share: progress("lowest natural frequency", share)
     )
     progress("cost of a tick", 0.0)
-    # At an edge or a tip it is not thin, it ends.
+    # At an edge or a tip the distance to the opposite side is no thickness.
     smooth = np.flatnonzero(is_smooth(mesh))
-    looked = smooth[spread_over(mesh.vertices[smooth], _LOOKED_AT)]
+    sampled = smooth[spread_over(mesh.vertices[smooth], _THICKNESS_SAMPLES)]
     return Inspection(
         solid,
         built.prepared,
@@ -155,40 +161,39 @@ def inspect(
         density,
         frequency,
         stiffness,
-        float(thickness(mesh, looked).min(initial=2.0 * mesh.size)),
+        float(thickness(mesh, sampled).min(initial=2.0 * mesh.size)),
         tick_cost(solid, clock),
     )
 
 
-def what_came(wanted: ObjectFile, prepared: Prepared) -> list[str]:
-    """What was found in a file, and what was done about it."""
+def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
+    """The surface in a file, its defects and their repair, a phrase for each."""
     if prepared.surface is None:
         return ["a volume mesh, taken as it is"]
-    found = [f"a surface of {prepared.triangles:,} triangles"]
+    phrases = [f"a surface of {prepared.triangles:,} triangles"]
     if prepared.simplified:
-        found.append(f"simplified to {prepared.simplified:,} at your word")
+        phrases.append(f"simplified to {prepared.simplified:,} at your word")
     problems = prepared.surface.problems()
-    if prepared.surface.pieces > 1:
-        problems.append(f"it was in {prepared.surface.pieces} pieces")
+    if prepared.surface.components > 1:
+        problems.append(f"it was in {prepared.surface.components} pieces")
     if problems:
-        found += [*problems, "closed and untangled as fTetWild saw fit (--repair)"]
+        phrases += [*problems, "closed and untangled as fTetWild saw fit (--repair)"]
     else:
-        found.append("closed, free of crossings, in one piece: nothing was repaired")
+        phrases.append("closed, free of crossings, in one piece: nothing was repaired")
     if prepared.surface.volume < 0.0:
-        found.append("turned outside out")
-    was = abs(prepared.surface.volume) * wanted.scale**3
-    change = prepared.tets.volume / was - 1.0
+        phrases.append("turned outside out")
+    enclosed = abs(prepared.surface.volume) * source.scale**3
+    change = prepared.tets.volume / enclosed - 1.0
     diagonal = float(np.linalg.norm(np.ptp(prepared.tets.vertices, axis=0)))
-    found.append(
+    phrases.append(
         f"its tetrahedra follow it within {1e3 * ENVELOPE * diagonal:.2g} mm and its volume"
         f" to {change:+.1%}"
     )
-    return found
+    return phrases
 
 
 def _held(shape: SolidShape) -> str:
-    held = shape.held[shape.surface]
-    share = float(held.mean())
+    share = float(shape.held[shape.surface].mean())
     return f"{int(shape.held.sum()):,} nodes, {share:.0%} of the vertices of the surface"
 
 

@@ -1,4 +1,4 @@
-"""A picture of how stiff an object is where: four views, coloured by K_o, what is held in grey."""
+"""A picture of the stiffness over an object: four views coloured by K_o, the fixed part in grey."""
 
 # pyright: reportUnknownMemberType=false, reportMissingTypeStubs=false
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
-# Azimuth and elevation of the eye [degrees]: three sides and, where most objects are held, below.
+# Azimuth and elevation of the eye [degrees]; most objects are fixed at the bottom.
 _VIEWS = (
     ("front", -65.0, 22.0),
     ("back", 115.0, 22.0),
@@ -28,33 +28,33 @@ _VIEWS = (
     ("below", -90.0, -62.0),
 )
 _LIGHT = np.array([-0.45, 0.65, 0.62])  # right, up, towards the eye
-_HELD = (0.80, 0.80, 0.79)
+_FIXED_COLOR = (0.80, 0.80, 0.79)
 _INK, _DIM = "#1F2937", "#6B7280"
-_FINE = 40_000  # triangles drawn; a coarse surface is cut finer, so that its shades are smooth
-_ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colours
+_FINE = 40_000  # triangles; a coarser surface is subdivided for smooth shading
+_ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colour scale
 
 
 def draw(
     path: Path,
     mesh: SurfaceMesh,
     stiffness: Floats,
-    held: npt.NDArray[np.bool_],
+    fixed: npt.NDArray[np.bool_],
     *,
     title: str,
     notes: str,
 ) -> None:
-    """Write the picture.
+    """Draw the stiffness of a surface to a PNG file.
 
     Args:
-        path: Of the PNG.
+        path: Path of the file.
         mesh: The surface.
         stiffness: K_o at each vertex, shape (n,) [N/m].
-        held: Which vertices do not move, shape (n,).
-        title: Of the picture.
-        notes: A line under it.
+        fixed: Which vertices do not move, shape (n,).
+        title: Title of the picture.
+        notes: A line under the title.
 
     Raises:
-        BodyError: matplotlib is not there, or the file cannot be written.
+        BodyError: matplotlib is not installed, or the file cannot be written.
     """
     try:
         from matplotlib import colormaps
@@ -65,12 +65,12 @@ def draw(
         raise BodyError(
             f"{path}: a picture needs matplotlib; install it with: pip install 'cohaptic[objects]'"
         ) from error
-    low, high = np.percentile(stiffness[~held], _ENDS)
+    low, high = np.percentile(stiffness[~fixed], _ENDS)
     norm = LogNorm(low, max(high, 1.05 * low), clip=True)
-    shares = np.asarray(norm(np.where(held, high, stiffness)), dtype=np.float64)
+    shares = np.asarray(norm(np.where(fixed, high, stiffness)), dtype=np.float64)
     colors: Floats = np.array(colormaps["viridis"](shares), dtype=np.float64)[:, :3]
-    colors[held] = _HELD
-    x, faces, normals, colors = _finer(mesh, colors)
+    colors[fixed] = _FIXED_COLOR
+    x, faces, normals, colors = _subdivided(mesh, colors)
     figure = Figure(figsize=(10.0, 7.4), facecolor="white")
     size = 1.03 * float(np.linalg.norm(x - 0.5 * (x.min(axis=0) + x.max(axis=0)), axis=1).max())
     for k, (name, azimuth, elevation) in enumerate(_VIEWS):
@@ -80,7 +80,7 @@ def draw(
         axes.set_ylim(-0.72 * size, 0.72 * size)
         axes.text(0.02, 0.96, name, transform=axes.transAxes, color=_DIM, fontsize=9, va="top")
         if k == 2:
-            _bar_of_length(axes, size)
+            _scale_bar(axes, size)
     scale = figure.add_axes((0.895, 0.16, 0.018, 0.6))
     bar = figure.colorbar(ScalarMappable(norm, "viridis"), cax=scale, extend="both")
     _ticks(bar.ax, norm)
@@ -97,14 +97,14 @@ def draw(
 
 
 def _swatch(figure: Figure) -> Artist:
-    """The grey of what is held, beside the bar of colours."""
+    """A patch of the grey of the fixed part, beside the colour scale."""
     from matplotlib.patches import Rectangle
 
-    return Rectangle((0.895, 0.075), 0.018, 0.02, transform=figure.transFigure, color=_HELD)
+    return Rectangle((0.895, 0.075), 0.018, 0.02, transform=figure.transFigure, color=_FIXED_COLOR)
 
 
 def _ticks(axes: Axes, norm: LogNorm) -> None:
-    """A few round numbers: the decades of a logarithm are too few."""
+    """Label the colour scale with round numbers; decades alone would be too few."""
     low, high = float(norm.vmin or 1.0), float(norm.vmax or 1.0)
     rounds = [m * 10.0**e for e in range(-3, 10) for m in (1, 1.5, 2, 3, 4, 5, 7)]
     inside = [r for r in rounds if low * 0.999 <= r <= high * 1.001] or [low, high]
@@ -113,8 +113,8 @@ def _ticks(axes: Axes, norm: LogNorm) -> None:
     axes.tick_params(length=0)
 
 
-def _bar_of_length(axes: Axes, size: float) -> None:
-    """How long a piece of the object is."""
+def _scale_bar(axes: Axes, size: float) -> None:
+    """Draw a scale bar."""
     rounds = [m * 10.0**e for e in range(-4, 2) for m in (1, 2, 5)]
     length = max(r for r in rounds if r <= 0.6 * size)
     y = -0.66 * size
@@ -134,7 +134,7 @@ def _view(
     azimuth: float,
     elevation: float,
 ) -> None:
-    """Draw the triangles that face the eye, the nearest last, without perspective."""
+    """Draw the triangles that face the eye in orthographic projection, the nearest last."""
     from matplotlib.collections import TriMesh
     from matplotlib.tri import Triangulation
 
@@ -145,7 +145,7 @@ def _view(
     seen = (x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T
     n = normals @ frame.T
     depth = seen[faces, 2].mean(axis=1)
-    # A little beyond the outline: a triangle there has corners on either side.
+    # A triangle at the outline has corners on either side of it.
     facing = np.flatnonzero((n[faces, 2] > -0.05).any(axis=1))
     order = facing[np.argsort(depth[facing])]
     light = _LIGHT / np.linalg.norm(_LIGHT)
@@ -156,27 +156,27 @@ def _view(
     shade = (0.55 + 0.5 * diffuse) * (0.78 + 0.22 * rim)
     lit = np.clip(colors * shade[:, None] + 0.16 * shine[:, None], 0.0, 1.0)
     picture = TriMesh(Triangulation(seen[:, 0], seen[:, 1], faces[order]))
-    colors_of: Any = picture.set_facecolor  # an array for its vertices; told as one for its faces
+    colors_of: Any = picture.set_facecolor  # typed for one colour; an array has one for each vertex
     colors_of(np.column_stack([lit, np.ones(len(lit))]))
     axes.add_collection(picture)
     axes.set_aspect("equal")
     axes.set_axis_off()
 
 
-def _finer(mesh: SurfaceMesh, colors: Floats) -> tuple[Floats, Ints, Floats, Floats]:
-    """The surface cut into fours until its colours and shades run smoothly."""
+def _subdivided(mesh: SurfaceMesh, colors: Floats) -> tuple[Floats, Ints, Floats, Floats]:
+    """Subdivide each triangle into four until the surface has about `_FINE` triangles."""
     x, faces, n = mesh.vertices, mesh.faces, mesh.normals
     while 4 * len(faces) <= _FINE:
         pairs = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        edges, which = np.unique(pairs, axis=0, return_inverse=True)
-        (a, b, c), (ab, bc, ca) = faces.T, (len(x) + which.reshape(-1, 3)).T
+        edges, inverse = np.unique(pairs, axis=0, return_inverse=True)
+        (a, b, c), (ab, bc, ca) = faces.T, (len(x) + inverse.reshape(-1, 3)).T
         quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
         faces = np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
-        between = n[edges].sum(axis=1)
-        between /= np.linalg.norm(between, axis=1, keepdims=True)
+        midpoint_normals = n[edges].sum(axis=1)
+        midpoint_normals /= np.linalg.norm(midpoint_normals, axis=1, keepdims=True)
         x = np.concatenate([x, x[edges].mean(axis=1)])
         n, colors = (
-            np.concatenate([n, between]),
+            np.concatenate([n, midpoint_normals]),
             np.concatenate([colors, colors[edges].mean(axis=1)]),
         )
     return x, faces, n, colors

@@ -1,4 +1,4 @@
-"""How good tetrahedra are, and how thick the object is under its surface."""
+"""Quality of a mesh of tetrahedra."""
 
 from __future__ import annotations
 
@@ -11,28 +11,31 @@ from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Of a mesh of tetrahedra.
+    """Dihedral angles and volume ratios of a mesh of tetrahedra.
+
+    A volume ratio is the volume of a tetrahedron over that of the regular one with the same longest
+    edge: 1 for a regular tetrahedron, 0 for a flat one.
 
     Args:
-        sharpest: Smallest angle between two faces of one [degrees]; 70.5 in a regular one.
-        bluntest: Largest such angle [degrees].
-        fullest: Median of the volume over that of the regular one with the same longest edge.
-        flattest: Least of that ratio.
-        poor: Tetrahedra whose ratio is below a hundredth.
+        min_dihedral: Smallest dihedral angle [degrees]; 70.5 in a regular tetrahedron.
+        max_dihedral: Largest dihedral angle [degrees].
+        median_ratio: Median volume ratio.
+        min_ratio: Least volume ratio.
+        slivers: Number of tetrahedra whose ratio is below 0.01.
     """
 
-    sharpest: float
-    bluntest: float
-    fullest: float
-    flattest: float
-    poor: int
+    min_dihedral: float
+    max_dihedral: float
+    median_ratio: float
+    min_ratio: float
+    slivers: int
 
 
 def quality(tets: TetMesh) -> Quality:
-    """Angles and ratios of all tetrahedra."""
+    """Measure the quality of a mesh."""
     g = gradients(tets.vertices, tets.tets)
     n = g / np.linalg.norm(g, axis=2, keepdims=True)
-    # Gradients point into the element, away from the face that lies opposite to their corner.
+    # The gradient of a corner's shape function points inwards, normal to the opposite face.
     cosines = [-np.einsum("mi,mi->m", n[:, a], n[:, b]) for a, b in EDGES]
     angles = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
     x = tets.vertices

@@ -1,4 +1,4 @@
-"""What a tick on a solid costs on this machine, measured on its own surface."""
+"""Measures the time of a tick on a solid, on this machine."""
 
 from __future__ import annotations
 
@@ -24,38 +24,45 @@ _PERIOD = 1.0 / 60.0  # s
 
 @dataclass(frozen=True, slots=True)
 class TickCost:
-    """Of one solid on one machine.
+    """Times of one solid on one machine.
 
     Args:
-        ticks: Median time of a tick for each of `USERS`, all columns there [s].
-        first: Until the columns of a place not touched before are there [s].
+        ticks: Median time of a tick for each number of `USERS`, with all columns there [s].
+        column_latency: Time until the columns of a new contact are there [s].
     """
 
     ticks: tuple[float, ...]
-    first: float
+    column_latency: float
 
 
 def tick_cost(solid: Solid, clock: Clock) -> TickCost:
-    """Press on places all over the surface; from then on the solid works in the background."""
+    """Time ticks with presses spread over the surface.
+
+    From then on the solid answers from its far field until columns are there.
+
+    Args:
+        solid: The solid.
+        clock: Clock for the measurement.
+    """
     mesh = solid.mesh
     free = np.flatnonzero(~solid.shape.held[solid.shape.surface])
-    places = free[spread_over(mesh.vertices[free], max(USERS))]
+    vertices = free[spread_over(mesh.vertices[free], max(USERS))]
     solid.in_background()
     with threadpool_limits(limits=1):  # as on the server
-        begun = clock.now()
-        _ticks(solid, places[:1], clock, 1)
+        start = clock.now()
+        _ticks(solid, vertices[:1], clock, 1)
         solid.find(64)
-        first = clock.now() - begun
+        latency = clock.now() - start
         medians = tuple(
-            float(np.median(_ticks(solid, places[:users], clock, _TICKS))) for users in USERS
+            float(np.median(_ticks(solid, vertices[:users], clock, _TICKS))) for users in USERS
         )
-    return TickCost(medians, first)
+    return TickCost(medians, latency)
 
 
 def _ticks(
-    solid: Solid, places: np.ndarray[tuple[int], np.dtype[np.int64]], clock: Clock, n: int
+    solid: Solid, vertices: np.ndarray[tuple[int], np.dtype[np.int64]], clock: Clock, n: int
 ) -> list[float]:
-    x, out = solid.mesh.vertices[places], solid.mesh.normals[places]
+    x, out = solid.mesh.vertices[vertices], solid.mesh.normals[vertices]
     state, times = WorldState(), list[float]()
     for tick in range(n):
         touches = [
@@ -71,12 +78,12 @@ def _ticks(
                 t_client=tick * _PERIOD,
                 arrived=tick * _PERIOD,
             )
-            for user in range(len(places))
+            for user in range(len(vertices))
         ]
-        begun = clock.now()
+        start = clock.now()
         state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
-        times.append(clock.now() - begun)
-        # What the thread beside the tick does on a server.
+        times.append(clock.now() - start)
+        # On a server a thread beside the tick solves for the missing columns.
         while len(solid.wanted) and not solid.waiting:
             solid.find(64)
     return times

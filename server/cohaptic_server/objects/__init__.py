@@ -1,1 +1,1 @@
-"""Objects that a user brings: from a file to a body that a tick can afford."""
+"""Objects from files: from a mesh file to a body that can be simulated in every tick."""

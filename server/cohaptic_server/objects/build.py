@@ -1,4 +1,9 @@
-"""A file, a material and a rule become a solid body."""
+"""From a file to a solid body, in one chain: read, check, fill, fix, factor, survey.
+
+Reading, checking and filling give tetrahedra (`prepare.py`); the options select the fixed part
+(`fix_rule.py`); the stiffness is factored and the surface surveyed by presses all over it
+(`bodies/solid/parts.py`). The store keeps the tetrahedra and the results of the last two steps.
+"""
 
 from __future__ import annotations
 
@@ -7,48 +12,49 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.objects.fix_rule import check_said, held_in
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
-from cohaptic_server.objects.store.store import parts_of, prepared
+from cohaptic_server.objects.fix_rule import check_fix_given, fixed_vertices
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
+from cohaptic_server.objects.store.store import load_or_make_parts, load_or_prepare
 from cohaptic_server.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """A solid, and what came of its file on the way.
+    """A solid together with the tetrahedra that it was made from.
 
     Args:
         solid: The body.
-        prepared: Tetrahedra, and what was found of the surface.
+        prepared: Its tetrahedra, and the report on the surface in the file.
     """
 
     solid: Solid
     prepared: Prepared
 
 
-def build(wanted: ObjectFile, progress: Progress = lambda phase, share: None) -> Built:
-    """The solid body of a file; what takes long comes from the store, or goes there.
+def build(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Built:
+    """Build the solid body of a file; the slow steps are loaded from the store if they are there.
 
     Args:
-        wanted: The file and its options.
-        progress: Is told the phase and the share of it that is done.
+        source: The file and its options.
+        progress: Called with the phase and the share of it that is done.
 
     Raises:
         BodyError: The file is no object that can be touched.
         SettingError: An option does not fit it.
     """
-    check_said(wanted)
+    check_fix_given(source)
     progress("tetrahedra", 0.0)
-    made = prepared(wanted)
-    held = held_in(wanted, made.tets.vertices)
+    prepared = load_or_prepare(source)
+    fixed = fixed_vertices(source, prepared.tets.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):
-        parts = parts_of(made.tets, held, wanted.material, progress)
-    name = wanted.path.stem[:40]
-    return Built(Solid(made.tets, held, wanted.material, name=name, parts=parts), made)
+        parts = load_or_make_parts(prepared.tets, fixed, source.material, progress)
+    name = source.path.stem[:40]
+    return Built(Solid(prepared.tets, fixed, source.material, name=name, parts=parts), prepared)
 
 
-def build_solid(wanted: ObjectFile, progress: Progress = lambda phase, share: None) -> Solid:
+def build_solid(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Solid:
     """The solid of `build`."""
-    return build(wanted, progress).solid
+    return build(source, progress).solid

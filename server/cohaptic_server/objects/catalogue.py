@@ -1,4 +1,4 @@
-"""Bodies by name, and from files: the one place that builds them."""
+"""Builds every body, from its name or from a file."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from cohaptic_server.progress import Progress
 
 BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
 
-
-# With options: by name and whether it is nonlinear, from B_o over K_o.
+# Constructors from B_o over K_o, by name and by whether the body is nonlinear.
 _DAMPED: dict[tuple[str, bool], Callable[[float], Body]] = {
     ("balloon", False): lambda damping: Balloon(damping=damping),
     ("balloon", True): lambda damping: RubberBalloon(damping=damping),
@@ -30,7 +29,7 @@ _DAMPED: dict[tuple[str, bool], Callable[[float], Body]] = {
 
 def build_body(
     name: str,
-    solid: ObjectFile | None = None,
+    options: ObjectFile | None = None,
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
@@ -40,34 +39,34 @@ def build_body(
     """Build the body called `name`, or the solid in the file of that name.
 
     Args:
-        name: In the catalogue, or a path; what has a suffix or a folder in it is a path.
-        solid: How a file becomes a solid; its own path does not count.
-        nonlinear: Finite deformation.
+        name: A name in the catalogue, or a path; a text with a suffix or a folder is a path.
+        options: Options of an object from a file; their own path is replaced by `name`.
+        nonlinear: Whether the deformation is finite.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
-        period: Of the simulation, within which a nonlinear solid has to find its way [s].
-        progress: Is told the phase of preparing a file, and the share of it that is done.
+        period: Period of the simulation, within which a nonlinear solid must be solved [s].
+        progress: Called with the phase of preparing a file, and the share of it that is done.
 
     Raises:
-        SettingError: There is no such name, or an option does not fit; says which do.
+        SettingError: The name is not in the catalogue, or an option does not fit the body.
         BodyError: The file is no object that can be touched.
     """
     path = Path(name)
-    named = not path.suffix and "/" not in name and "\\" not in name
-    if named and name not in BODIES:
+    is_name = not path.suffix and "/" not in name and "\\" not in name
+    if is_name and name not in BODIES:
         raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
-    if named and (nonlinear or damping != 0.0):
+    if is_name and (nonlinear or damping != 0.0):
         if (name, nonlinear) not in _DAMPED:
-            option, having = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
-            names = sorted(n for n, kind in _DAMPED if kind == having)
+            option, kind = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
+            names = sorted(other for other, is_nonlinear in _DAMPED if is_nonlinear == kind)
             known = f"one of: {', '.join(names)}, or a file"
             raise SettingError(f"body with {option}", repr(name), known)
         return _DAMPED[name, nonlinear](damping)
-    if named:
-        if solid is not None and solid != ObjectFile(solid.path):
+    if is_name:
+        if options is not None and options != ObjectFile(options.path):
             raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
-    wanted = replace(solid or ObjectFile(path), path=path)
+    source = replace(options or ObjectFile(path), path=path)
     if nonlinear:
-        return build_rubber_solid(wanted, period=period, damping=damping, progress=progress)
-    elastic = build_solid(wanted, progress)
+        return build_rubber_solid(source, period=period, damping=damping, progress=progress)
+    elastic = build_solid(source, progress)
     return Viscous(elastic, damping) if damping else elastic

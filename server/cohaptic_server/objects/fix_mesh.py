@@ -1,7 +1,8 @@
-"""What a second surface holds of an object: `--fix-mesh bone.stl`.
+"""A closed surface that selects the fixed vertices of an object: `--fix-mesh bone.stl`.
 
-A point is inside where the surface winds round it: the solid angles that its triangles take up,
-with their signs, sum to a whole turn (Van Oosterom, Strackee 1983). Inside out is inside too.
+A point is inside the surface if its winding number is not zero: the signed solid angles of the
+triangles, seen from the point, sum to a multiple of 4 pi (Van Oosterom, Strackee 1983). This also
+holds for a surface that is inside out.
 """
 
 from __future__ import annotations
@@ -16,41 +17,43 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.checks import edge_counts
 from cohaptic_server.objects.surface.surface_file import read_surface
 
-MOST = 100_000  # triangles; a rough one does
-_AT_ONCE = 2**21  # pairs of a point and a triangle
+MAX_FIX_TRIANGLES = 100_000  # a rough surface is enough to select vertices
+_PAIRS_PER_BLOCK = 2**21  # pairs of a point and a triangle, 50 MB for each vector of them
 
 
-def held_within(path: Path, scale: float, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which places lie inside the closed surface of a file, shape (n,).
+def fixed_within(path: Path, scale: float, x: Floats) -> npt.NDArray[np.bool_]:
+    """Which vertices lie inside the closed surface of a file, shape (n,).
 
     Args:
-        path: Of the surface.
+        path: File of the surface.
         scale: Metres in one unit of the file.
-        x: Shape (n, 3) [m].
+        x: Vertices of the object, shape (n, 3) [m].
 
     Raises:
-        BodyError: There is no closed surface in the file.
-        SettingError: Nothing lies inside it, or everything.
+        BodyError: The file has no closed surface.
+        SettingError: No vertex lies inside the surface, or all of them do.
     """
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
     y, faces = read_surface(path)
     y = y * scale
-    if len(faces) > MOST:
-        raise BodyError(f"{path}: {len(faces):,} triangles; to say what is held {MOST:,} must do")
+    if len(faces) > MAX_FIX_TRIANGLES:
+        raise BodyError(
+            f"{path}: {len(faces):,} triangles; to say what is held {MAX_FIX_TRIANGLES:,} must do"
+        )
     counts = edge_counts(faces)
     if (counts != 2).any():
         raise BodyError(
             f"{path}: the surface that holds is not closed: {(counts != 2).sum()} of its edges do"
             " not have two triangles"
         )
-    held = inside(y, faces, x)
-    if not held.any():
-        what = f"a surface with some of the object in it, or it would float away; {_box(y)}"
-        raise SettingError("--fix-mesh", str(path), f"{what}, the object {_box(x)}")
-    if held.all():
+    fixed = inside(y, faces, x)
+    if not fixed.any():
+        expected = f"a surface with some of the object in it, or it would float away; {_box(y)}"
+        raise SettingError("--fix-mesh", str(path), f"{expected}, the object {_box(x)}")
+    if fixed.all():
         raise SettingError("--fix-mesh", str(path), "one that leaves something free to move")
-    return held
+    return fixed
 
 
 def inside(y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:
@@ -58,26 +61,27 @@ def inside(y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:
 
     Args:
         y: Vertices of the surface, shape (m, 3).
-        faces: Its triangles, shape (f, 3).
+        faces: Triangles of the surface, shape (f, 3).
         x: Points, shape (n, 3).
     """
-    found = np.zeros(len(x), dtype=np.bool_)
-    boxed = np.flatnonzero(((x >= y.min(axis=0)) & (x <= y.max(axis=0))).all(axis=1))
-    step = max(1, _AT_ONCE // len(faces))
-    for start in range(0, len(boxed), step):
-        points = boxed[start : start + step]
+    is_inside = np.zeros(len(x), dtype=np.bool_)
+    in_box = np.flatnonzero(((x >= y.min(axis=0)) & (x <= y.max(axis=0))).all(axis=1))
+    step = max(1, _PAIRS_PER_BLOCK // len(faces))
+    for start in range(0, len(in_box), step):
+        points = in_box[start : start + step]
         a, b, c = (y[faces[:, k]][None] - x[points][:, None] for k in range(3))
         la, lb, lc = (np.sqrt(np.einsum("pfi,pfi->pf", v, v)) for v in (a, b, c))
-        volume = np.einsum("pfi,pfi->pf", a, np.cross(b, c))
-        flat = (
+        numerator = np.einsum("pfi,pfi->pf", a, np.cross(b, c))
+        denominator = (
             la * lb * lc
             + np.einsum("pfi,pfi->pf", a, b) * lc
             + np.einsum("pfi,pfi->pf", b, c) * la
             + np.einsum("pfi,pfi->pf", c, a) * lb
         )
-        turns = np.arctan2(volume, flat).sum(axis=1) / (2.0 * np.pi)
-        found[points] = np.abs(turns) > 0.5
-    return found
+        # The arctangent is half of a triangle's solid angle, and a whole turn is 4 pi.
+        winding = np.arctan2(numerator, denominator).sum(axis=1) / (2.0 * np.pi)
+        is_inside[points] = np.abs(winding) > 0.5
+    return is_inside
 
 
 def _box(x: Floats) -> str:

@@ -1,12 +1,12 @@
-"""The rule that says which part of an object is held: `--fix "z < 10%"`.
+"""The rule that selects the fixed vertices of an object: `--fix "z < 10%"`.
 
     rule        := condition { "and" condition } { "or" ... }
     condition   := axis ("<" | "<=" | ">" | ">=") value
     axis        := "x" | "y" | "z"
     value       := number [ "%" | "m" | "cm" | "mm" ]
 
-A share runs from 0% at the lowest to 100% at the highest place of the object on that axis; lengths
-are coordinates of the object as it was scaled. "and" binds before "or".
+A share is relative to the object's extent along the axis, from 0% at its lowest coordinate to 100%
+at its highest; lengths are coordinates of the scaled object. "and" binds tighter than "or".
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from cohaptic.errors import SettingError
 from cohaptic_server.numeric import Floats
-from cohaptic_server.objects.fix_mesh import held_within
+from cohaptic_server.objects.fix_mesh import fixed_within
 from cohaptic_server.objects.object_file import ObjectFile
 
 GRAMMAR = 'like "z < 10%", "z < 10% or z > 90%", "x >= 2cm and y < 0.01m"'
@@ -30,61 +30,65 @@ _CONDITION = re.compile(
 _UNITS = {"m": 1.0, "": 1.0, "cm": 0.01, "mm": 0.001}
 
 
-def held_in(wanted: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which places of an object are held, shape (n,).
+def fixed_vertices(source: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
+    """Which vertices of an object are fixed, shape (n,).
 
     Args:
-        wanted: The object, with its rule or its second surface.
-        x: Vertices that reach to the ends of the object, shape (n, 3) [m].
+        source: The object, with its rule or its second surface.
+        x: Vertices that span the object's bounding box, shape (n, 3) [m].
 
     Raises:
-        SettingError: Nothing is said, or nothing or everything would be held.
+        SettingError: No rule is given, or it fixes nothing or everything.
         BodyError: The second surface cannot be read, or is not closed.
     """
-    check_said(wanted)
-    if wanted.fix_mesh is None:
-        return held_by(wanted.fix, x)
-    return held_within(wanted.fix_mesh, wanted.scale, x)
+    check_fix_given(source)
+    if source.fix_mesh is None:
+        return fixed_by_rule(source.fix, x)
+    return fixed_within(source.fix_mesh, source.scale, x)
 
 
-def check_said(wanted: ObjectFile) -> None:
-    """Refuse an object of which nothing is held, or twice, before anything of it is read."""
-    if wanted.fix_mesh is None and not wanted.fix.strip():
-        what = 'a rule, or the object floats away: "z < 10%"'
-        raise SettingError("--fix", "not given", what)
-    if wanted.fix_mesh is not None and wanted.fix.strip():
-        raise SettingError("--fix-mesh", str(wanted.fix_mesh), "given without --fix")
+def check_fix_given(source: ObjectFile) -> None:
+    """Check that exactly one of --fix and --fix-mesh is given, before any file is read.
+
+    Raises:
+        SettingError: Neither is given, or both.
+    """
+    if source.fix_mesh is None and not source.fix.strip():
+        expected = 'a rule, or the object floats away: "z < 10%"'
+        raise SettingError("--fix", "not given", expected)
+    if source.fix_mesh is not None and source.fix.strip():
+        raise SettingError("--fix-mesh", str(source.fix_mesh), "given without --fix")
 
 
-def held_by(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which vertices a rule holds, shape (n,).
+def fixed_by_rule(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
+    """Which vertices a rule fixes, shape (n,).
 
     Args:
-        rule: As the user wrote it.
+        rule: The rule, as the user wrote it.
         x: Vertices, shape (n, 3) [m].
 
     Raises:
-        SettingError: The rule cannot be read, or holds nothing or everything.
+        SettingError: The rule cannot be parsed, or fixes nothing or everything.
     """
-    held = np.zeros(len(x), dtype=np.bool_)
+    fixed = np.zeros(len(x), dtype=np.bool_)
     for part in re.split(r"\bor\b", rule, flags=re.IGNORECASE):
         within = np.ones(len(x), dtype=np.bool_)
         for text in re.split(r"\band\b", part, flags=re.IGNORECASE):
-            within &= _holds(text, rule, x)
-        held |= within
-    if not held.any():
+            within &= _satisfied(text, rule, x)
+        fixed |= within
+    if not fixed.any():
         ranges = ", ".join(
             f"{axis} from {x[:, k].min():.4g} to {x[:, k].max():.4g} m"
             for k, axis in enumerate("xyz")
         )
-        what = f"a rule that holds some of the object, or it would float away; it has {ranges}"
-        raise SettingError("--fix", repr(rule), what)
-    if held.all():
+        expected = f"a rule that holds some of the object, or it would float away; it has {ranges}"
+        raise SettingError("--fix", repr(rule), expected)
+    if fixed.all():
         raise SettingError("--fix", repr(rule), "a rule that leaves something free to move")
-    return held
+    return fixed
 
 
-def _holds(text: str, rule: str, x: Floats) -> npt.NDArray[np.bool_]:
+def _satisfied(text: str, rule: str, x: Floats) -> npt.NDArray[np.bool_]:
     match = _CONDITION.fullmatch(text)
     if match is None:
         where = f" (at {text.strip()!r})" if text.strip() != rule.strip() else ""

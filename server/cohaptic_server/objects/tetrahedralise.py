@@ -1,7 +1,7 @@
-"""From a closed surface to tetrahedra, by fTetWild (Hu et al. 2020) through pytetwild.
+"""Fills a closed surface with tetrahedra, by fTetWild (Hu et al. 2020) through pytetwild.
 
-It works in floating point within an envelope of the surface and never fails on a dirty one; the
-surface that comes out is its own, within `envelope` of the one that went in.
+fTetWild also accepts surfaces with defects. It remeshes the surface: the boundary of the
+tetrahedra lies within `envelope` of the input surface.
 """
 
 from __future__ import annotations
@@ -15,29 +15,32 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
 
-ENVELOPE = 1e-3  # of the diagonal of the box around the surface, for edges of 0.05 of it
-_WIDEST = 0.04
+ENVELOPE = 1e-3  # share of the bounding box's diagonal, for edges up to 0.05 of it
+_MAX_ENVELOPE = 0.04  # share of the diagonal
 
 
 def envelope(edge: float) -> float:
-    """How far off the surface may be, as a share of the diagonal, for edges that long.
+    """Allowed distance between input and output surface, as a share of the diagonal.
 
-    A chord leaves a round surface by the square of its length. Within a narrower envelope a longer
-    edge would still get the many small tetrahedra that follow every bend.
-    """
-    return min(_WIDEST, ENVELOPE * max(1.0, (edge / 0.05) ** 2))
-
-
-def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
-    """Tetrahedra inside a surface.
+    The distance between a chord and a curved surface grows with the square of the chord's length.
+    A narrower envelope would force small tetrahedra at every bend, however long the edges may be.
 
     Args:
-        x: Shape (n, 3) [m].
-        faces: Shape (m, 3).
-        edge: Length of an edge wanted, as a share of the diagonal of the box.
+        edge: Target edge length, as a share of the diagonal.
+    """
+    return min(_MAX_ENVELOPE, ENVELOPE * max(1.0, (edge / 0.05) ** 2))
+
+
+def tetrahedralise(x: Floats, faces: Ints, edge: float) -> TetMesh:
+    """Fill a surface with tetrahedra.
+
+    Args:
+        x: Vertices of the surface, shape (n, 3) [m].
+        faces: Triangles of the surface, shape (m, 3).
+        edge: Target edge length, as a share of the bounding box's diagonal.
 
     Raises:
-        BodyError: pytetwild is not there, or nothing came out.
+        BodyError: pytetwild is not installed, or returned no tetrahedron.
     """
     try:
         from pytetwild.pytetwild import tetrahedralize
@@ -46,9 +49,8 @@ def fill(x: Floats, faces: Ints, edge: float) -> TetMesh:
             "filling a surface with tetrahedra needs pytetwild; install it with:"
             " pip install 'cohaptic[objects]'"
         ) from error
-    # One thread: with several of them the mesh differs from run to run.
+    # The mesh is reproducible with one thread only. pytetwild leaves a file in the working folder.
     with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
-        # It leaves a file of its own in the folder that it runs in.
         vertices, tets = tetrahedralize(
             x,
             np.asarray(faces, dtype=np.int32),

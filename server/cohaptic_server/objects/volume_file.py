@@ -1,4 +1,4 @@
-"""Tetrahedra from a file that meshio reads."""
+"""Reads the tetrahedra of a volume mesh, through meshio."""
 
 from __future__ import annotations
 
@@ -16,12 +16,15 @@ VOLUMES = (".msh", ".vtk", ".vtu")
 
 
 def read_volume(path: Path) -> tuple[Floats, Ints]:
-    """Vertices (n, 3), in the units of the file, and tetrahedra (m, 4).
+    """Read vertices, shape (n, 3) in units of the file, and tetrahedra, shape (m, 4).
 
-    Of ten-node tetrahedra the corners are taken; a solid makes its own middles.
+    Only the corners of ten-node tetrahedra are kept; a solid adds its own midside nodes.
+
+    Args:
+        path: A file of one of `VOLUMES`.
 
     Raises:
-        BodyError: Not a mesh, or no tetrahedra in it.
+        BodyError: The file is not a mesh, or has no tetrahedra in it.
     """
     try:
         import meshio
@@ -33,7 +36,8 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
             " pip install 'cohaptic[objects]'"
         ) from error
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # it prints; a server's output is read
+        # meshio prints, and scripts read a server's output.
+        with contextlib.redirect_stdout(io.StringIO()):
             loaded: Any = read(path)
         x = np.array(loaded.points, dtype=np.float64)
         blocks = [
@@ -42,9 +46,9 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
             if cells.type in ("tetra", "tetra10")
         ]
         kinds = sorted({str(cells.type) for cells in loaded.cells})
-    except SystemExit as error:  # meshio's answer to a file that no reader of its takes
+    except SystemExit as error:  # raised by meshio if no reader accepts the file
         raise BodyError(f"{path}: this is no mesh that can be read") from error
-    except Exception as error:  # and whatever its readers meet
+    except Exception as error:  # meshio's readers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
     if not blocks or not sum(len(block) for block in blocks):

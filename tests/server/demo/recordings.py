@@ -10,8 +10,8 @@ from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import STEP, Recording
-from cohaptic_server.demo.drag import RIGHT, true_drag
-from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.demo.drag import RIGHT, reference_drag
+from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import describe
 
@@ -34,7 +34,7 @@ def levels(scene: Scene, body: Body, t: Floats) -> Floats:
 def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
     """A scene of which everybody feels the truth, the others' part of it `delay` later [s]."""
     t = np.arange(0.0, seconds, STEP)
-    pressed, released = truth(scene, body, pressed=True), truth(scene, body, pressed=False)
+    pressed, released = reference(scene, body, pressed=True), reference(scene, body, pressed=False)
     level = levels(scene, body, t)
 
     def between(off: Floats, on: Floats, late: float = 0.0) -> Floats:
@@ -61,7 +61,7 @@ def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Re
 def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
     """A scene in which the first hand drags, and the second is dragged `delay` later [s]."""
     t = np.arange(0.0, seconds, STEP)
-    level, true, info = levels(scene, body, t), true_drag(scene, body), describe(body)
+    level, true, info = levels(scene, body, t), reference_drag(scene, body), describe(body)
     late = np.asarray(np.interp(t - delay, t, level[0]), dtype=np.float64)
     found: list[Recording] = []
     for user, name in enumerate(scene.names):

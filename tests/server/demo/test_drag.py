@@ -7,7 +7,7 @@ import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Timeline, press_windows
-from cohaptic_server.demo.drag import LEFT, RIGHT, Drag, true_drag
+from cohaptic_server.demo.drag import LEFT, RIGHT, Drag, reference_drag
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import dragged
@@ -17,7 +17,7 @@ SCENE = Scene(friction=0.8, duration=9.0)
 
 @pytest.fixture(scope="module")
 def true(balloon: Balloon) -> Drag:
-    return true_drag(SCENE, balloon)
+    return reference_drag(SCENE, balloon)
 
 
 def test_the_drag_of_one_is_felt_along_the_surface_by_the_other(true: Drag) -> None:

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from cohaptic.status.report import TouchStatus
-from cohaptic_server.demo.live_view import TRACE, picture, sparkline, traced
+from cohaptic_server.demo.live_view import GATHER, TRACE, Monitor, picture, sparkline, traced
+from cohaptic_server.demo.processes import DemoFailed
 from cohaptic_server.demo.scene import Scene
 
 STATUSES = [
@@ -71,3 +72,39 @@ def test_a_sparkline_has_a_block_for_each_force_and_never_falls_with_it(
     heights = [sparkline(deque([force]), top) for force in sorted(forces)]
     assert heights == sorted(heights)
     assert sparkline(deque([0.0, top]), top) == "▁█"
+
+
+def read(monitor: Monitor, now: float, *states: str, fault: str = "") -> None:
+    names = ("left", "right")
+    statuses = [
+        TouchStatus(name=name, state=state, force=1.0)
+        for name, state in zip(names, states, strict=True)
+    ]
+    statuses[1] = statuses[1].model_copy(update={"fault": fault})
+    monitor.read(statuses, now)
+
+
+def test_the_duration_counts_from_when_all_are_engaged() -> None:
+    monitor = Monitor(Scene(duration=5.0), 100.0)
+    read(monitor, 101.0, "touching", "connecting", fault="not engaged yet")
+    assert (monitor.since, monitor.faults) == (None, {})
+    read(monitor, 103.0, "touching", "free")
+    read(monitor, 104.0, "touching", "free", fault="the hand moved")
+    assert monitor.since == 103.0
+    assert not monitor.is_over(107.9)
+    assert monitor.is_over(108.0)
+    assert monitor.faults == {"right": {"the hand moved"}}
+    console = Console(width=100)
+    with console.capture() as capture:
+        console.print(monitor.picture(104.0, 100))
+    assert "1 of 5 s" in " ".join(capture.get().split())
+
+
+def test_a_client_that_ends_or_does_not_come_ends_the_demonstration() -> None:
+    with pytest.raises(DemoFailed, match="right is gone: no server"):
+        read(Monitor(Scene(), 0.0), 1.0, "free", "gone: no server")
+    late = "not everybody came within 45 s: left is free, right is connecting"
+    monitor = Monitor(Scene(), 0.0)
+    read(monitor, GATHER, "free", "connecting")
+    with pytest.raises(DemoFailed, match=late):
+        read(monitor, GATHER + 0.1, "free", "connecting")

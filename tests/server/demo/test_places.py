@@ -8,8 +8,8 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.places import Standing, is_open, stand, supported
-from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, truth
+from cohaptic_server.demo.places import Placement, is_open, place_hands, supported
+from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, reference
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -25,27 +25,27 @@ def tower() -> Solid:
 
 
 @pytest.fixture(scope="module")
-def standing(tower: Solid) -> Standing:
-    return stand(tower, held(tower), 2)
+def standing(tower: Solid) -> Placement:
+    return place_hands(tower, held(tower), 2)
 
 
 def held(solid: Solid) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return solid.shape.held[solid.shape.surface]
 
 
-def test_hands_stand_on_the_surface_and_press_into_it(tower: Solid, standing: Standing) -> None:
+def test_hands_stand_on_the_surface_and_press_into_it(tower: Solid, standing: Placement) -> None:
     x, n = tower.mesh.vertices, tower.mesh.normals
     for place in standing.places:
         vertex = int(np.linalg.norm(x - np.array(place.point), axis=1).argmin())
         assert x[vertex] == pytest.approx(np.array(place.point))
         assert -n[vertex] == pytest.approx(np.array(place.inward))
         assert place.point[2] > 0.02  # off the foot, which is held
-    assert standing.apart[0] == 0.0
-    assert standing.apart[1] >= 0.03
+    assert standing.distances[0] == 0.0
+    assert standing.distances[1] >= 0.03
     assert 0.004 < standing.depth <= PRESS_DEPTH
 
 
-def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Standing) -> None:
+def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Placement) -> None:
     loads: list[Load] = []
     for place in standing.places:
         v, w = pressure(tower.mesh, np.array(place.point), tower.contact_radius)
@@ -55,11 +55,11 @@ def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Standing) -> Non
     assert standing.coupling[1] == pytest.approx(C[0, 1] / C[1, 1])
 
 
-def test_everybody_feels_the_press(tower: Solid, standing: Standing) -> None:
+def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
     """At least a twentieth of its own: more than the hand's least difference."""
     scene = Scene(2, places=standing.places, depth=standing.depth)
-    pressed = truth(scene, tower, pressed=True)
-    released = truth(scene, tower, pressed=False)
+    pressed = reference(scene, tower, pressed=True)
+    released = reference(scene, tower, pressed=False)
     assert released.force[0] == pytest.approx(0.0)
     assert abs(pressed.force[1] - released.force[1]) > 0.05 * pressed.force[1]
     assert (np.abs(pressed.felt_from_others) > 0.05 * pressed.force).all()
@@ -67,24 +67,24 @@ def test_everybody_feels_the_press(tower: Solid, standing: Standing) -> None:
 
 @pytest.mark.parametrize("users", [3, 5])
 def test_more_hands_keep_apart(tower: Solid, users: int) -> None:
-    x = np.array([place.point for place in stand(tower, held(tower), users).places])
+    x = np.array([place.point for place in place_hands(tower, held(tower), users).places])
     gaps = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(users)
     assert gaps.min() >= 0.03
 
 
 def test_there_is_an_end_to_the_room(tower: Solid) -> None:
     with pytest.raises(BodyError, match=r"no (room|place) for 16 hands"):
-        stand(tower, held(tower), 16)
+        place_hands(tower, held(tower), 16)
     every = np.ones(len(tower.mesh.vertices), dtype=np.bool_)
     with pytest.raises(BodyError, match=r"no place for 2 hands: 0 of .*Hold less of it"):
-        stand(tower, every, 2)
+        place_hands(tower, every, 2)
 
 
 def test_a_body_of_any_kind_has_places(small_balloon: Balloon) -> None:
     nothing = np.zeros(len(small_balloon.mesh.vertices), dtype=np.bool_)
-    found = stand(small_balloon, nothing, 2)
+    found = place_hands(small_balloon, nothing, 2)
     assert len(found.places) == 2
-    assert found.coupling[1] < 0.0  # what the one presses in comes out at the other
+    assert found.coupling[1] < 0.0  # the surface moves out under the other hand
 
 
 def two_balls(gap: float) -> tuple[SurfaceMesh, Floats]:

@@ -8,7 +8,7 @@ import pytest
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
 from cohaptic_server.demo.replay import felt_at_once, instants
-from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import played
 
@@ -47,7 +47,7 @@ def test_what_is_felt_of_a_press_is_what_the_truth_says(
     """Recorded were the forces of the equilibrium: at rest the body gives them again, at once."""
     _, felt = felt_at_once(timeline, small_balloon, WINDOW)
     for at, pressed in ((0, False), (-1, True)):
-        true = truth(SCENE, small_balloon, pressed=pressed).felt_from_others
+        true = reference(SCENE, small_balloon, pressed=pressed).felt_from_others
         assert felt[:, at] == pytest.approx(true, rel=NEAR, abs=1e-3)
 
 

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, evaluate
-from cohaptic_server.demo.scene import Scene, truth
+from cohaptic_server.demo.scene import Scene, reference
 from tests.server.demo.recordings import blank, dragged, played, save
 
 SCENE = Scene(delay=0.05, duration=7.0)
@@ -59,7 +59,7 @@ def copy(recording: Recording) -> Recording:
 def test_who_felt_the_truth_is_found_to_have_felt_it(
     small_balloon: Balloon, good: DemoResult
 ) -> None:
-    expected = truth(SCENE, small_balloon, pressed=True)
+    expected = reference(SCENE, small_balloon, pressed=True)
     assert good.presses == 1
     assert good.lag_ms == pytest.approx(160.0)
     assert good.friction == 0.0

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.demo.scene import BESIDE, DRAG, MEASURE, PRESS_DEPTH, Scene, truth
+from cohaptic_server.demo.scene import BESIDE, DRAG, MEASURE, PRESS_DEPTH, Scene, reference
 
 users = st.integers(2, 16)
 
@@ -69,8 +69,8 @@ def test_an_absurd_duration_is_refused_with_the_limits(duration: float) -> None:
 
 def test_the_truth_of_a_press_is_felt_by_everybody(balloon: Balloon) -> None:
     scene = Scene(2)
-    pressed = truth(scene, balloon, pressed=True)
-    released = truth(scene, balloon, pressed=False)
+    pressed = reference(scene, balloon, pressed=True)
+    released = reference(scene, balloon, pressed=False)
     assert released.force[0] == 0.0
     # `right` is alone with the body while `left` is off, and then is pushed.
     assert released.felt_from_others[1] == pytest.approx(0.0, abs=1e-4)
@@ -87,7 +87,7 @@ def test_hands_with_places_stand_there(balloon: Balloon) -> None:
     scripts = [scene.script(user) for user in range(2)]
     assert [s.place for s in scripts] == list(places)
     assert [s.depth for s in scripts] == [0.016, 0.008]
-    pressed = truth(scene, balloon, pressed=True)
+    pressed = reference(scene, balloon, pressed=True)
     assert pressed.tip[0, 1] > 0.05 > -0.05 > pressed.tip[1, 1]
 
 

@@ -8,9 +8,10 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.inspection.inspection import Inspection, inspect, what_came
+from cohaptic_server.inspection.inspection import Inspection, describe_file, inspect_object
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.testing.blocks import block
 
@@ -21,7 +22,7 @@ GOOD = SurfaceReport(0, 0, 0, 1, 1e6, 100.0)
 def look(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Inspection:
     tets = block(size, cells)
     solid = Solid(tets, tets.vertices[:, 2] <= 0.0, WANTED.material)
-    return inspect(WANTED, Built(solid, Prepared(tets, None)), SystemClock(), 1000.0)
+    return inspect_object(WANTED, Built(solid, Prepared(tets, None)), SystemClock(), 1000.0)
 
 
 def test_stiffness_is_that_of_presses_and_infinite_where_it_is_held() -> None:
@@ -57,6 +58,6 @@ def test_what_was_done_to_a_file_is_told(
     report: SurfaceReport, simplified: int, words: str
 ) -> None:
     prepared = Prepared(block((0.1, 0.1, 0.1), (2, 2, 2)), report, 1200, simplified)
-    told = "; ".join(what_came(WANTED, prepared))
+    told = "; ".join(describe_file(WANTED, prepared))
     assert told.startswith("a surface of 1,200 triangles; ")
     assert words in told

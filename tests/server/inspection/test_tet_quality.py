@@ -16,8 +16,8 @@ REGULAR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0
 def test_a_regular_tetrahedron_is_the_measure() -> None:
     found = quality(TetMesh.checked(REGULAR, np.array([[0, 1, 2, 3]])))
     angle = np.degrees(np.arccos(1.0 / 3.0))
-    assert [found.sharpest, found.bluntest] == pytest.approx([angle, angle])
-    assert [found.fullest, found.flattest, found.poor] == pytest.approx([1.0, 1.0, 0.0])
+    assert [found.min_dihedral, found.max_dihedral] == pytest.approx([angle, angle])
+    assert [found.median_ratio, found.min_ratio, found.slivers] == pytest.approx([1.0, 1.0, 0.0])
 
 
 def test_a_flat_one_is_found_among_good_ones() -> None:
@@ -25,11 +25,11 @@ def test_a_flat_one_is_found_among_good_ones() -> None:
     joined = np.concatenate([REGULAR, flat[1:]])
     tets = np.array([[0, 1, 2, 3], [0, 4, 5, 6]])
     found = quality(TetMesh.checked(joined, tets))
-    assert found.flattest < 0.3
+    assert found.min_ratio < 0.3
     good = quality(block((1.0, 1.0, 1.0), (2, 2, 2)))
-    assert [good.sharpest, good.bluntest] == pytest.approx([45.0, 90.0])
+    assert [good.min_dihedral, good.max_dihedral] == pytest.approx([45.0, 90.0])
     sunk = block((1.0, 1.0, 0.001), (2, 2, 2))
-    assert quality(sunk).poor == len(sunk.tets)
+    assert quality(sunk).slivers == len(sunk.tets)
 
 
 def test_under_a_ball_its_middle_is_the_deepest() -> None:

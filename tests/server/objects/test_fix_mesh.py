@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects import fix_mesh as hold_mesh
-from cohaptic_server.objects.fix_mesh import held_within, inside
-from cohaptic_server.objects.fix_rule import held_in
+from cohaptic_server.objects import fix_mesh
+from cohaptic_server.objects.fix_mesh import fixed_within, inside
+from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
 
@@ -50,12 +50,12 @@ def test_a_second_surface_holds_what_lies_in_it(tmp_path: Path) -> None:
     y, faces = icosphere(2, 40.0)
     path = write(tmp_path / "bone.stl", y, faces)
     wanted = ObjectFile(tmp_path / "block.stl", scale=0.001, fix_mesh=path)
-    held = held_in(wanted, X)
+    held = fixed_vertices(wanted, X)
     r = np.linalg.norm(X, axis=1)
     assert held[r < 0.037].all()
     assert not held[r > 0.04].any()
     with pytest.raises(SettingError, match="given without --fix"):
-        held_in(replace(wanted, fix="z < 10%"), X)
+        fixed_vertices(replace(wanted, fix="z < 10%"), X)
 
 
 def test_a_surface_that_cannot_hold_says_why(
@@ -63,13 +63,13 @@ def test_a_surface_that_cannot_hold_says_why(
 ) -> None:
     y, faces = icosphere(1, 0.03)
     with pytest.raises(BodyError, match="there is no such file"):
-        held_within(tmp_path / "none.stl", 1.0, X)
+        fixed_within(tmp_path / "none.stl", 1.0, X)
     with pytest.raises(BodyError, match="not closed: 3 of its edges do not have two triangles"):
-        held_within(write(tmp_path / "open.stl", y, faces[1:]), 1.0, X)
+        fixed_within(write(tmp_path / "open.stl", y, faces[1:]), 1.0, X)
     with pytest.raises(SettingError, match=r"float away; it has x 0.97 to 1.03 m, .*the object"):
-        held_within(write(tmp_path / "far.stl", y + 1.0, faces), 1.0, X)
+        fixed_within(write(tmp_path / "far.stl", y + 1.0, faces), 1.0, X)
     with pytest.raises(SettingError, match="leaves something free to move"):
-        held_within(write(tmp_path / "all.stl", 10.0 * y, faces), 1.0, X)
-    monkeypatch.setattr(hold_mesh, "MOST", 79)
+        fixed_within(write(tmp_path / "all.stl", 10.0 * y, faces), 1.0, X)
+    monkeypatch.setattr(fix_mesh, "MAX_FIX_TRIANGLES", 79)
     with pytest.raises(BodyError, match="80 triangles; to say what is held 79 must do"):
-        held_within(write(tmp_path / "fine.stl", y, faces), 1.0, X)
+        fixed_within(write(tmp_path / "fine.stl", y, faces), 1.0, X)

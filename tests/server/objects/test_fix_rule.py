@@ -5,7 +5,7 @@ import numpy.typing as npt
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.objects.fix_rule import held_by
+from cohaptic_server.objects.fix_rule import fixed_by_rule
 
 Flags = npt.NDArray[np.bool_]
 X = np.stack(np.meshgrid(*[np.linspace(0.0, 0.1, 11)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -24,7 +24,7 @@ X = np.stack(np.meshgrid(*[np.linspace(0.0, 0.1, 11)] * 3, indexing="ij"), axis=
     ],
 )
 def test_a_rule_holds_what_it_says(rule: str, expected: Flags) -> None:
-    assert np.array_equal(held_by(rule, X), expected)
+    assert np.array_equal(fixed_by_rule(rule, X), expected)
 
 
 @pytest.mark.parametrize(
@@ -41,5 +41,5 @@ def test_a_rule_holds_what_it_says(rule: str, expected: Flags) -> None:
 )
 def test_a_rule_that_cannot_be_used_says_why(rule: str, word: str) -> None:
     with pytest.raises(SettingError) as error:
-        held_by(rule, X)
+        fixed_by_rule(rule, X)
     assert word in str(error.value)

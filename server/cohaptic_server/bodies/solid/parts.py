@@ -23,10 +23,12 @@ class SolidParts:
     """What a solid is made from in a moment.
 
     Args:
+        shape: Nodes and surface.
         factor: Of the stiffness over the nodes that are free.
         twin: The solid as seen from afar.
     """
 
+    shape: SolidShape
     factor: Factor
     twin: CoarseTwin
 
@@ -53,7 +55,7 @@ def make_parts(
         shape.place < 0,
         lambda share: progress("pressing", share),
     )
-    return SolidParts(factor, twin)
+    return SolidParts(shape, factor, twin)
 
 
 def factor_of(

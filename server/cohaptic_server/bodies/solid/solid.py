@@ -68,7 +68,7 @@ class Solid:
     ) -> None:
         self.settings = settings or SolidSettings()
         self._name = name
-        self.shape = shape_of(tets, held, self.settings)
+        self.shape = shape_of(tets, held, self.settings) if parts is None else parts.shape
         factor = factor_of(self.shape, self.settings) if parts is None else parts.factor
         self.factor_bytes = factor.bytes
         self.columns = GreenColumns(factor, self.shape.place, self.settings.cache)

@@ -1,1 +1,1 @@
-"""What was prepared once is kept: a bounded folder of arrays that are mapped, not read."""
+"""A bounded cache on disk for prepared objects: arrays that are mapped into memory."""

@@ -1,12 +1,12 @@
-"""Named arrays in one flat file, each where a memory map can use it as it is.
+"""Named arrays in one flat file that is mapped into memory, without a copy.
 
     magic, length and CRC of the header    24 bytes
-    header, JSON                           of every array: type, shape, order, place, sums
+    header, JSON                           type, shape, order, offset and checksums of each array
     data                                   each array at a multiple of 64 bytes
 
-The sums are those of the array's 64-bit words, one for each piece of it: checking them reads the
-data as fast as the memory gives it, and a server reads all of it at the first touch anyway.
-Nothing is read from such a file but numbers.
+A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
+memory is read, and a server reads all of the data at the first touch anyway. Loading runs no code
+from the file. A folder of .npy files was measured beside it (docs/decisions/0021).
 """
 
 from __future__ import annotations
@@ -31,44 +31,45 @@ from cohaptic.errors import BodyError
 Array = npt.NDArray[Any]
 
 _MAGIC = b"cohaptA1"
-_START = struct.Struct("<8sQII")  # magic, length of the header, its CRC, nothing
+_START = struct.Struct("<8sQII")  # magic, length and CRC of the header, padding
 _ALIGN = 64
-_PIECE = 2**24  # bytes in one sum
+_PIECE = 2**24  # bytes covered by one checksum
 _TYPES = ("<f8", "<f4", "<i8", "<i4", "|b1", "|u1")
-_MARGIN = 2**28  # bytes of a disk that are left to others
+_DISK_RESERVE = 2**28  # bytes of the disk that are left free
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
-    """Write at once or not at all.
+    """Write arrays to a file, atomically: a reader sees all of it or nothing.
 
     Args:
-        path: Of the file; its folder must be there.
-        arrays: By name; those that are stored by columns stay so.
+        path: Path of the file, in a folder that exists.
+        arrays: Arrays by name; Fortran order is kept.
 
     Raises:
-        OSError: It cannot be written, or the disk is nearly full.
+        OSError: The file cannot be written, or the disk is nearly full.
+        BodyError: An array is of a type that cannot be stored.
     """
     index: dict[str, list[object]] = {}
-    flat: list[Array] = []
+    flattened: list[Array] = []
     end = 0
     for name, array in arrays.items():
-        by_columns = array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
-        line = np.ascontiguousarray(array.T if by_columns else array).reshape(-1)
-        kind = line.dtype.newbyteorder("<").str
+        is_fortran = array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
+        flat = np.ascontiguousarray(array.T if is_fortran else array).reshape(-1)
+        kind = flat.dtype.newbyteorder("<").str
         if kind not in _TYPES:
             raise BodyError(f"array {name!r} is of type {kind}; stored are: {' '.join(_TYPES)}")
-        line = line.astype(kind, copy=False)
-        order = "F" if by_columns else "C"
-        index[name] = [kind, list(array.shape), order, end, _sums(line.view(np.uint8))]
-        flat.append(line)
-        end = _aligned(end + line.nbytes)
+        flat = flat.astype(kind, copy=False)
+        order = "F" if is_fortran else "C"
+        index[name] = [kind, list(array.shape), order, end, _checksums(flat.view(np.uint8))]
+        flattened.append(flat)
+        end = _aligned(end + flat.nbytes)
     header = json.dumps({"arrays": index, "bytes": end}).encode()
-    if end + _MARGIN > shutil.disk_usage(path.parent).free:
+    if end + _DISK_RESERVE > shutil.disk_usage(path.parent).free:
         raise OSError(f"{path.parent}: no room for {end / 1e9:.3g} GB")
     file = tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False)
     try:
         with file:
-            _write(file, header, flat)
+            _write(file, header, flattened)
         os.replace(file.name, path)
     except BaseException:
         Path(file.name).unlink(missing_ok=True)
@@ -76,15 +77,15 @@ def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
 
 
 def load_arrays(path: Path, *, mapped: bool = True) -> dict[str, Array]:
-    """Read what `save_arrays` wrote.
+    """Load the arrays of a file that `save_arrays` wrote, by name.
 
     Args:
-        path: Of the file.
-        mapped: Whether arrays stay in the file and are read-only, or are copied into memory.
+        path: Path of the file.
+        mapped: Whether the arrays are read-only views of the mapped file, or copies.
 
     Raises:
-        OSError: It cannot be read.
-        BodyError: It is not what was written.
+        OSError: The file cannot be read.
+        BodyError: The file is of another form, or damaged.
     """
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
@@ -97,35 +98,35 @@ def load_arrays(path: Path, *, mapped: bool = True) -> dict[str, Array]:
         header = file.read(length)
         if zlib.crc32(header) != crc:
             raise BodyError(f"{path}: its header is damaged")
-        told: dict[str, Any] = json.loads(header)
-        first = _aligned(_START.size + length)
-        if size != first + told["bytes"]:
-            raise BodyError(f"{path}: {size} bytes, of {first + told['bytes']}")
+        index: dict[str, Any] = json.loads(header)
+        data_start = _aligned(_START.size + length)
+        if size != data_start + index["bytes"]:
+            raise BodyError(f"{path}: {size} bytes, of {data_start + index['bytes']}")
         whole = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     if hasattr(mmap, "MADV_WILLNEED"):
         whole.madvise(mmap.MADV_WILLNEED)
-    found: dict[str, Array] = {}
-    for name, (kind, shape, order, offset, sums) in told["arrays"].items():
+    arrays: dict[str, Array] = {}
+    for name, (kind, shape, order, offset, checksums) in index["arrays"].items():
         count = prod(shape)
-        array: Array = np.frombuffer(whole, np.dtype(kind), count, first + offset)
-        if _sums(array.view(np.uint8)) != sums:
+        array: Array = np.frombuffer(whole, np.dtype(kind), count, data_start + offset)
+        if _checksums(array.view(np.uint8)) != checksums:
             raise BodyError(f"{path}: array {name!r} is damaged")
         array = array.reshape(shape, order=order)
-        found[name] = array if mapped else array.copy(order="K")
-    return found
+        arrays[name] = array if mapped else array.copy(order="K")
+    return arrays
 
 
-def _write(file: IO[bytes], header: bytes, flat: list[Array]) -> None:
+def _write(file: IO[bytes], header: bytes, arrays: list[Array]) -> None:
     file.write(_START.pack(_MAGIC, len(header), zlib.crc32(header), 0))
     file.write(header)
     file.write(bytes(_aligned(file.tell()) - file.tell()))
-    for line in flat:
-        file.write(line.view(np.uint8).data)
-        file.write(bytes(_aligned(line.nbytes) - line.nbytes))
+    for array in arrays:
+        file.write(array.view(np.uint8).data)
+        file.write(bytes(_aligned(array.nbytes) - array.nbytes))
 
 
-def _sums(data: npt.NDArray[np.uint8]) -> list[int]:
-    """Of the 64-bit words of each piece, modulo 2^64; the last word is filled up with zeros."""
+def _checksums(data: npt.NDArray[np.uint8]) -> list[int]:
+    """Sum of the 64-bit words of each piece modulo 2^64, the last word padded with zeros."""
     sums: list[int] = []
     for begin in range(0, len(data), _PIECE):
         piece = data[begin : begin + _PIECE]

@@ -1,7 +1,7 @@
-"""The folder of what can be made anew: files of arrays under the key of what they come from.
+"""A bounded folder of array files, each under a key of the content that it was computed from.
 
-It is bounded: beyond its limit the files that were not used for longest go. A file that is damaged
-is made anew, with a word; a folder that cannot be written costs time, and nothing else.
+If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
+computed again, with a warning; a folder that cannot be written costs time and nothing else.
 """
 
 from __future__ import annotations
@@ -10,107 +10,119 @@ import contextlib
 import hashlib
 import logging
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy.typing as npt
+from platformdirs import user_cache_path
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
 SUFFIX = ".arrays"
-LIMIT = 20.0  # GB, unless COHAPTIC_CACHE_GB says otherwise
+DEFAULT_LIMIT_GB = 20.0  # unless COHAPTIC_CACHE_GB is set
 
 _LOG = logging.getLogger(__name__)
 
 
-def folder() -> Path:
-    """Where this system keeps what can be made anew; COHAPTIC_CACHE chooses another place."""
+def cache_folder() -> Path:
+    """The folder COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches."""
     chosen = os.environ.get("COHAPTIC_CACHE")
     if chosen:
         return Path(chosen)
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local")
-    elif sys.platform == "darwin":
-        base = home / "Library/Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "cohaptic"
+    # Without `opinion` Windows gets %LOCALAPPDATA%\cohaptic, where earlier versions stored entries.
+    return user_cache_path("cohaptic", appauthor=False, opinion=False)
 
 
-def place(*content: bytes) -> Path:
-    """File of what is made of `content` and nothing else."""
+def entry_path(*content: bytes) -> Path:
+    """Path of the entry that is computed from `content` and from nothing else."""
     digest = hashlib.sha256()
     for part in content:
         digest.update(len(part).to_bytes(8, "little"))
         digest.update(part)
-    return folder() / f"{digest.hexdigest()[:32]}{SUFFIX}"
+    return cache_folder() / f"{digest.hexdigest()[:32]}{SUFFIX}"
 
 
-def fetch(where: Path, what: str, *, mapped: bool = True) -> dict[str, npt.NDArray[Any]] | None:
-    """Stored arrays; None where there are none that can be read.
+def load_entry(
+    path: Path, label: str, *, mapped: bool = True
+) -> dict[str, npt.NDArray[Any]] | None:
+    """Load the arrays of an entry; None if there is no entry, or no intact one.
 
     Args:
-        where: From `place`.
-        what: For people, when they are damaged.
+        path: Path from `entry_path`.
+        label: Name of the content in a warning.
         mapped: As in `load_arrays`.
     """
     try:
-        found = load_arrays(where, mapped=mapped)
+        arrays = load_arrays(path, mapped=mapped)
     except FileNotFoundError:
         return None
     except (OSError, BodyError, ValueError, KeyError, TypeError) as error:
-        damaged(what, error)
+        warn_unusable(label, error)
         return None
     with contextlib.suppress(OSError):
-        os.utime(where)  # used now
-    return found
+        os.utime(path)  # the time of the last use decides which entries are deleted first
+    return arrays
 
 
-def damaged(what: str, error: Exception) -> None:
-    """Say that something stored is made anew, and why."""
-    _LOG.warning("the stored %s cannot be used and is made anew (%s)", what, error)
+def warn_unusable(label: str, error: Exception) -> None:
+    """Warn that an entry is computed again, and why."""
+    _LOG.warning("the stored %s cannot be used and is made anew (%s)", label, error)
 
 
-def keep(where: Path, what: str, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Store arrays, and let go what was not used for longest."""
+def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Store arrays, and delete the least recently used entries that exceed the limit.
+
+    An entry that cannot be written is left out with a warning.
+
+    Args:
+        path: Path from `entry_path`.
+        label: Name of the content in a warning.
+        arrays: As in `save_arrays`.
+    """
     try:
-        where.parent.mkdir(parents=True, exist_ok=True)
-        make_room(where.parent, sum(array.nbytes for array in arrays.values()))
-        save_arrays(where, arrays)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        make_room(path.parent, sum(array.nbytes for array in arrays.values()))
+        save_arrays(path, arrays)
     except OSError as error:
-        _LOG.warning("the %s was not stored, the next start takes as long (%s)", what, error)
+        _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
 
 
-def limit() -> float:
-    """Of the folder [bytes]."""
-    told = os.environ.get("COHAPTIC_CACHE_GB", "")
-    try:
-        found = float(told or LIMIT)
-    except ValueError:
-        found = -1.0
-    if not 0.0 <= found <= 1e6:
-        raise SettingError("COHAPTIC_CACHE_GB", repr(told), "a number of gigabytes, 0 to 1e6")
-    return 1e9 * found
-
-
-def make_room(where: Path, needed: int) -> None:
-    """Delete what was not used for longest, until `needed` more bytes are within the limit.
+def cache_limit() -> float:
+    """Largest size of the folder [bytes].
 
     Raises:
-        OSError: More is needed than the limit.
+        SettingError: COHAPTIC_CACHE_GB is not a number, or out of range.
     """
-    allowed = limit()
-    if needed > allowed:
-        raise OSError(f"{needed / 1e9:.3g} GB; COHAPTIC_CACHE_GB allows {allowed / 1e9:g}")
-    kinds = (SUFFIX, ".part", ".npz")  # half written; of versions before this one
-    found = [(path.stat(), path) for kind in kinds for path in where.glob(f"*{kind}")]
-    total = sum(stat.st_size for stat, _ in found)
-    for stat, path in sorted(found, key=lambda entry: entry[0].st_mtime):
-        if total + needed <= allowed:
+    setting = os.environ.get("COHAPTIC_CACHE_GB", "")
+    try:
+        gigabytes = float(setting or DEFAULT_LIMIT_GB)
+    except ValueError:
+        gigabytes = -1.0
+    if not 0.0 <= gigabytes <= 1e6:
+        raise SettingError("COHAPTIC_CACHE_GB", repr(setting), "a number of gigabytes, 0 to 1e6")
+    return 1e9 * gigabytes
+
+
+def make_room(folder: Path, needed: int) -> None:
+    """Delete the least recently used files until `needed` more bytes fit into the limit.
+
+    Args:
+        folder: The folder of the cache.
+        needed: Size of the next entry [bytes].
+
+    Raises:
+        OSError: The next entry alone exceeds the limit.
+    """
+    limit = cache_limit()
+    if needed > limit:
+        raise OSError(f"{needed / 1e9:.3g} GB; COHAPTIC_CACHE_GB allows {limit / 1e9:g}")
+    suffixes = (SUFFIX, ".part", ".npz")  # .part: half written; .npz: of earlier versions
+    files = [(path.stat(), path) for suffix in suffixes for path in folder.glob(f"*{suffix}")]
+    total = sum(stat.st_size for stat, _ in files)
+    for stat, path in sorted(files, key=lambda entry: entry[0].st_mtime):
+        if total + needed <= limit:
             break
         path.unlink(missing_ok=True)
         total -= stat.st_size

@@ -1,11 +1,12 @@
-"""What was made of a file, kept on disk: its tetrahedra, and what makes a solid of them.
+"""Prepared objects on disk: tetrahedra of a file, and the heavy parts of a solid.
 
-Two keys, both of content: the bytes of the file and everything that decides which tetrahedra they
-become; the tetrahedra, what of them is held, and the material.
+Both are stored under keys of content: tetrahedra under the bytes of the file and all options that
+influence them; parts of a solid under the tetrahedra, the fixed vertices and the material.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import astuple
 from typing import Any
 
@@ -15,81 +16,105 @@ import numpy.typing as npt
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid.far_field import CoarseTwin
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
-from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
-from cohaptic_server.objects.store.cache import damaged, fetch, keep, place
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared, prepare
+from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
-_FORM = 3  # raised when what is stored, or how it is made, changes
+_FORM = 3  # raised when the form of the arrays changes, or the way they are computed
+
+Arrays = dict[str, npt.NDArray[Any]]
 
 
-def prepared(wanted: ObjectFile) -> Prepared:
-    """Tetrahedra from the store, or made and stored; raises as `object_file.prepare`."""
-    if not wanted.path.is_file():
-        return prepare(wanted)  # which says what is wrong
-    shape = (wanted.scale, wanted.edge, wanted.repair, wanted.simplify)
-    words = (_FORM, wanted.path.suffix.lower(), *shape)
-    where = place(repr(words).encode(), wanted.path.read_bytes())
-    arrays = fetch(where, f"tetrahedra of {wanted.path.name}", mapped=False)
+def load_or_prepare(source: ObjectFile) -> Prepared:
+    """Load the tetrahedra of a file from the store, or prepare and store them.
+
+    Args:
+        source: The file and its options.
+
+    Raises:
+        BodyError: The file is no object that can be touched.
+    """
+    if not source.path.is_file():
+        return prepare(source)  # raises the error that says why
+    options = (source.scale, source.edge, source.repair, source.simplify)
+    key = repr((_FORM, source.path.suffix.lower(), *options)).encode()
+    path = entry_path(key, source.path.read_bytes())
+    label = f"tetrahedra of {source.path.name}"
+    arrays = load_entry(path, label, mapped=False)
     if arrays is not None:
         try:
-            tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
-            triangles, left = arrays["triangles"].tolist()
-            return Prepared(tets, _report(arrays["report"].tolist()), triangles, left)
+            return _prepared_from(arrays)
         except (KeyError, TypeError, ValueError, BodyError) as error:
-            damaged(f"tetrahedra of {wanted.path.name}", error)
-    found = prepare(wanted)
-    report = () if found.surface is None else astuple(found.surface)
-    keep(
-        where,
-        f"tetrahedra of {wanted.path.name}",
-        {
-            "vertices": found.tets.vertices,
-            "tets": found.tets.tets,
-            "report": np.array(report, dtype=np.float64),
-            "triangles": np.array([found.triangles, found.simplified], dtype=np.int64),
-        },
+            warn_unusable(label, error)
+    prepared = prepare(source)
+    save_entry(path, label, _prepared_to(prepared))
+    return prepared
+
+
+def load_or_make_parts(
+    tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, progress: Progress
+) -> SolidParts:
+    """Load the heavy parts of a solid from the store, or make and store them.
+
+    Args:
+        tets: The object at rest.
+        fixed: Which of its vertices do not move, shape (n,).
+        settings: Material and discretisation.
+        progress: Called with the phase and the share of it that is done.
+
+    Raises:
+        BodyError: The fixed vertices leave a rigid motion, or nothing free.
+    """
+    material = (_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
+    path = entry_path(
+        repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes()
     )
-    return found
+    arrays = load_entry(path, "factor")
+    if arrays is not None:
+        try:
+            factor = Factor.from_arrays(_without_prefix("factor/", arrays))
+            twin = CoarseTwin.from_arrays(_without_prefix("twin/", arrays))
+            return SolidParts(shape_of(tets, fixed, settings), factor, twin)
+        except (KeyError, ValueError, IndexError, BodyError) as error:
+            warn_unusable("factor", error)
+    parts = make_parts(tets, fixed, settings, progress)
+    progress("storing", 0.0)
+    factor_arrays = _with_prefix("factor/", parts.factor.to_arrays())
+    save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.twin.to_arrays()))
+    return parts
 
 
-def _report(values: list[float]) -> SurfaceReport | None:
+def _prepared_to(prepared: Prepared) -> Arrays:
+    report = () if prepared.surface is None else astuple(prepared.surface)
+    return {
+        "vertices": prepared.tets.vertices,
+        "tets": prepared.tets.tets,
+        "report": np.array(report, dtype=np.float64),
+        "triangles": np.array([prepared.triangles, prepared.simplified], dtype=np.int64),
+    }
+
+
+def _prepared_from(arrays: Arrays) -> Prepared:
+    tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
+    triangles, simplified = arrays["triangles"].tolist()
+    return Prepared(tets, _report_from(arrays["report"].tolist()), triangles, simplified)
+
+
+def _report_from(values: list[float]) -> SurfaceReport | None:
     if not values:
         return None
     counts = (int(value) for value in values[:4])
     return SurfaceReport(*counts, *values[4:])
 
 
-def parts_of(
-    tets: TetMesh, held: npt.NDArray[np.bool_], settings: SolidSettings, progress: Progress
-) -> SolidParts:
-    """Factor and twin from the store, mapped and not read, or made and stored."""
-    material = (_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
-    where = place(
-        repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), held.tobytes()
-    )
-    arrays = fetch(where, "factor")
-    if arrays is not None:
-        try:
-            return SolidParts(
-                Factor.from_arrays(_under("factor/", arrays)),
-                CoarseTwin.from_arrays(_under("twin/", arrays)),
-            )
-        except (KeyError, ValueError, IndexError, BodyError) as error:
-            damaged("factor", error)
-    parts = make_parts(tets, held, settings, progress)
-    progress("storing", 0.0)
-    whole = _over("factor/", parts.factor.to_arrays()) | _over("twin/", parts.twin.to_arrays())
-    keep(where, "factor", whole)
-    return parts
-
-
-def _over(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+def _with_prefix(prefix: str, arrays: Mapping[str, npt.NDArray[Any]]) -> Arrays:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def _under(prefix: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+def _without_prefix(prefix: str, arrays: Arrays) -> Arrays:
     return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}

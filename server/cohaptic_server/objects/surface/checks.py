@@ -1,4 +1,4 @@
-"""What is wrong with a surface that somebody brought: open, tangled, in pieces, inside out."""
+"""Checks of a surface: open or non-manifold edges, self-intersections, components, orientation."""
 
 from __future__ import annotations
 
@@ -10,78 +10,82 @@ import scipy.sparse.csgraph
 
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface.self_intersections import count_crossings
+from cohaptic_server.objects.surface.self_intersections import count_intersecting
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceReport:
-    """What was found.
+    """Defects and size of a surface.
 
     Args:
-        open_edges: That belong to one triangle only.
-        crowded_edges: That belong to three or more triangles.
-        crossings: Triangles that pass through another one; -1 where it was not looked for.
-        pieces: That hang together.
-        volume: Enclosed, in cubic units of the file; positive when normals point outwards.
-        size: Longest side of the box around it.
+        open_edges: Number of edges with one triangle only.
+        nonmanifold_edges: Number of edges with three or more triangles.
+        intersecting: Number of triangles that intersect another one.
+        components: Number of connected components.
+        volume: Enclosed volume, in cubic units of the file; negative if normals point inwards.
+        size: Longest side of the bounding box, in units of the file.
     """
 
     open_edges: int
-    crowded_edges: int
-    crossings: int
-    pieces: int
+    nonmanifold_edges: int
+    intersecting: int
+    components: int
     volume: float
     size: float
 
     def problems(self) -> list[str]:
-        """A sentence for each thing that keeps it from being filled."""
-        found: list[str] = []
+        """A sentence for each defect that prevents filling the surface."""
+        problems: list[str] = []
         if self.open_edges:
-            found.append(f"the surface is open: {self.open_edges} edges have one triangle only")
-        if self.crowded_edges:
-            found.append(f"{self.crowded_edges} edges have three triangles or more; two is right")
-        if self.crossings > 0:
-            found.append(f"the surface passes through itself: {self.crossings} triangles cross")
-        return found
+            problems.append(f"the surface is open: {self.open_edges} edges have one triangle only")
+        if self.nonmanifold_edges:
+            problems.append(
+                f"{self.nonmanifold_edges} edges have three triangles or more; two is right"
+            )
+        if self.intersecting > 0:
+            problems.append(
+                f"the surface passes through itself: {self.intersecting} triangles cross"
+            )
+        return problems
 
     @property
     def flat(self) -> bool:
-        """Whether there is next to nothing in it."""
+        """Whether the surface encloses practically no volume."""
         return abs(self.volume) < 1e-9 * self.size**3
 
 
 def examine(x: Floats, faces: Ints) -> SurfaceReport:
-    """Look at a surface whose corners have been merged.
+    """Check a surface whose vertices have been merged.
 
     Args:
-        x: Shape (n, 3).
-        faces: Shape (m, 3).
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
     """
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     counts = edge_counts(faces)
     graph = sp.coo_array(
         (np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(len(x), len(x))
     )
-    pieces, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
+    components, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
     centred = x - x.mean(axis=0)
     return SurfaceReport(
         open_edges=int((counts == 1).sum()),
-        crowded_edges=int((counts > 2).sum()),
-        crossings=count_crossings(centred, faces),
-        pieces=int(pieces),
+        nonmanifold_edges=int((counts > 2).sum()),
+        intersecting=count_intersecting(centred, faces),
+        components=int(components),
         volume=volume(centred, faces),
         size=float(np.ptp(x, axis=0).max()),
     )
 
 
 def edge_counts(faces: Ints) -> Ints:
-    """How many triangles each edge has, shape (edges,); two in a closed surface."""
+    """Number of triangles at each edge, shape (edges,); 2 everywhere in a closed surface."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    # One number for an edge: sorting rows takes twenty times as long.
+    # Sorting one number for each edge is twenty times as fast as sorting pairs.
     _, counts = np.unique(edges[:, 0] * (faces.max() + 1) + edges[:, 1], return_counts=True)
     return np.asarray(counts, dtype=np.int64)
 
 
 def facing_outwards(x: Floats, faces: Ints) -> Ints:
-    """The same triangles, turned round as a whole where the surface is inside out."""
+    """The triangles, all of them reversed if the surface is inside out; shape (m, 3)."""
     return faces if volume(x - x.mean(axis=0), faces) >= 0.0 else faces[:, [0, 2, 1]]

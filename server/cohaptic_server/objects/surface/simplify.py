@@ -1,4 +1,4 @@
-"""Surfaces of too many triangles: how many there are, at a glance, and fewer at the user's word."""
+"""Counts the triangles of a file without reading it whole, and simplifies a surface."""
 
 from __future__ import annotations
 
@@ -13,36 +13,41 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-_HEAD = 2**16  # bytes in which a header must end
+_HEAD = 2**16  # bytes that are read for the header of a file
 
 
 def count_triangles(path: Path) -> int:
-    """Triangles that a file says it has, or about so many; 0 where that cannot be told quickly.
+    """Number of triangles that a file declares, roughly; 0 if it cannot be determined quickly.
 
-    Reading millions takes a minute: what is too much can be refused before.
+    Reading millions of triangles takes a minute; with this number a file that is too large is
+    refused before.
+
+    Args:
+        path: A surface file that exists.
     """
     kind = path.suffix.lower()
     with path.open("rb") as file:
         head = file.read(_HEAD)
         if kind == ".stl" and len(head) >= 84:
-            told = int.from_bytes(head[80:84], "little")
-            if path.stat().st_size == 84 + 50 * told:
-                return told
-            return _lines(path, b"facet normal")
+            declared = int.from_bytes(head[80:84], "little")
+            if path.stat().st_size == 84 + 50 * declared:
+                return declared
+            return _count_marks(path, b"facet normal")
         if kind == ".ply":
-            found = re.search(rb"element\s+face\s+(\d+)", head)
-            return int(found[1]) if found else 0
+            match = re.search(rb"element\s+face\s+(\d+)", head)
+            return int(match[1]) if match else 0
         if kind == ".off":
             words = head.split(maxsplit=4)
             return (
                 int(words[2]) if words[:1] == [b"OFF"] and words[2:3] and words[2].isdigit() else 0
             )
     if kind == ".obj":
-        return _lines(path, b"\nf ")
-    return _of_glb(head) if kind == ".glb" else 0
+        return _count_marks(path, b"\nf ")
+    return _count_in_glb(head) if kind == ".glb" else 0
 
 
-def _lines(path: Path, mark: bytes) -> int:
+def _count_marks(path: Path, mark: bytes) -> int:
+    """How often a text occurs in a file."""
     count, rest = 0, b""
     with path.open("rb") as file:
         while block := file.read(2**24):
@@ -52,23 +57,28 @@ def _lines(path: Path, mark: bytes) -> int:
     return count
 
 
-def _of_glb(head: bytes) -> int:
-    """Indices of all primitives over three, from the JSON at the start of a GLB."""
+def _count_in_glb(head: bytes) -> int:
+    """A third of the indices of all primitives, from the JSON at the start of a GLB file."""
     try:
         (length,) = struct.unpack_from("<I", head, 12)
-        told = json.loads(head[20 : 20 + length])
-        counts = [accessor["count"] for accessor in told["accessors"]]
-        primitives = [p for mesh in told["meshes"] for p in mesh["primitives"]]
+        header = json.loads(head[20 : 20 + length])
+        counts = [accessor["count"] for accessor in header["accessors"]]
+        primitives = [p for mesh in header["meshes"] for p in mesh["primitives"]]
         return sum(int(counts[p["indices"]]) for p in primitives if "indices" in p) // 3
     except (ValueError, KeyError, IndexError, TypeError, struct.error):
-        return 0  # whoever reads the file will say what is wrong with it
+        return 0  # the reader of the file reports the error
 
 
-def simplified(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
-    """The surface with about `count` triangles, by quadric errors (Garland, Heckbert 1997).
+def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
+    """Simplify a surface by quadric error metrics (Garland, Heckbert 1997).
+
+    Args:
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        count: Number of triangles to reach, approximately.
 
     Raises:
-        BodyError: fast-simplification is not there.
+        BodyError: fast-simplification is not installed.
     """
     try:
         import fast_simplification
@@ -76,11 +86,11 @@ def simplified(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
         raise BodyError(
             "--simplify needs fast-simplification; install it with: pip install 'cohaptic[objects]'"
         ) from error
-    # It works in single precision: about the middle, and of size one, no digit is wasted.
+    # fast-simplification works in single precision: coordinates from 0 to 1 lose the fewest digits.
     low, size = x.min(axis=0), float(np.ptp(x, axis=0).max()) or 1.0
-    simplify: Any = fast_simplification.simplify
-    points, triangles = simplify(
+    collapse_edges: Any = fast_simplification.simplify
+    points, triangles = collapse_edges(
         ((x - low) / size).astype(np.float32), faces.astype(np.int32), target_count=count
     )
-    found = low + size * np.asarray(points, dtype=np.float64)
-    return found, np.asarray(triangles, dtype=np.int64)
+    simplified = low + size * np.asarray(points, dtype=np.float64)
+    return simplified, np.asarray(triangles, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""A surface from a file: what trimesh reads, with corners that lie together made one."""
+"""Reads a triangle surface through trimesh, and merges vertices at the same coordinates."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 
 
 def read_surface(path: Path) -> tuple[Floats, Ints]:
-    """Vertices (n, 3), in the units of the file, and faces (m, 3).
+    """Read vertices, shape (n, 3) in units of the file, and faces, shape (m, 3).
+
+    Args:
+        path: A file of one of `SURFACES`.
 
     Raises:
-        BodyError: Not a mesh, nothing in it, or coordinates that are no numbers.
+        BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
     trimesh_log = logging.getLogger("trimesh")
-    was, trimesh_log.disabled = trimesh_log.disabled, True  # its news are told in our words
+    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
     try:
-        # No other processing: it drops what is no number, and the user should know of it.
+        # Without trimesh's processing: it drops coordinates that are not finite without a word.
         loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
             path, force="mesh", process=False
         )
@@ -35,11 +38,11 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
             f"{path}: reading {path.suffix} needs {error.name or error}; install it with:"
             " pip install 'cohaptic[objects]'"
         ) from error
-    except Exception as error:  # trimesh raises whatever its parsers meet
+    except Exception as error:  # trimesh's parsers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
     finally:
-        trimesh_log.disabled = was
+        trimesh_log.disabled = was_disabled
     if not len(faces):
         raise BodyError(f"{path}: there is no triangle in it ({len(x)} vertices)")
     if faces.min() < 0 or faces.max() >= len(x):
@@ -49,30 +52,35 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         raise BodyError(
             f"{path}: {bad.sum()} of {len(x)} vertices have a coordinate that is not a number"
         )
-    return merged(x, faces)
+    return merge_vertices(x, faces)
 
 
-def merged(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """One vertex for all corners at one place; triangles that this leaves without area go.
+def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Merge vertices at the same coordinates, and drop triangles that then repeat a vertex.
 
-    STL has three corners of its own for every triangle, GLB and OBJ cut a surface along seams.
+    STL stores three vertices of its own for every triangle; GLB and OBJ cut a surface along seams.
+
+    Args:
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
     """
     size = float(np.ptp(x, axis=0).max()) or 1.0
     key = np.round(x / (1e-8 * size)).astype(np.int64)
-    first, which = _places(key)
-    faces = which.reshape(-1)[faces]
+    first, inverse = _unique_rows(key)
+    faces = inverse[faces]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
-    used, renamed = np.unique(faces, return_inverse=True)
-    return x[first][used], np.asarray(renamed.reshape(-1, 3), dtype=np.int64)
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return x[first][used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
 
 
-def _places(key: Ints) -> tuple[Ints, Ints]:
-    """First row of each place, shape (k,), and the place of each row, shape (n,)."""
+def _unique_rows(key: Ints) -> tuple[Ints, Ints]:
+    """Index of the first of each set of equal rows, shape (k,), and each row's set, shape (n,)."""
+    # Odd constants of xxHash64; products modulo 2^64 spread the bits of a row over one number.
     odd = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
-    # One number for a row: sorting rows takes twenty times as long, a minute for millions.
+    # Sorting one number for each row is twenty times as fast as sorting rows.
     mixed = (key.astype(np.uint64) * odd).sum(axis=1, dtype=np.uint64)
-    _, first, which = np.unique(mixed, return_index=True, return_inverse=True)
-    if (key[first][which] != key).any():  # two places with one number
-        _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    return np.asarray(first), np.asarray(which).reshape(-1)
+    _, first, inverse = np.unique(mixed, return_index=True, return_inverse=True)
+    if (key[first][inverse] != key).any():  # a hash collision
+        _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first), np.asarray(inverse).reshape(-1)

@@ -24,7 +24,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 def background() -> Solid:
     """The ring as it is served; with nothing found yet."""
     body = soft_ring()
-    parts = SolidParts(body.columns.factor, twin())
+    parts = SolidParts(body.shape, body.columns.factor, twin())
     new = Solid(
         body.shape.tets,
         body.shape.held[: len(body.shape.tets.vertices)],

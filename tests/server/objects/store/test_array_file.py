@@ -18,16 +18,16 @@ KINDS = st.sampled_from(["f8", "f4", "i8", "i4", "?", "u1"]).map(np.dtype)
 ARRAYS = KINDS.flatmap(lambda kind: hnp.arrays(kind, hnp.array_shapes(min_dims=0, min_side=0)))
 
 
-@given(found=st.dictionaries(st.text(max_size=5), ARRAYS, max_size=5), mapped=st.booleans())
+@given(arrays=st.dictionaries(st.text(max_size=5), ARRAYS, max_size=5), mapped=st.booleans())
 @settings(max_examples=60, deadline=None)
-def test_what_was_written_is_read(
-    found: dict[str, npt.NDArray[Any]], mapped: bool, tmp_path_factory: pytest.TempPathFactory
+def test_arrays_are_loaded_as_they_were_saved(
+    arrays: dict[str, npt.NDArray[Any]], mapped: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.mktemp("arrays") / "a"
-    save_arrays(path, found)
+    save_arrays(path, arrays)
     read = load_arrays(path, mapped=mapped)
-    assert read.keys() == found.keys()
-    for name, array in found.items():
+    assert read.keys() == arrays.keys()
+    for name, array in arrays.items():
         assert read[name].dtype == array.dtype
         assert read[name].shape == array.shape
         assert read[name].tobytes() == array.tobytes()
@@ -66,7 +66,7 @@ def test_a_file_with_any_byte_changed_or_cut_off_is_refused_or_right(
         read = load_arrays(path)
     except BodyError:
         return
-    assert np.array_equal(read["a"], array)  # what fills the gaps between arrays may be anything
+    assert np.array_equal(read["a"], array)  # the padding between arrays may have changed
     assert np.array_equal(read["b"], array[:3])
 
 
@@ -81,7 +81,7 @@ def test_it_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.M
     save_arrays(tmp_path / "a", {"a": np.arange(3.0)})
     with pytest.raises(BodyError, match=r"type <U1; stored are"):
         save_arrays(tmp_path / "a", {"a": np.arange(4.0), "words": np.array(["a"])})
-    monkeypatch.setattr(module, "_MARGIN", 2**70)
+    monkeypatch.setattr(module, "_DISK_RESERVE", 2**70)
     with pytest.raises(OSError, match="no room"):
         save_arrays(tmp_path / "a", {"a": np.arange(4.0)})
     assert [path.name for path in tmp_path.iterdir()] == ["a"]

@@ -1,13 +1,21 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.objects.store.cache import fetch, keep, limit, make_room, place
+from cohaptic_server.objects.store.cache import (
+    cache_folder,
+    cache_limit,
+    entry_path,
+    load_entry,
+    make_room,
+    save_entry,
+)
 
 ARRAYS = {"a": np.arange(1000.0)}  # 8 kB
 
@@ -19,59 +27,84 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "store"
 
 
-def test_a_place_is_for_its_content_alone(folder: Path) -> None:
-    assert place(b"one", b"two") == place(b"one", b"two")
-    assert place(b"one", b"two").parent == folder
-    others = [place(b"onetwo"), place(b"o", b"netwo"), place(b"two", b"one"), place(b"one")]
-    assert len({place(b"one", b"two"), *others}) == 5
+def test_a_path_depends_on_the_content_alone(folder: Path) -> None:
+    assert entry_path(b"one", b"two") == entry_path(b"one", b"two")
+    assert entry_path(b"one", b"two").parent == folder
+    others = [
+        entry_path(b"onetwo"),
+        entry_path(b"o", b"netwo"),
+        entry_path(b"two", b"one"),
+        entry_path(b"one"),
+    ]
+    assert len({entry_path(b"one", b"two"), *others}) == 5
 
 
-def test_what_was_not_used_for_longest_goes_first(
+def test_the_folder_is_the_systems_unless_another_is_chosen(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert cache_folder() == folder
+    monkeypatch.delenv("COHAPTIC_CACHE")
+    assert cache_folder().name == "cohaptic"  # where versions without platformdirs had it
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the XDG base directories are Linux's")
+def test_on_linux_an_existing_cache_is_used_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COHAPTIC_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "cohaptic"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / ".cache/cohaptic"
+
+
+def test_the_least_recently_used_entry_is_deleted_first(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COHAPTIC_CACHE_GB", "3e-5")  # room for three of them
-    places = [place(bytes([k])) for k in range(4)]
-    for k, where in enumerate(places[:3]):
-        keep(where, "thing", ARRAYS)
-        os.utime(where, (k + 1000, k + 1000))
-    assert fetch(places[0], "thing") is not None  # used now
-    keep(places[3], "thing", ARRAYS)
-    assert [where.exists() for where in places] == [True, False, True, True]
+    paths = [entry_path(bytes([k])) for k in range(4)]
+    for k, path in enumerate(paths[:3]):
+        save_entry(path, "thing", ARRAYS)
+        os.utime(path, (k + 1000, k + 1000))
+    assert load_entry(paths[0], "thing") is not None  # used now
+    save_entry(paths[3], "thing", ARRAYS)
+    assert [path.exists() for path in paths] == [True, False, True, True]
 
 
-def test_what_is_larger_than_the_limit_is_not_stored_and_throws_nothing_out(
+def test_an_entry_larger_than_the_limit_is_not_stored_and_deletes_nothing(
     folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    keep(place(b"small"), "thing", ARRAYS)
+    save_entry(entry_path(b"small"), "thing", ARRAYS)
     monkeypatch.setenv("COHAPTIC_CACHE_GB", "1e-6")
-    keep(place(b"large"), "factor", ARRAYS)
+    save_entry(entry_path(b"large"), "factor", ARRAYS)
     assert "the factor was not stored, the next start takes as long (8e-06 GB" in caplog.text
-    assert fetch(place(b"small"), "thing") is not None
-    assert fetch(place(b"large"), "factor") is None
+    assert load_entry(entry_path(b"small"), "thing") is not None
+    assert load_entry(entry_path(b"large"), "factor") is None
 
 
-def test_what_a_killed_process_left_half_written_goes_too(folder: Path) -> None:
-    keep(place(b"one"), "thing", ARRAYS)
+def test_files_that_a_killed_process_left_half_written_are_deleted_too(folder: Path) -> None:
+    save_entry(entry_path(b"one"), "thing", ARRAYS)
     (folder / "tmpabc.part").write_bytes(bytes(100))
-    make_room(folder, int(limit()))
+    make_room(folder, int(cache_limit()))
     assert list(folder.iterdir()) == []
 
 
-def test_what_is_damaged_is_said(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
-    where = place(b"one")
-    assert fetch(where, "factor") is None
+def test_a_damaged_entry_is_warned_of(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = entry_path(b"one")
+    assert load_entry(path, "factor") is None
     assert caplog.text == ""
-    keep(where, "factor", ARRAYS)
-    where.write_bytes(where.read_bytes()[:-100])
-    assert fetch(where, "factor") is None
+    save_entry(path, "factor", ARRAYS)
+    path.write_bytes(path.read_bytes()[:-100])
+    assert load_entry(path, "factor") is None
     assert "the stored factor cannot be used and is made anew" in caplog.text
 
 
-@pytest.mark.parametrize("told", ["many", "-1", "nan", "1e9"])
-def test_a_limit_that_is_none_says_so(
-    folder: Path, told: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("setting", ["many", "-1", "nan", "1e9"])
+def test_an_invalid_limit_is_refused(
+    folder: Path, setting: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     del folder
-    monkeypatch.setenv("COHAPTIC_CACHE_GB", told)
+    monkeypatch.setenv("COHAPTIC_CACHE_GB", setting)
     with pytest.raises(SettingError, match=r"COHAPTIC_CACHE_GB is '.*'; it must be a number of"):
-        limit()
+        cache_limit()

@@ -15,7 +15,8 @@ from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.objects.object_file import ObjectFile, Prepared
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store import store
 from cohaptic_server.objects.store.array_file import save_arrays
 from cohaptic_server.objects.surface.checks import SurfaceReport
@@ -31,11 +32,11 @@ FOOT = BLOCK.vertices[:, 2] <= 0.0
 
 @pytest.fixture
 def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[ObjectFile]:
-    """What was made and not read, with a stand-in for filling a surface."""
+    """Records each object that is made anew; filling a surface is replaced by a stand-in."""
     calls: list[ObjectFile] = []
 
-    def prepare(wanted: ObjectFile) -> Prepared:
-        calls.append(wanted)
+    def prepare(source: ObjectFile) -> Prepared:
+        calls.append(source)
         return Prepared(BLOCK, REPORT, 96, 80)
 
     def make_parts(
@@ -51,31 +52,31 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[ObjectFile]:
 
 
 def test_the_second_time_it_is_read(made: list[ObjectFile], tmp_path: Path) -> None:
-    wanted = ObjectFile(tmp_path / "a.stl")
-    wanted.path.write_bytes(b"one")
-    first, second = store.prepared(wanted), store.prepared(wanted)
+    source = ObjectFile(tmp_path / "a.stl")
+    source.path.write_bytes(b"one")
+    first, second = store.load_or_prepare(source), store.load_or_prepare(source)
     assert len(made) == 1
     assert np.array_equal(first.tets.vertices, second.tets.vertices)
     assert np.array_equal(first.tets.tets, second.tets.tets)
     assert (second.surface, second.triangles, second.simplified) == (REPORT, 96, 80)
     moved = tmp_path / "b.stl"
     moved.write_bytes(b"one")
-    store.prepared(replace(wanted, path=moved))
+    store.load_or_prepare(replace(source, path=moved))
     assert len(made) == 1  # the content counts, not the name
 
 
 def test_other_content_or_other_wishes_are_made_anew(
     made: list[ObjectFile], tmp_path: Path
 ) -> None:
-    wanted = ObjectFile(tmp_path / "a.stl")
-    wanted.path.write_bytes(b"one")
-    store.prepared(wanted)
-    store.prepared(replace(wanted, scale=0.5))
-    store.prepared(replace(wanted, edge=0.1))
-    store.prepared(replace(wanted, repair=True))
-    store.prepared(replace(wanted, simplify=500))
-    wanted.path.write_bytes(b"two")
-    store.prepared(wanted)
+    source = ObjectFile(tmp_path / "a.stl")
+    source.path.write_bytes(b"one")
+    store.load_or_prepare(source)
+    store.load_or_prepare(replace(source, scale=0.5))
+    store.load_or_prepare(replace(source, edge=0.1))
+    store.load_or_prepare(replace(source, repair=True))
+    store.load_or_prepare(replace(source, simplify=500))
+    source.path.write_bytes(b"two")
+    store.load_or_prepare(source)
     assert len(made) == 6
 
 
@@ -83,13 +84,13 @@ def test_other_content_or_other_wishes_are_made_anew(
 def test_a_damaged_store_is_made_anew(
     made: list[ObjectFile], tmp_path: Path, damage: bytes
 ) -> None:
-    wanted = ObjectFile(tmp_path / "a.stl")
-    wanted.path.write_bytes(b"one")
-    store.prepared(wanted)
-    (where,) = (tmp_path / "store").iterdir()
-    where.write_bytes(damage)
-    store.prepared(wanted)
-    store.prepared(wanted)
+    source = ObjectFile(tmp_path / "a.stl")
+    source.path.write_bytes(b"one")
+    store.load_or_prepare(source)
+    (path,) = (tmp_path / "store").iterdir()
+    path.write_bytes(damage)
+    store.load_or_prepare(source)
+    store.load_or_prepare(source)
     assert len(made) == 2
 
 
@@ -98,15 +99,15 @@ def test_a_store_that_cannot_be_written_changes_nothing(
 ) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "file"))
-    wanted = ObjectFile(tmp_path / "a.stl")
-    wanted.path.write_bytes(b"one")
-    assert store.prepared(wanted).tets.volume == pytest.approx(1e-3)
+    source = ObjectFile(tmp_path / "a.stl")
+    source.path.write_bytes(b"one")
+    assert store.load_or_prepare(source).tets.volume == pytest.approx(1e-3)
     assert len(made) == 1
 
 
 def test_a_missing_file_is_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(BodyError, match="there is no such file"):
-        store.prepared(ObjectFile(tmp_path / "a.stl"))
+        store.load_or_prepare(ObjectFile(tmp_path / "a.stl"))
 
 
 def quietly(phase: str, share: float) -> None:
@@ -115,9 +116,11 @@ def quietly(phase: str, share: float) -> None:
 
 def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     phases: list[str] = []
-    first = store.parts_of(BLOCK, FOOT, SETTINGS, lambda phase, share: phases.append(phase))
+    first = store.load_or_make_parts(
+        BLOCK, FOOT, SETTINGS, lambda phase, share: phases.append(phase)
+    )
     assert list(dict.fromkeys(phases)) == ["factoring", "pressing", "storing"]
-    second = store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    second = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 1
     tables = [Solid(BLOCK, FOOT, SETTINGS, parts=p).vertex_compliance() for p in (first, second)]
     order = Order(np.arange(20, 24), np.arange(26))
@@ -131,17 +134,17 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     "change", [{"young": 1e4}, {"nu": 0.3}, {"order": 2}, {"contact_radius": 0.03}]
 )
 def test_another_material_is_made_anew(made: list[ObjectFile], change: dict[str, Any]) -> None:
-    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
-    store.parts_of(BLOCK, FOOT, replace(SETTINGS, **change), quietly)
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
+    store.load_or_make_parts(BLOCK, FOOT, replace(SETTINGS, **change), quietly)
     assert len(made) == 2
-    store.parts_of(BLOCK, FOOT, replace(SETTINGS, cache=2**21), quietly)
+    store.load_or_make_parts(BLOCK, FOOT, replace(SETTINGS, cache=2**21), quietly)
     assert len(made) == 2  # memory for columns has no part in it
 
 
 def test_another_hold_or_place_is_made_anew(made: list[ObjectFile]) -> None:
-    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
-    store.parts_of(BLOCK, BLOCK.vertices[:, 2] >= 0.1, SETTINGS, quietly)
-    store.parts_of(TetMesh(2.0 * BLOCK.vertices, BLOCK.tets), FOOT, SETTINGS, quietly)
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
+    store.load_or_make_parts(BLOCK, BLOCK.vertices[:, 2] >= 0.1, SETTINGS, quietly)
+    store.load_or_make_parts(TetMesh(2.0 * BLOCK.vertices, BLOCK.tets), FOOT, SETTINGS, quietly)
     assert len(made) == 3
 
 
@@ -149,11 +152,11 @@ def test_parts_of_another_form_are_made_anew_with_a_word(
     made: list[ObjectFile], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """A whole file, but of something else."""
-    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
-    (where,) = (tmp_path / "store").iterdir()
-    save_arrays(where, {"twin/places": np.arange(3)})
-    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
+    (path,) = (tmp_path / "store").iterdir()
+    save_arrays(path, {"twin/places": np.arange(3)})
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 2
     assert "the stored factor cannot be used and is made anew" in caplog.text
-    store.parts_of(BLOCK, FOOT, SETTINGS, quietly)
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 2

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface.self_intersections import count_crossings
-from cohaptic_server.objects.surface.surface_file import merged
+from cohaptic_server.objects.surface.self_intersections import count_intersecting
+from cohaptic_server.objects.surface.surface_file import merge_vertices
 
 MAKE: Any = trimesh.creation
 Surface = tuple[Floats, Ints]
@@ -45,7 +45,7 @@ CLOSED: dict[str, Any] = {
 def test_closed_surfaces_with_flat_parts_are_left_alone(name: str) -> None:
     x, faces = CLOSED[name]()
     for seed in range(3):
-        assert count_crossings(*merged(rounded(x, seed), faces)) == 0
+        assert count_intersecting(*merge_vertices(rounded(x, seed), faces)) == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -54,24 +54,24 @@ def test_a_wall_that_is_there_twice_is_found(seed: int) -> None:
     x, faces = box()
     both = np.concatenate([faces, faces + len(x)])
     shifted = np.concatenate([x, x + np.array([1.0, 0.13, 0.07])])
-    assert count_crossings(rounded(shifted, seed), both) > 32
+    assert count_intersecting(rounded(shifted, seed), both) > 32
     apart = np.concatenate([x, x + np.array([1.001, 0.13, 0.07])])
-    assert count_crossings(rounded(apart, seed), both) == 0
+    assert count_intersecting(rounded(apart, seed), both) == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_triangle_folded_flat_on_its_neighbour_is_found(seed: int) -> None:
     x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, 0.8, 0.0]])
     folded, flat = np.array([[0, 1, 2], [1, 0, 3]]), x * np.array([1.0, -1.0, 1.0])
-    assert count_crossings(rounded(x, seed), folded) == 2
+    assert count_intersecting(rounded(x, seed), folded) == 2
     unfolded = np.concatenate([x[:3], flat[3:]])
-    assert count_crossings(rounded(unfolded, seed), folded) == 0
+    assert count_intersecting(rounded(unfolded, seed), folded) == 0
 
 
 def test_triangles_in_one_plane_that_touch_do_not_cover() -> None:
     corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     for off in ([1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-0.5, -1.0, 0.0]):
         x = np.concatenate([corner, corner + np.array(off)])
-        assert count_crossings(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 0
+        assert count_intersecting(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 0
     x = np.concatenate([corner, corner + np.array([0.3, 0.3, 0.0])])
-    assert count_crossings(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 2
+    assert count_intersecting(x, np.arange(6, dtype=np.int64).reshape(2, 3)) == 2

@@ -9,10 +9,11 @@ import trimesh
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.objects import object_file
-from cohaptic_server.objects.object_file import ObjectFile, prepare
+from cohaptic_server.objects import prepare as prepare_module
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import prepare
 from cohaptic_server.objects.surface.checks import examine
-from cohaptic_server.objects.surface.simplify import count_triangles, simplified
+from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 
 BALL = icosphere(3, 0.05)
 
@@ -36,7 +37,7 @@ def test_what_is_no_mesh_has_none(kind: str, content: bytes, tmp_path: Path) -> 
 def test_a_simplified_ball_is_still_a_ball() -> None:
     pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
     # Far from the origin, where single precision would have few digits left.
-    x, faces = simplified(BALL[0] + 100.0, BALL[1], 300)
+    x, faces = simplify(BALL[0] + 100.0, BALL[1], 300)
     assert len(faces) == pytest.approx(300, abs=10)
     assert examine(x, faces).problems() == []
     assert volume(x - 100.0, faces) == pytest.approx(volume(*BALL), rel=0.03)
@@ -53,7 +54,7 @@ def test_millions_are_refused_before_they_are_read(
     def read(path: Path) -> None:
         raise AssertionError(f"{path} was read")
 
-    monkeypatch.setattr(object_file, "read_surface", read)
+    monkeypatch.setattr(prepare_module, "read_surface", read)
     said = r"5,000,000 triangles; the limit is 300,000, .* about 1.4 hours\. .*--simplify 20000"
     with pytest.raises(BodyError, match=said):
         prepare(ObjectFile(path, "z < 10%"))
@@ -64,7 +65,7 @@ def test_at_the_users_word_they_are_simplified(
 ) -> None:
     pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
     pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
-    monkeypatch.setattr(object_file, "MAX_TRIANGLES", 1000)
+    monkeypatch.setattr(prepare_module, "MAX_TRIANGLES", 1000)
     path = tmp_path / "ball.stl"
     mesh: Any = trimesh.Trimesh(*BALL, process=False)
     mesh.export(path)

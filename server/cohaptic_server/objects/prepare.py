@@ -1,0 +1,179 @@
+"""A mesh file becomes checked tetrahedra: read, check, fill. Every error is one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
+from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface.simplify import count_triangles, simplify
+from cohaptic_server.objects.surface.surface_file import SURFACES, read_surface
+from cohaptic_server.objects.tetrahedralise import ENVELOPE, tetrahedralise
+from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+
+KINDS = SURFACES + VOLUMES
+MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
+MAX_FACTOR = 6e9  # bytes
+_FILLING = 1e-3  # s per triangle of a surface, roughly, on a desktop
+_MAX_VOLUME_LOSS = 0.2  # share of the enclosed volume that the tetrahedra may miss
+# Factor of blocks, measured (docs/decisions/0013): bytes and number of tetrahedra, for each order.
+_MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """The tetrahedra of a file, and the report on its surface.
+
+    Args:
+        tets: The object [m].
+        surface: Report on the surface; None for a volume mesh.
+        triangles: Number of triangles in the file.
+        simplified: Number of triangles after simplification; 0 without any.
+    """
+
+    tets: TetMesh
+    surface: SurfaceReport | None
+    triangles: int = 0
+    simplified: int = 0
+
+
+def prepare(source: ObjectFile) -> Prepared:
+    """Read a file, check it and fill its surface with tetrahedra.
+
+    Args:
+        source: The file and its options.
+
+    Raises:
+        BodyError: The file is no object that can be touched.
+    """
+    _check_file(source.path)
+    if source.path.suffix.lower() in VOLUMES:
+        return _prepare_volume(source)
+    return _prepare_surface(source)
+
+
+def factor_bytes(tets: int, order: int) -> float:
+    """Estimated memory for the Cholesky factor of a compact object [bytes].
+
+    Nested dissection of a volume mesh has O(n^(4/3)) entries (George 1973).
+
+    Args:
+        tets: Number of tetrahedra.
+        order: Order of the elements, 1 or 2.
+    """
+    measured, count = _MEASURED[order]
+    return float(measured * (tets / count) ** (4.0 / 3.0))
+
+
+def _prepare_volume(source: ObjectFile) -> Prepared:
+    path = source.path
+    x, cells = read_volume(path)
+    _check_cost(path, len(cells), source.material.order, "")
+    _check_size(path, x[np.unique(cells)] * source.scale, source.scale)
+    try:
+        return Prepared(TetMesh.checked(x * source.scale, cells), None)
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
+
+
+def _prepare_surface(source: ObjectFile) -> Prepared:
+    path = source.path
+    if not source.simplify:
+        _check_count(path, count_triangles(path))  # reading millions of triangles takes minutes
+    x, faces = read_surface(path)
+    triangles, simplified = len(faces), 0
+    _check_size(path, x * source.scale, source.scale)
+    if source.simplify and triangles > source.simplify:
+        x, faces = simplify(x, faces, source.simplify)
+        simplified = len(faces)
+    _check_count(path, len(faces))
+    report = examine(x, faces)
+    _check_surface(path, report, source.repair)
+    tets = tetrahedralise(x * source.scale, facing_outwards(x, faces), source.edge)
+    _check_volume(source, tets, report)
+    advice = f"a larger --edge than {source.edge:g}"
+    _check_cost(path, len(tets.tets), source.material.order, advice)
+    return Prepared(tets, report, triangles, simplified)
+
+
+def _check_file(path: Path) -> None:
+    kind = path.suffix.lower()
+    if kind not in KINDS:
+        raise BodyError(
+            f"{path}: files of kind {kind or '(none)'} are not read; these are: {' '.join(KINDS)}"
+        )
+    if not path.is_file():
+        raise BodyError(f"{path}: there is no such file")
+    if not path.stat().st_size:
+        raise BodyError(f"{path}: the file is empty")
+
+
+def _check_cost(path: Path, tets: int, order: int, advice: str) -> None:
+    needed = factor_bytes(tets, order)
+    if needed <= MAX_FACTOR:
+        return
+    ways = [advice] if advice else []
+    if order == 2:
+        ways.append("--order 1")
+    raise BodyError(
+        f"{path}: {tets:,} tetrahedra of order {order} need about {needed / 1e9:.3g} GB; the limit"
+        f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}"
+    )
+
+
+def _check_count(path: Path, count: int) -> None:
+    if count <= MAX_TRIANGLES:
+        return
+    hours = count * _FILLING / 3600.0
+    raise BodyError(
+        f"{path}: {count:,} triangles; the limit is {MAX_TRIANGLES:,}, and filling so many would"
+        f" take about {hours:.2g} hours. Let them be simplified with --simplify 20000: an object"
+        " for touching needs a few tens of thousands"
+    )
+
+
+def _check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> None:
+    """Refuse tetrahedra that miss a part of the enclosed volume."""
+    enclosed = abs(report.volume) * source.scale**3
+    if source.repair or tets.volume >= (1.0 - _MAX_VOLUME_LOSS) * enclosed:
+        return
+    raise BodyError(
+        f"{source.path}: the tetrahedra have {tets.volume / enclosed:.0%} of the volume that the"
+        f" surface encloses: parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost."
+        " Thicken them, or take what there is with --repair"
+    )
+
+
+def _check_size(path: Path, x: Floats, scale: float) -> None:
+    """Refuse an object too small or too large to touch; name the scale that was probably meant."""
+    size = float(np.ptp(x, axis=0).max())
+    if MIN_SIZE <= size <= MAX_SIZE:
+        return
+    likely = [f"--scale {scale * s:g}" for s in (1e-3, 1e-2, 1e3) if 0.02 <= size * s <= 1.0]
+    advice = " or ".join(likely) or "--scale with the metres in one unit of the file"
+    raise BodyError(
+        f"{path}: the object is {size:.4g} m long; it must be from {MIN_SIZE:g} to {MAX_SIZE:g} m."
+        f" Is the file in other units? Try {advice}"
+    )
+
+
+def _check_surface(path: Path, report: SurfaceReport, repair: bool) -> None:
+    if report.flat:
+        raise BodyError(f"{path}: the surface encloses no volume ({report.volume:.3g})")
+    problems = report.problems()
+    if problems and not repair:
+        raise BodyError(
+            f"{path}: {'; '.join(problems)}. Mend it, or let it be closed and untangled with"
+            " --repair"
+        )
+    if report.components > 1 and not repair:
+        raise BodyError(
+            f"{path}: the surface is in {report.components} pieces; it must be one. A hollow object"
+            " needs --repair"
+        )

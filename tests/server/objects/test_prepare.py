@@ -1,0 +1,221 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects import prepare
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.surface.checks import examine
+from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.testing.blocks import block
+
+pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+
+
+def write(path: Path, x: Floats, faces: Ints) -> Path:
+    trimesh.Trimesh(x, faces, process=False).export(path)  # pyright: ignore[reportUnknownMemberType]
+    return path
+
+
+def sphere(path: Path, radius: float = 0.05) -> Path:
+    return write(path, *icosphere(2, radius))
+
+
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply", "glb", "off"])
+def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> None:
+    path = sphere(tmp_path / f"ball.{kind}")
+    body = build_body(str(path), ObjectFile(path, "z < 20%", edge=0.15))
+    assert isinstance(body, Solid)
+    assert body.name == "ball"
+    assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.08)
+    assert np.abs(body.mesh.vertices).max() == pytest.approx(0.05, rel=0.02)
+    assert body.shape.held[body.shape.surface].any()
+
+
+def test_a_printers_file_is_in_millimetres_and_3mf(tmp_path: Path) -> None:
+    pytest.importorskip("lxml", reason="pip install 'cohaptic[objects]' reads 3MF")
+    path = sphere(tmp_path / "ball.3mf", 50.0)
+    with pytest.raises(BodyError, match=r"100 m long.*--scale 0\.001"):
+        build_solid(ObjectFile(path, "z < 20%", edge=0.15))
+    body = build_solid(ObjectFile(path, "z < 20%", scale=0.001, edge=0.15))
+    assert np.abs(body.mesh.vertices).max() == pytest.approx(0.05, rel=0.02)
+
+
+@pytest.mark.parametrize("kind", ["msh", "vtk", "vtu"])
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_a_volume_of_every_kind_becomes_a_solid(kind: str, quadratic: bool, tmp_path: Path) -> None:
+    mesh = block((0.1, 0.1, 0.1), (2, 2, 2))
+    cells, x = mesh.tets, mesh.vertices
+    if quadratic:
+        x, cells = with_middles(mesh)
+    path = tmp_path / f"block.{kind}"
+    name = "tetra10" if quadratic else "tetra"
+    form = {"file_format": "gmsh"} if kind == "msh" else {}
+    meshio.Mesh(x, [(name, cells)]).write(path, **form)
+    body = build_solid(ObjectFile(path, "z < 10%", material=SolidSettings(order=1)))
+    assert body.shape.tets.volume == pytest.approx(1e-3)
+    assert len(body.shape.tets.tets) == len(mesh.tets)
+
+
+def test_a_surface_inside_out_is_turned(tmp_path: Path) -> None:
+    x, faces = icosphere(2, 0.05)
+    path = write(tmp_path / "ball.stl", x, faces[:, ::-1])
+    body = build_solid(ObjectFile(path, "z < 20%", edge=0.2))
+    outward = (body.mesh.normals * body.mesh.vertices).sum(axis=1)
+    assert outward.min() > 0.0
+
+
+def broken(defect: str, folder: Path) -> Path:
+    """A file with one thing wrong."""
+    x, faces = icosphere(2, 0.05)
+    path = folder / f"{defect}.stl"
+    if defect == "empty":
+        path.write_bytes(b"")
+        return path
+    if defect == "poem":
+        path = folder / "poem.ply"
+        path.write_text("Shall I compare thee to a summer's day?\n")
+        return path
+    if defect == "noise":
+        path = folder / "noise.glb"
+        path.write_bytes(np.random.default_rng(0).bytes(2000))
+        return path
+    if defect == "points":
+        path = folder / "points.obj"
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+        return path
+    if defect == "nan":
+        path = folder / "nan.obj"
+        path.write_text(
+            "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+        )
+        return path
+    if defect == "open":
+        faces = faces[:-3]
+    if defect in ("tangled", "mirrored"):
+        y = x + np.array([0.033, 0.01 if defect == "tangled" else 0.0, 0.0])
+        x, faces = np.concatenate([x, y]), np.concatenate([faces, faces + len(x)])
+    if defect == "pieces":
+        x, faces = np.concatenate([x, x + 0.2]), np.concatenate([faces, faces + len(x)])
+    if defect == "flat":
+        x = x * np.array([1.0, 1.0, 0.0]) + 1e-9 * x
+    return write(path, x, faces)
+
+
+@pytest.mark.parametrize(
+    ("defect", "sentence"),
+    [
+        ("empty", "the file is empty"),
+        ("poem", "this is no mesh that can be read"),
+        ("noise", "this is no mesh that can be read"),
+        ("points", "no mesh that can be read|there is no triangle in it"),
+        ("nan", "1 of 4 vertices have a coordinate that is not a number"),
+        ("open", "the surface is open: 5 edges have one triangle only.*--repair"),
+        ("mirrored", r"passes through itself: \d+ triangles cross"),
+        ("tangled", r"passes through itself: \d+ triangles cross.*--repair"),
+        ("pieces", "the surface is in 2 pieces; it must be one"),
+        ("flat", "encloses no volume"),
+    ],
+)
+def test_a_broken_file_is_one_sentence(defect: str, sentence: str, tmp_path: Path) -> None:
+    path = broken(defect, tmp_path)
+    with pytest.raises(BodyError, match=sentence) as error:
+        build_solid(ObjectFile(path, "z < 20%", edge=0.2))
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("sections", [12, 24, 48])
+def test_a_torus_in_single_precision_does_not_cross_itself(sections: int, tmp_path: Path) -> None:
+    """Triangles beside each other in one plane, and a seam where corners agree to 24 bits."""
+    path = tmp_path / "torus.stl"
+    trimesh.creation.torus(  # pyright: ignore[reportUnknownMemberType]
+        0.06, 0.025, major_sections=2 * sections, minor_sections=sections
+    ).export(path)
+    report = examine(*read_surface(path))
+    assert report.problems() == []
+    assert report.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.06)
+
+
+def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None:
+    path = broken("open", tmp_path)
+    body = build_solid(ObjectFile(path, "z < 20%", edge=0.2, repair=True))
+    assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
+
+
+def test_a_volume_file_without_tetrahedra_says_what_is_in_it(tmp_path: Path) -> None:
+    x, faces = icosphere(1, 0.05)
+    path = tmp_path / "skin.vtk"
+    meshio.Mesh(x, [("triangle", faces)]).write(path)
+    with pytest.raises(BodyError, match="no tetrahedron in it, only: triangle"):
+        build_solid(ObjectFile(path, "z < 20%"))
+
+
+@pytest.mark.parametrize("kind", ["msh", "vtk", "vtu"])
+def test_a_volume_file_that_is_none_is_one_sentence(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"poem.{kind}"
+    path.write_text("Shall I compare thee to a summer's day?\n")
+    with pytest.raises(BodyError, match="no mesh that can be read"):
+        build_solid(ObjectFile(path, "z < 20%"))
+    assert capsys.readouterr().out == ""
+
+
+def test_millions_of_triangles_are_refused_with_the_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(prepare, "MAX_TRIANGLES", 300)
+    with pytest.raises(BodyError, match="320 triangles; the limit is 300"):
+        build_solid(ObjectFile(sphere(tmp_path / "ball.stl"), "z < 20%"))
+
+
+def test_a_solid_too_large_for_memory_is_refused_with_the_estimate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(prepare, "MAX_FACTOR", 1e6)
+    path = sphere(tmp_path / "ball.stl")
+    said = r"tetrahedra of order 2 need about .* GB; the limit is 0\.001 GB. Take a larger --edge"
+    with pytest.raises(BodyError, match=said + r" than 0\.2 or --order 1"):
+        build_solid(ObjectFile(path, "z < 20%", edge=0.2))
+
+
+@pytest.mark.parametrize(
+    ("path", "sentence"),
+    [
+        ("nowhere.stl", "there is no such file"),
+        ("liver.dicom", r"files of kind \.dicom are not read; these are: \.stl"),
+        ("./liver", r"files of kind \(none\) are not read"),
+    ],
+)
+def test_a_path_that_is_no_object_says_so(path: str, sentence: str) -> None:
+    with pytest.raises(BodyError, match=sentence):
+        build_body(path, ObjectFile(Path(path), "z < 10%"))
+
+
+def test_nothing_held_is_refused_before_anything_is_read() -> None:
+    with pytest.raises(SettingError, match="--fix is not given; it must be a rule"):
+        build_body("liver.stl")
+
+
+def test_options_of_a_file_do_not_fit_the_balloon() -> None:
+    with pytest.raises(SettingError, match="body is 'balloon'; it must be a file"):
+        build_body("balloon", ObjectFile(Path("balloon"), "z < 10%"))
