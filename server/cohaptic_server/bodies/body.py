@@ -128,9 +128,9 @@ class Body(Protocol):
 
 
 @runtime_checkable
-class Foreseeing(Protocol):
+class Prefetching(Protocol):
     """A body that does better if it knows what will be touched soon."""
 
-    def expect(self, vertices: Ints) -> None:
+    def prefetch(self, vertices: Ints) -> None:
         """Say which vertices lie ahead of fingers that slide, shape (k,)."""
         ...

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cohaptic_server.bodies.body import Body, Foreseeing, Load, Response
+from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
 from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -130,10 +130,10 @@ class Viscous:
         response = self.elastic.respond([one.load for one in carried], was)
         return ViscousResponse(response, len(loads), carried)
 
-    def expect(self, vertices: Ints) -> None:
+    def prefetch(self, vertices: Ints) -> None:
         """Say which vertices lie ahead of fingers that slide, shape (k,)."""
-        if isinstance(self.elastic, Foreseeing):
-            self.elastic.expect(vertices)
+        if isinstance(self.elastic, Prefetching):
+            self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""

@@ -63,7 +63,7 @@ class Inspection:
         low, middle, high = np.percentile(free, [0.0, 50.0, 100.0])
         softest = 1e3 * shape.mesh.vertices[int(self.stiffness.argmin())]
         size = 1e3 * np.ptp(shape.mesh.vertices, axis=0)
-        kept = solid.columns.capacity * solid.columns.column_bytes
+        kept = solid.columns.store.capacity * solid.columns.store.column_bytes
         one, many = (1e3 * t for t in self.cost.ticks)
         poor = f", {q.poor} below 0.01" if q.poor else ""
         return [
@@ -138,7 +138,7 @@ def inspect(
     solid = built.solid
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    held = shape.held[shape.surface] | (compliance < _RIGID)
+    held = shape.fixed[shape.surface] | (compliance < _RIGID)
     stiffness = np.where(held, np.inf, 1.0 / np.where(held, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(
@@ -187,9 +187,9 @@ def what_came(wanted: ObjectFile, prepared: Prepared) -> list[str]:
 
 
 def _held(shape: SolidShape) -> str:
-    held = shape.held[shape.surface]
+    held = shape.fixed[shape.surface]
     share = float(held.mean())
-    return f"{int(shape.held.sum()):,} nodes, {share:.0%} of the vertices of the surface"
+    return f"{int(shape.fixed.sum()):,} nodes, {share:.0%} of the vertices of the surface"
 
 
 def _bytes(count: float) -> str:

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
 from cohaptic_server.bodies.solid.stiffness import stiffness
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats
 
@@ -58,12 +58,12 @@ def lowest_frequency(
         density: [kg/m^3].
         progress: Is told the share of the work that is done.
     """
-    free = np.flatnonzero(~shape.held)
+    free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     K = stiffness(shape.tets, shape.elements, len(shape.nodes), settings.young, settings.nu)
     # The whole factor: what is inside moves too, and a served body's forgets it.
     every = np.ones(len(free), dtype=np.bool_)
-    factor = Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], every, progress)
+    factor = factorise(sp.csr_array(K[dof][:, dof]), shape.nodes[free], every, progress)
     M = np.repeat(lumped_mass(shape, density)[free], 3)[:, None]
     X = np.random.default_rng(0).normal(size=(len(dof), _VECTORS))
     lowest, last = 0.0, np.inf

@@ -38,13 +38,13 @@ class TickCost:
 def tick_cost(solid: Solid, clock: Clock) -> TickCost:
     """Press on places all over the surface; from then on the solid works in the background."""
     mesh = solid.mesh
-    free = np.flatnonzero(~solid.shape.held[solid.shape.surface])
+    free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
     places = free[spread_over(mesh.vertices[free], max(USERS))]
     solid.in_background()
     with threadpool_limits(limits=1):  # as on the server
         begun = clock.now()
         _ticks(solid, places[:1], clock, 1)
-        solid.find(64)
+        solid.solve_missing(64)
         first = clock.now() - begun
         medians = tuple(
             float(np.median(_ticks(solid, places[:users], clock, _TICKS))) for users in USERS
@@ -77,8 +77,8 @@ def _ticks(
         state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
         times.append(clock.now() - begun)
         # What the thread beside the tick does on a server.
-        while len(solid.wanted) and not solid.waiting:
-            solid.find(64)
+        while len(solid.missing) and not solid.pending:
+            solid.solve_missing(64)
     return times
 
 

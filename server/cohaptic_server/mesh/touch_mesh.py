@@ -31,24 +31,24 @@ class TouchMesh:
     Args:
         vertices: As indices into the whole surface, rising, shape (t,).
         faces: As indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
-        places: Of the vertices at rest, shape (t, 3) [m].
+        points: Positions of the vertices at rest, shape (t, 3) [m].
         normals: Of the whole surface there, shape (t, 3).
         spacing: Mean distance between neighbours, as if they were spread evenly [m].
 
     Attributes:
-        tree: Of `places`.
+        tree: Of `points`.
     """
 
     vertices: Ints
     faces: Ints
-    places: Floats
+    points: Floats
     normals: Floats
     spacing: float
     tree: cKDTree = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tree", cKDTree(self.places))
-        for array in (self.vertices, self.faces, self.places, self.normals):
+        object.__setattr__(self, "tree", cKDTree(self.points))
+        for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
 
     def near(self, point: Floats, radius: float) -> Ints:

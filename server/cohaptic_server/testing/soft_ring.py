@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
 
 RING, TUBE = 0.06, 0.025  # m; radius of the middle of the tube, and of the tube
 FOOT = -0.9 * TUBE  # m; what is below stands on a table and is held
@@ -38,8 +38,8 @@ def ring(along: int, across: int) -> TetMesh:
     return TetMesh.checked(np.concatenate(places), np.concatenate(tets))
 
 
-def held(mesh: TetMesh) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """What stands on the table, shape (n,)."""
+def fixed(mesh: TetMesh) -> Mask:
+    """The vertices that stand on the table and do not move, shape (n,)."""
     return np.asarray(mesh.vertices[:, 2] < FOOT)
 
 

@@ -100,6 +100,6 @@ def test_it_is_the_body_that_it_wraps() -> None:
     assert (body.name, body.mesh) == (solid().name, solid().mesh)
     assert body.contact_radius == solid().contact_radius
     assert vertex_compliance(body) == pytest.approx(solid().vertex_compliance())
-    body.expect(np.array([3, 4]))
+    body.prefetch(np.array([3, 4]))
     with pytest.raises(SettingError, match="damping"):
         Viscous(solid(), 5.0)

@@ -82,7 +82,7 @@ class RubberTetrahedra:
         self._by_point = np.ascontiguousarray(g.transpose(1, 3, 0, 2)).reshape(count, 3, -1)
         corners = (np.ones(elements.size), (elements.ravel(), np.arange(elements.size)))
         self._sum = sp.csr_array(corners, shape=(len(nodes), elements.size))
-        free = np.flatnonzero(~shape.held)
+        free = np.flatnonzero(~shape.fixed)
         self.dof = dofs(free)
         self._analysis, self._same, self._crossed = _pattern(elements, nodes, free)
         self._steady = material.mu * self._between(self._by_point, self._weights)

@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.solid.far_field import CoarseTwin
+from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky import factor_file
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile, Prepared, prepare
 from cohaptic_server.objects.store.cache import damaged, fetch, keep, place
@@ -66,7 +66,7 @@ def _report(values: list[float]) -> SurfaceReport | None:
 def parts_of(
     tets: TetMesh, held: npt.NDArray[np.bool_], settings: SolidSettings, progress: Progress
 ) -> SolidParts:
-    """Factor and twin from the store, mapped and not read, or made and stored."""
+    """Factor and far field from the store, mapped and not read, or made and stored."""
     material = (_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
     where = place(
         repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), held.tobytes()
@@ -75,14 +75,16 @@ def parts_of(
     if arrays is not None:
         try:
             return SolidParts(
-                Factor.from_arrays(_under("factor/", arrays)),
-                CoarseTwin.from_arrays(_under("twin/", arrays)),
+                factor_file.from_arrays(_under("factor/", arrays)),
+                FarField.from_arrays(_under("twin/", arrays)),
             )
         except (KeyError, ValueError, IndexError, BodyError) as error:
             damaged("factor", error)
     parts = make_parts(tets, held, settings, progress)
     progress("storing", 0.0)
-    whole = _over("factor/", parts.factor.to_arrays()) | _over("twin/", parts.twin.to_arrays())
+    whole = _over("factor/", factor_file.to_arrays(parts.factor)) | _over(
+        "twin/", parts.far_field.to_arrays()
+    )
     keep(where, "factor", whole)
     return parts
 

@@ -175,7 +175,7 @@ def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> 
     rng = np.random.default_rng(seed)
     bend = 0.1 * rng.normal(size=(3, 3))
     moved = np.zeros_like(rest)
-    free = ~body.shape.held
+    free = ~body.shape.fixed
     moved[free] = rest[free] @ bend + 1e-3 * rng.normal(size=(int(free.sum()), 3))
     x = rest + 0.5 * moved
     state = rubber.at(x)
