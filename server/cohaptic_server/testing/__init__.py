@@ -1,1 +1,1 @@
-"""Shapes to press on in tests and benchmarks."""
+"""Test objects, and the laws of an elastic body as one check; for tests, benchmarks and users."""

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.balloon import filled_sheet as watered_sheet
+from cohaptic_server.bodies.balloon import filled_sheet
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater
+from cohaptic_server.bodies.balloon.constant_volume_solver import BandPattern, ConstantVolumeFactor
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, SETTLED, STEPS
+from cohaptic_server.bodies.newton import CHORD, CONVERGED, MAX_MOVE, MAX_STEPS
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import locate
@@ -51,7 +51,7 @@ def settled(
     """As many ticks as it takes, and one more for the tangent of exactly that state."""
     for _ in range(40):
         before = body.respond(loads, before)
-        if before.settled.step < SETTLED:
+        if before.iterate.next_step < CONVERGED:
             return body.respond(loads, before)
     raise AssertionError("it did not settle")
 
@@ -84,7 +84,7 @@ def test_it_agrees_with_its_linear_twin_at_a_thousandth_of_strain(rubber: Rubber
     twin = Balloon()
     load = press(rubber, (1, 0, 0), 0.02)
     response, linear = settled(rubber, [load]), twin.respond([load])
-    x, at_rest = response.settled.state.strain, rubber.respond([]).settled.state.strain
+    x, at_rest = response.iterate.state.strain, rubber.respond([]).iterate.state.strain
     strain = np.abs(np.sqrt(x.c / at_rest.c) - 1.0).max()
     assert 1e-4 < strain < 1e-3
     gap = np.linalg.norm(response.displacement - linear.displacement)
@@ -158,20 +158,20 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
     """Factorisations, the heavy part, under loads far beyond those of a device, and at rest."""
     made = 0
 
-    class Counting(HeldWater):
-        def __init__(self, band: Band, entries: Floats, g: Floats) -> None:
+    class Counting(ConstantVolumeFactor):
+        def __init__(self, band: BandPattern, entries: Floats, g: Floats) -> None:
             nonlocal made
             made += 1
             super().__init__(band, entries, g)
 
-    monkeypatch.setattr(watered_sheet, "HeldWater", Counting)
+    monkeypatch.setattr(filled_sheet, "ConstantVolumeFactor", Counting)
     response, counts = small.respond([]), list[int]()
     for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
         before = made
         response = small.respond([press(small, (0.3, 0.1, 1), f)], response)
         counts.append(made - before)
-    assert max(counts) <= STEPS + 2
-    assert max(counts[:10]) <= STEPS
+    assert max(counts) <= MAX_STEPS + 2
+    assert max(counts[:10]) <= MAX_STEPS
     assert counts[9] == counts[-1] == 0
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import MAX_MOVE, SETTLED
+from cohaptic_server.bodies.newton import CONVERGED, MAX_MOVE
 from cohaptic_server.bodies.rubber_solid import rubber_tetrahedra
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
@@ -63,7 +63,7 @@ def settled(
     """As many ticks as it takes, and one more for the tangent of exactly that state."""
     for _ in range(60):
         before = body.respond(loads, before)
-        if before.settled.step < SETTLED:
+        if before.iterate.next_step < CONVERGED:
             return body.respond(loads, before)
     raise AssertionError("it did not settle")
 
@@ -74,7 +74,7 @@ def depth(load: Load, response: Response) -> float:
 
 
 def greatest_strain(response: RubberSolidResponse) -> float:
-    F = response.settled.state.strain.F
+    F = response.iterate.state.strain.F
     strain = 0.5 * (F + F.swapaxes(0, 1)) - np.eye(3)[:, :, None]
     return float(np.abs(np.linalg.eigvalsh(strain.transpose(2, 0, 1))).max())
 
@@ -163,7 +163,7 @@ def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: in
     assert state is not None
     volume = small(order).shape.tets.volume
     assert abs(state.energy) < 1e-10 * rubber.material.mu * volume
-    assert np.abs(state.force).max() < 1e-10 * rubber.material.mu * volume ** (2 / 3)
+    assert np.abs(state.internal_force).max() < 1e-10 * rubber.material.mu * volume ** (2 / 3)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2]))
@@ -187,10 +187,10 @@ def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> 
     assert up is not None
     assert down is not None
     slope = (up.energy - down.energy) / (2.0 * h)
-    assert (state.force * way).sum() == pytest.approx(slope, rel=1e-5)
-    stiff = ((up.force - down.force) / (2.0 * h)).reshape(-1)[rubber.dof]
+    assert (state.internal_force * way).sum() == pytest.approx(slope, rel=1e-5)
+    stiff = ((up.internal_force - down.internal_force) / (2.0 * h)).reshape(-1)[rubber.dof]
     try:
-        solver = rubber.factored(state, 0.0)
+        solver = rubber.factor_tangent(state, 0.0)
     except BodyError:
         return  # indefinite so far from rest: it has no factor
     found = solver.displacements(stiff[None])[0]
@@ -247,7 +247,7 @@ def test_no_push_turns_an_element_inside_out_and_it_comes_back(
     for tick in range(ticks + 250):
         was = response
         response = body.respond(loads if tick < ticks else loads[:0], was)
-        state = response.settled.state
+        state = response.iterate.state
         assert np.isfinite(response.displacement).all()
         assert np.isfinite(response.fields).all()
         assert np.abs(response.displacement - was.displacement).max() < min(MAX_MOVE, 1.05 * most)
