@@ -1,1 +1,5 @@
 """Test objects, and the laws of an elastic body as one check; for tests, benchmarks and users."""
+
+from cohaptic_server.testing.check_body import BrokenLawError, check_body
+
+__all__ = ["BrokenLawError", "check_body"]
