@@ -73,10 +73,10 @@ def settled(
     Raises:
         AssertionError: The body moves on after that many ticks.
     """
-    response = body.respond(loads, before)
+    response, change = body.respond(loads, before), np.inf
     for _ in range(ticks):
         previous, response = response, body.respond(loads, response)
-        change = np.abs(response.displacement - previous.displacement).max()
+        change = float(np.abs(response.displacement - previous.displacement).max())
         if change <= tolerance:
             return response
     raise AssertionError(f"{body.name} still moves {change:g} m in a tick after {ticks} ticks")

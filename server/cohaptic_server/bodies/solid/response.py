@@ -33,9 +33,13 @@ class SolidResponse:
     loads: Sequence[LoadResponse]
     radius: float
 
-    @cached_property
+    @property
     def compliance(self) -> Floats:
-        """Between contacts, shape (c, c) [m/N]."""
+        """Contact compliance C, shape (c, c) [m/N]."""
+        return self._compliance
+
+    @cached_property
+    def _compliance(self) -> Floats:
         c = len(self.loads)
         if not c:
             return np.zeros((0, 0))
@@ -71,9 +75,13 @@ class SolidResponse:
         """Energy stored by the loads [J]."""
         return 0.5 * float(self._forces @ self.compliance @ self._forces)
 
-    @cached_property
+    @property
     def displacement(self) -> Floats:
         """Displacement of every vertex, shape (n, 3) [m]."""
+        return self._displacement
+
+    @cached_property
+    def _displacement(self) -> Floats:
         return self.at(np.arange(len(self.mesh.vertices)))
 
     def at(self, vertices: Ints) -> Floats:
