@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from cohaptic_server.numeric import Floats
 
 _CANDIDATES = 40  # vertices spread over the surface that are tried as contacts
 _SOFT = 0.05  # least compliance of a contact over that of the softest candidate
+
+R_co = TypeVar("R_co", bound=Response, covariant=True)
 
 
 def press_vertex(body: Body, vertex: int, force: float) -> Load:
@@ -53,14 +56,27 @@ def depths(loads: Sequence[Load], response: Response) -> Floats:
     return np.array([depth(load, response) for load in loads])
 
 
+class Responding(Protocol[R_co]):
+    """A body by the type of its response."""
+
+    @property
+    def name(self) -> str:
+        """Name for people."""
+        ...
+
+    def respond(self, loads: Sequence[Load], before: Response | None = None) -> R_co:
+        """As `Body.respond`."""
+        ...
+
+
 def settled(
-    body: Body,
+    body: Responding[R_co],
     loads: Sequence[Load],
     before: Response | None = None,
     *,
     tolerance: float = 1e-11,
     ticks: int = 400,
-) -> Response:
+) -> R_co:
     """The steady response to constant loads.
 
     Args:

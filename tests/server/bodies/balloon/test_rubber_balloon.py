@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,11 +10,12 @@ from cohaptic_server.bodies.balloon import filled_sheet
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.constant_volume_solver import BandPattern, ConstantVolumeFactor
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
-from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import CHORD, CONVERGED, MAX_MOVE, MAX_STEPS
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, MAX_STEPS
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import locate
+from cohaptic_server.testing.contacts import depth, settled
+from tests.server.bodies.presses import press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 DEEPEST = 10.0  # N, what the simulated devices of the demo can give
@@ -38,24 +37,6 @@ def rubber() -> RubberBalloon:
     return RubberBalloon()
 
 
-def press(body: Balloon | RubberBalloon, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    free = np.zeros_like(body.mesh.vertices)
-    tip = 0.1 * d / np.linalg.norm(d)
-    return locate(body.mesh, tip, free, radius=body.contact_radius).load(force)
-
-
-def settled(
-    body: RubberBalloon, loads: Sequence[Load], before: RubberResponse | None = None
-) -> RubberResponse:
-    """As many ticks as it takes, and one more for the tangent of exactly that state."""
-    for _ in range(40):
-        before = body.respond(loads, before)
-        if before.iterate.next_step < CONVERGED:
-            return body.respond(loads, before)
-    raise AssertionError("it did not settle")
-
-
 def positions(body: RubberBalloon, response: RubberResponse) -> Floats:
     return np.asarray(body.mesh.vertices + response.displacement)
 
@@ -63,11 +44,6 @@ def positions(body: RubberBalloon, response: RubberResponse) -> Floats:
 def lost(body: RubberBalloon, response: RubberResponse) -> float:
     """Change of volume, relative."""
     return abs(volume(positions(body, response), body.mesh.faces) / body.volume - 1.0)
-
-
-def depth(load: Load, response: Response) -> float:
-    """How far the contact moved along its force [m]."""
-    return float(load.weights @ (response.displacement[load.vertices] @ load.direction))
 
 
 def test_without_forces_it_rests_and_answers_as_the_linear_balloon(rubber: RubberBalloon) -> None:

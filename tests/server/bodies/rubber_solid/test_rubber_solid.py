@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -9,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import CONVERGED, MAX_MOVE
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.newton import MAX_MOVE
 from cohaptic_server.bodies.rubber_solid import rubber_tetrahedra
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
@@ -21,7 +20,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact import locate
+from cohaptic_server.testing.contacts import depth, settled
+from tests.server.bodies.presses import press
 from tests.server.bodies.rubber_solid.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -48,29 +48,6 @@ def small(order: int = 2, nu: float = 0.45, damping: float = 0.0) -> RubberSolid
 def linear(order: int = 2, nu: float = 0.45) -> Solid:
     mesh = skewed()
     return Solid(mesh, mesh.vertices[:, 2] < 0.005, SolidSettings(2e4, nu, 0.015, order))
-
-
-def press(body: RubberSolid | Solid, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    at = np.array([0.0, 0.0, 0.03]) + 0.1 * d / np.linalg.norm(d)
-    free = np.zeros_like(body.mesh.vertices)
-    return locate(body.mesh, at, free, radius=body.contact_radius).load(force)
-
-
-def settled(
-    body: RubberSolid, loads: Sequence[Load], before: RubberSolidResponse | None = None
-) -> RubberSolidResponse:
-    """As many ticks as it takes, and one more for the tangent of exactly that state."""
-    for _ in range(60):
-        before = body.respond(loads, before)
-        if before.iterate.next_step < CONVERGED:
-            return body.respond(loads, before)
-    raise AssertionError("it did not settle")
-
-
-def depth(load: Load, response: Response) -> float:
-    """How far the contact moved along its force [m]."""
-    return float(load.weights @ (response.displacement[load.vertices] @ load.direction))
 
 
 def greatest_strain(response: RubberSolidResponse) -> float:

@@ -20,8 +20,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact import locate
 from cohaptic_server.world.equilibrium import RestingHand, solve
+from tests.server.bodies.presses import press
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
@@ -35,13 +35,6 @@ def small(order: int = 2, nu: float = 0.45, cache: int = 2**28) -> Solid:
     mesh = block((0.1, 0.08, 0.06), (3, 3, 2))
     mesh.vertices[:] += np.random.default_rng(1).uniform(-0.004, 0.004, mesh.vertices.shape)
     return Solid(mesh, mesh.vertices[:, 2] < 0.005, SolidSettings(1e4, nu, 0.015, order, cache))
-
-
-def press(body: Solid, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    at = np.array([0.0, 0.0, 0.03]) + 0.1 * d / np.linalg.norm(d)
-    free = np.zeros_like(body.mesh.vertices)
-    return locate(body.mesh, at, free, radius=body.contact_radius).load(force)
 
 
 @pytest.mark.parametrize("order", [1, 2])
