@@ -32,7 +32,7 @@ class ColumnWorker:
     """Brings columns to one solid while it is served.
 
     Args:
-        body: It answers from its coarse twin from now on until columns come.
+        body: It answers from its far field from now on until columns come.
     """
 
     def __init__(self, body: Solid) -> None:
@@ -62,7 +62,7 @@ class ColumnWorker:
     def pump(self) -> None:
         """Hand over what was found, and ask for what is wanted now; before each tick, in no time.
 
-        A process that has died is no error: the coarse twin goes on.
+        A process that has died is no error: the far field still answers.
         """
         try:
             if self._asked and self._pipe.poll():

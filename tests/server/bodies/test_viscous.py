@@ -68,7 +68,7 @@ def test_a_press_creeps_to_the_elastic_place(b: float, force: float) -> None:
 
 
 def test_a_probe_that_lets_go_is_free_of_its_own_force_only() -> None:
-    """x_free takes away C f of the present force: what was carried before is still there."""
+    """x_free lacks C f of the present force; the remains of earlier forces stay in it."""
     body, load = Viscous(solid(), 1.0), press(solid(), (0.0, 0.0, 1.0), 2.0)
     every = np.arange(len(body.mesh.vertices))
     first = body.respond([load])

@@ -117,7 +117,7 @@ def test_stiffness_does_not_jump_from_vertex_to_vertex(balloon: Balloon) -> None
 
 
 def test_contact_stiffness_converges_with_the_mesh() -> None:
-    """Compliance of a contact, less that of a wider one: what is local to the contact.
+    """Compliance of a contact, less that of a wider one: the part that is local to the contact.
 
     The rest depends on which vertices the base holds, which differs from mesh to mesh.
     """

@@ -18,7 +18,7 @@ from cohaptic_server.testing.contacts import depth, settled
 from tests.server.bodies.presses import press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
-DEEPEST = 10.0  # N, what the simulated devices of the demo can give
+DEEPEST = 10.0  # N, the largest force of the demo's simulated devices
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
@@ -177,7 +177,7 @@ def test_a_turned_scene_gives_turned_answers(small: RubberBalloon) -> None:
 def test_no_force_makes_it_jump_or_fail(
     small: RubberBalloon, force: float, direction: object
 ) -> None:
-    """Five and thirty times what a device gives, at once, held, and gone at once."""
+    """Five and thirty times the force of a device: at once, kept, and released at once."""
     response = small.respond([])
     for f in [force] * 25 + [0.0] * 60:
         was = response.displacement

@@ -146,7 +146,7 @@ def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: in
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2]))
 @settings(max_examples=10, deadline=None)
 def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> None:
-    """Far from rest; the tangent by what it solves for."""
+    """Far from rest; the tangent is tested through its solutions."""
     body = small(order)
     rubber, rest = body.rubber, body.shape.nodes
     rng = np.random.default_rng(seed)

@@ -22,7 +22,7 @@ from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 Place = tuple[float, float]  # angles along the ring and round its tube
 
-# Above what is held, by more than a contact.
+# More than a contact above the fixed part.
 places = st.tuples(st.floats(-math.pi, math.pi), st.floats(-0.2, math.pi + 0.2))
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.2)
 
@@ -69,10 +69,10 @@ def test_means_are_of_quadratic_functions_and_loads_keep_their_place() -> None:
 
 @given(places, places, directions, directions)
 @settings(max_examples=30, deadline=None)
-def test_from_afar_it_is_the_solid(
+def test_far_away_it_agrees_with_the_solid(
     one: Place, two: Place, d: tuple[float, ...], e: tuple[float, ...]
 ) -> None:
-    """A force moves what is two places away as the solid does: to 8 % of the dent."""
+    """Two sample spacings away the displacement is that of the solid, to 8 % of the dent."""
     found = far_field()
     vertices, weights, _ = touch(one)
     push = np.array(d) / np.linalg.norm(d)
