@@ -20,7 +20,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.soft_ring import held, ring
+from cohaptic_server.testing.soft_ring import fixed, ring
 
 # Vertices of the surface along the ring and round the tube, by thousands of tetrahedra.
 SIZES = {1: (20, 12), 5: (32, 20), 20: (72, 32), 137: (160, 96)}
@@ -29,7 +29,7 @@ SIZES = {1: (20, 12), 5: (32, 20), 20: (72, 32), 137: (160, 96)}
 def solid(thousands: int) -> Solid:
     """The ring of that many thousand tetrahedra as a body: linear ones, soft tissue."""
     mesh = ring(*SIZES[thousands])
-    return Solid(mesh, held(mesh), SolidSettings(order=1), name=f"ring of {len(mesh.tets)}")
+    return Solid(mesh, fixed(mesh), SolidSettings(order=1), name=f"ring of {len(mesh.tets)}")
 
 
 def shape(mesh: TetMesh) -> Floats:
@@ -51,7 +51,7 @@ def main() -> None:
     mesh = ring(*SIZES[thousands])
     quality = shape(mesh)
     print(
-        f"{len(mesh.tets)} tetrahedra, {len(mesh.vertices)} nodes, {held(mesh).sum()} held;"
+        f"{len(mesh.tets)} tetrahedra, {len(mesh.vertices)} nodes, {fixed(mesh).sum()} held;"
         f" shape at least {quality.min():.2f}, median {np.median(quality):.2f};"
         f" meshed in {time.perf_counter() - start:.2f} s"
     )
@@ -65,7 +65,7 @@ def main() -> None:
         # A hand presses vertices that lie together: the nearest ones to the outermost.
         x = body.mesh.vertices
         near = np.argsort(np.linalg.norm(x - x[x[:, 0].argmax()], axis=1))
-        print(f"column {1e-6 * body.columns.column_bytes:.2f} MB\n")
+        print(f"column {1e-6 * body.columns.store.column_bytes:.2f} MB\n")
         print("| vertices | solve | per vertex |\n|---|---|---|")
         for k in (1, 8, 24, 100):
             took = math.inf

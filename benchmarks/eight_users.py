@@ -28,7 +28,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
+from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 _SETTLE = 5.0  # s after the last user came
 
@@ -47,7 +47,7 @@ def main() -> None:
     parser.add_argument("--rhythm-s", type=float, default=2.0, help="of presses; 0 to rest")
     args = parser.parse_args()
     mesh = ring(176, 96)
-    body = Solid(mesh, held(mesh), SolidSettings(order=1), name="ring")
+    body = Solid(mesh, fixed(mesh), SolidSettings(order=1), name="ring")
     print(f"{len(mesh.tets):,} tetrahedra, {len(body.mesh.vertices):,} vertices of surface")
     with threadpool_limits(limits=1):
         asyncio.run(_serve(body, args))

@@ -40,7 +40,7 @@ from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
+from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 PERIOD = 1.0 / 60.0  # s
 DEPTH = 0.002  # m
@@ -110,7 +110,7 @@ def compiled(thousands: int, body: Solid, folder: Path | None = None) -> Any:
         elements=_words(mesh.tets),
         young=body.settings.young,
         nu=body.settings.nu,
-        pinned=_words(np.flatnonzero(held(mesh))),
+        pinned=_words(np.flatnonzero(fixed(mesh))),
     )
     try:
         model = mujoco.MjModel.from_xml_string(scene)

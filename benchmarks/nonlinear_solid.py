@@ -28,7 +28,7 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
@@ -112,14 +112,14 @@ def main() -> None:
 def row(solid: RubberSolid, count: int) -> None:
     """Print the row of one mesh."""
     shape, rubber = solid.shape, solid.rubber
-    free = np.flatnonzero(~shape.held)
+    free = np.flatnonzero(~shape.fixed)
     whole = stiffness(shape.tets, shape.elements, len(shape.nodes), 2e4, 0.45)
     K = sp.csr_array(whole[rubber.dof][:, rubber.dof])
     state = rubber.at(shape.nodes)
     assert state is not None
-    ours = quickest(lambda: rubber.factored(state, 0.0))
+    ours = quickest(lambda: rubber.factor_tangent(state, 0.0))
     everything = np.ones(len(free), dtype=np.bool_)
-    anew = quickest(lambda: Factor(K, shape.nodes[free], everything), 3)
+    anew = quickest(lambda: factorise(K, shape.nodes[free], everything), 3)
     columns = sp.csc_matrix(K)
     options = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
     superlu = quickest(

@@ -14,20 +14,20 @@ from cohaptic_experiments.sliding.slide_solid import ServedSolid, slide
 from cohaptic_server.bodies.solid.parts import make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.testing.soft_ring import held, ring
+from cohaptic_server.testing.soft_ring import fixed, ring
 
 
 def main() -> None:
     """Print a table."""
     mesh, settings = ring(176, 96), SolidSettings(order=1)
     with threadpool_limits(limits=1):
-        parts = make_parts(mesh, held(mesh), settings)
-        exact = Solid(mesh, held(mesh), settings, parts=parts)
+        parts = make_parts(mesh, fixed(mesh), settings)
+        exact = Solid(mesh, fixed(mesh), settings, parts=parts)
         print(f"{len(mesh.tets):,} tetrahedra, {len(exact.mesh.vertices):,} vertices of surface\n")
         print("| speed | delay each way | largest step | largest error | mean force |")
         print("|---|---|---|---|---|")
         for speed, delay in ((0.2, 0.0), (0.2, 0.04), (0.2, 0.08), (0.2, 0.25), (0.02, 0.0)):
-            body = ServedSolid(mesh, held(mesh), settings, parts=parts)
+            body = ServedSolid(mesh, fixed(mesh), settings, parts=parts)
             body.in_background()
             found = slide(body, exact, speed=speed, delay=delay)
             print(

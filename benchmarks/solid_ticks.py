@@ -130,7 +130,7 @@ def _needed(body: Solid, state: WorldState, reach: float) -> int:
         for vertex in user.contact.vertices.tolist():
             rows[vertex] = rows.get(vertex, np.zeros(len(x), dtype=np.bool_)) | near
     share = sum(int(near.sum()) for near in rows.values()) / len(x)
-    return round(share * body.columns.column_bytes)
+    return round(share * body.columns.store.column_bytes)
 
 
 def _model(thousands: int, body: Solid, models: Path | None) -> Any:

@@ -9,7 +9,7 @@ from cohaptic_server.bodies.solid.parts import make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.testing.soft_ring import held, ring
+from cohaptic_server.testing.soft_ring import fixed, ring
 
 
 @pytest.mark.parametrize(("speed", "delay"), [(0.2, 0.0), (0.02, 0.0), (0.2, 0.15)])
@@ -20,9 +20,9 @@ def test_the_force_never_steps(speed: float, delay: float) -> None:
     """
     mesh = ring(120, 32)
     settings = SolidSettings(order=1)
-    parts = make_parts(mesh, held(mesh), settings)
-    body = ServedSolid(mesh, held(mesh), settings, parts=parts)
-    exact = Solid(mesh, held(mesh), settings, parts=parts)
+    parts = make_parts(mesh, fixed(mesh), settings)
+    body = ServedSolid(mesh, fixed(mesh), settings, parts=parts)
+    exact = Solid(mesh, fixed(mesh), settings, parts=parts)
     # So fine that it is thinned for touching.
     assert len(TouchedBody(body).mesh.vertices) < len(body.mesh.vertices)
     body.in_background()
@@ -30,4 +30,4 @@ def test_the_force_never_steps(speed: float, delay: float) -> None:
     assert found.force > 0.5
     assert found.step < 0.005
     assert found.error < 0.08
-    assert body.columns.kept > 0 or speed > 0.1
+    assert body.columns.store.kept > 0 or speed > 0.1

@@ -32,7 +32,7 @@ class ServedSolid(Solid):
         """As `Solid`, a batch of columns every few ticks."""
         self._ticks += 1
         if self._ticks % _BRINGS == 0:
-            self.find(_BATCH)
+            self.solve_missing(_BATCH)
         return super().respond(loads, before)
 
 

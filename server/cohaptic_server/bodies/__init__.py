@@ -1,1 +1,1 @@
-"""Deformable bodies: how displacement answers the forces of contacts."""
+"""Deformable bodies: the displacement under the forces of contacts."""

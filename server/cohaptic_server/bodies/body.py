@@ -1,4 +1,4 @@
-"""What any elastic body offers. The next body is one file that fulfils this Protocol."""
+"""The interface of an elastic body. A new kind of body is one file that fulfils this Protocol."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Load:
 
 
 class Response(Protocol):
-    """The body under loads. What it says of a vertex may be found when it is asked for."""
+    """The body under loads. An implementation may compute a value when it is first read."""
 
     @property
     def compliance(self) -> Floats:
@@ -43,12 +43,15 @@ class Response(Protocol):
 
     @property
     def energy(self) -> float:
-        """Stored by the loads [J]."""
+        """Elastic energy stored by the loads [J]."""
         ...
 
     @property
     def displacement(self) -> Floats:
-        """Of every vertex under all loads, shape (n, 3) [m]; on a large body not for every tick."""
+        """Displacement of every vertex under all loads, shape (n, 3) [m].
+
+        On a large body it takes too long for every tick; use `at`.
+        """
         ...
 
     def at(self, vertices: Ints) -> Floats:
@@ -59,8 +62,8 @@ class Response(Protocol):
         """Displacement of some vertices without some of the loads (science 3.3).
 
         Args:
-            loads: Whose share is left out.
-            forces: Of those loads, shape (l,) [N].
+            loads: Loads to leave out.
+            forces: Forces to subtract from those loads, shape (l,) [N].
             vertices: Shape (k,).
 
         Returns:
@@ -71,13 +74,13 @@ class Response(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class DenseResponse:
-    """A response that has every vertex, for bodies of a few thousand.
+    """A response that stores every vertex, for bodies of a few thousand of them.
 
     Args:
-        displacement: Of every vertex under all loads, shape (n, 3) [m].
+        displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
         fields: Displacement of every vertex per unit of each load's force, shape (c, n, 3) [m/N].
-        compliance: Between contacts, shape (c, c) [m/N].
-        energy: Stored by the loads [J].
+        compliance: Contact compliance C, shape (c, c) [m/N].
+        energy: Elastic energy stored by the loads [J].
     """
 
     displacement: Floats
@@ -100,6 +103,7 @@ class Body(Protocol):
 
     Every implementation keeps the invariants of science 3.6: C symmetric and positive definite,
     no energy in a rigid motion, the hands' work never less than the energy stored.
+    `cohaptic_server.testing.check_body` checks them.
     """
 
     @property
@@ -118,19 +122,20 @@ class Body(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
-        """The body in equilibrium with `loads`.
+        """The body's response to `loads` in one tick.
 
         Args:
             loads: The present contacts; a load of zero force still gets its compliance.
-            before: Response of the tick before, from which an iterative body starts.
+            before: Response of the previous tick, from which an iterative or viscous body starts;
+                None starts from rest.
         """
         ...
 
 
 @runtime_checkable
-class Foreseeing(Protocol):
-    """A body that does better if it knows what will be touched soon."""
+class Prefetching(Protocol):
+    """A body that answers better if it knows which vertices will be touched soon."""
 
-    def expect(self, vertices: Ints) -> None:
-        """Say which vertices lie ahead of fingers that slide, shape (k,)."""
+    def prefetch(self, vertices: Ints) -> None:
+        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
         ...

@@ -9,11 +9,21 @@ from cohaptic_server.numeric import Floats
 
 
 def check_damping(damping: float) -> None:
-    """Refuse a B_o over K_o that is no damping, or so much that hands under delay sway for long."""
+    """Refuse a B_o / K_o below 0, or so large that hands under delay sway for long.
+
+    Raises:
+        SettingError: It is outside of 0 to 2.
+    """
     if not 0.0 <= damping <= 2.0:
         raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
 
 
-def lagged(loads: Floats, carried: Floats, damping: float) -> Floats:
-    """What a viscous body carries in this tick, of loads and what it carried before, any shape."""
-    return np.asarray((loads + damping * carried) / (1.0 + damping))
+def lagged(applied: Floats, carried: Floats, damping: float) -> Floats:
+    """Forces that the elastic part of a Kelvin-Voigt body carries at the end of a tick [N].
+
+    Args:
+        applied: Forces applied in this tick, any shape [N].
+        carried: Forces that the elastic part carried before, of the same shape [N].
+        damping: B_o / K_o.
+    """
+    return np.asarray((applied + damping * carried) / (1.0 + damping))

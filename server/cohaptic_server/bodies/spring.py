@@ -1,7 +1,7 @@
 """The paper's one-dimensional object (section 7): a rigid plate on a spring with a damper.
 
 A flat plate in the y-z plane that faces +x and moves along its normal as a whole. The force of tick
-k gives its position at tick k+1, eqs. (6) and (9):
+k gives its position at tick k + 1, eqs. (6) and (9):
 
     (K_o + B_o) x+ = f + B_o x.
 
@@ -21,7 +21,7 @@ from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
-_INTO = np.array([-1.0, 0.0, 0.0])  # the way a press moves the plate
+_INWARD = np.array([-1.0, 0.0, 0.0])  # direction in which a press moves the plate
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +31,9 @@ class SpringSettings:
     Args:
         k_o: Stiffness K_o [N/m].
         b_o: Damping over the simulation period, B_o of eq. (9) [N/m].
-        side: Of the square plate [m].
+        side: Side of the square plate [m].
         cells: Squares along a side, two triangles each.
-        contact_radius: Of the pressure under a contact; it changes nothing on a rigid plate [m].
+        contact_radius: Radius of the pressure under a contact; without effect on a rigid plate [m].
     """
 
     k_o: float = 200.0
@@ -55,34 +55,33 @@ class SpringSettings:
 
 
 class Spring:
-    """The plate behind the `Body` Protocol."""
+    """The plate behind the `Body` Protocol.
+
+    Args:
+        settings: Stiffness, damping and size; the defaults if not given.
+
+    Attributes:
+        mesh: The resting plate.
+        contact_radius: Radius of the pressure under a contact [m].
+    """
 
     name = "spring"
 
     def __init__(self, settings: SpringSettings | None = None) -> None:
         self.settings = settings or SpringSettings()
-        self._mesh = SurfaceMesh(*plate(self.settings.side, self.settings.cells))
-
-    @property
-    def mesh(self) -> SurfaceMesh:
-        """The resting plate."""
-        return self._mesh
-
-    @property
-    def contact_radius(self) -> float:
-        """Radius of the pressure under a contact [m]."""
-        return self.settings.contact_radius
+        self.mesh = SurfaceMesh(*plate(self.settings.side, self.settings.cells))
+        self.contact_radius = self.settings.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Position one simulation period later under `loads`, from where `before` left it."""
         k_o, b_o = self.settings.k_o, self.settings.b_o
-        n = len(self._mesh.vertices)
-        # Share of each force along the plate's way: less than 1 for one that comes askew.
-        along = np.array([load.direction @ _INTO for load in loads])  # (c,)
+        n = len(self.mesh.vertices)
+        # Component of each force along the plate's motion: less than 1 for an oblique force.
+        along = np.array([load.direction @ _INWARD for load in loads])  # (c,)
         forces = np.array([load.force for load in loads])
-        was = 0.0 if before is None else float(before.displacement[0] @ _INTO)
-        depth = (float(along @ forces) + b_o * was) / (k_o + b_o)
-        unit = np.broadcast_to(_INTO, (n, 3))
+        previous = 0.0 if before is None else float(before.displacement[0] @ _INWARD)
+        depth = (float(along @ forces) + b_o * previous) / (k_o + b_o)
+        unit = np.broadcast_to(_INWARD, (n, 3))
         return DenseResponse(
             depth * unit,
             (along / (k_o + b_o))[:, None, None] * unit,

@@ -1,7 +1,7 @@
-"""A body as fingers touch it: the mesh of its mesh patches, and how soft each of its vertices is.
+"""A body prepared for touch: the mesh of its mesh patches and the compliance of each vertex.
 
-Both are found at most once for a body, when they are first asked for: a table of compliances may
-take a minute, and a room without mesh patches needs none.
+Both are computed on first use and at most once: a table of compliances may take a minute, and a
+room without mesh patches needs none.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cohaptic_server.numeric import Floats
 
 @runtime_checkable
 class Surveyed(Protocol):
-    """A body with a quicker way to its table than a response for each vertex."""
+    """A body that computes its table faster than by a response for each vertex."""
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
@@ -29,7 +29,7 @@ class Surveyed(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TouchedBody:
-    """A body and its surface for fingers.
+    """A body with its touch mesh and its table of compliances.
 
     Args:
         body: The deformable object.
@@ -39,14 +39,14 @@ class TouchedBody:
 
     @cached_property
     def mesh(self) -> TouchMesh:
-        """The mesh that mesh patches are cut out of."""
+        """The mesh from which mesh patches are cut."""
         return thinned(self.body.mesh, APART * self.body.contact_radius)
 
     @cached_property
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex of the whole surface, shape (n,) [m/N].
 
-        Of the body at rest; a patch carries its own c_ii, by which the client scales these.
+        It belongs to the body at rest; the client scales it by the c_ii of each patch.
         """
         return vertex_compliance(self.body)
 

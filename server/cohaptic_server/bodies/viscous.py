@@ -1,12 +1,12 @@
 """Kelvin-Voigt damping, B_o in proportion to K_o, for any elastic body.
 
-What the body carries follows the loads with a lag,
+The elastic part carries the loads with a lag,
 
     carried+ = (loads + b carried) / (1 + b),    b = B_o / K_o = relaxation time / simulation period
 
-which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for another damps each state of
-strain by its own stiffness. What is told of the compliance stays that of the steady state: a law
-that counted on K_o + B_o, the stiffness within the tick, would be unstable under delay from
+which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for a nonlinear one damps each
+state of strain by its own stiffness. The reported compliance is that of the steady state: a control
+law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay from
 B_o = K_o on (science 3.3: a C below half of the true one).
 """
 
@@ -17,41 +17,40 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cohaptic_server.bodies.body import Body, Foreseeing, Load, Response
+from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
 from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
-_FORGOTTEN = 1e-3  # of the force that a load had; less of it is not carried on
+_NEGLIGIBLE = 1e-3  # share of a load's largest force below which its rest is dropped
 
 
 @dataclass(frozen=True, slots=True)
-class Carried:
-    """A load of some time, as far as it is still carried.
+class DecayingLoad:
+    """A present or past load with the force that the body carries of it.
 
     Args:
-        load: With the force that is carried of it.
-        most: The greatest force that was [N].
+        load: The load, with the carried force.
+        peak: Force carried when it was last applied [N].
     """
 
     load: Load
-    most: float
+    peak: float
 
 
 @dataclass(frozen=True, eq=False)
 class ViscousResponse:
-    """A response to present loads and what is left of those before.
+    """A response to the present loads and to the remains of earlier ones.
 
     Args:
-        elastic: Of the elastic body, to what is carried; the present loads come first.
-        count: How many are present.
-        carried: All of them.
+        elastic: Response of the elastic body to the carried loads.
+        count: Number of present loads.
+        carried: The carried loads; the present ones come first.
     """
 
     elastic: Response
     count: int
-    carried: Sequence[Carried]
+    carried: Sequence[DecayingLoad]
 
     @property
     def compliance(self) -> Floats:
@@ -60,12 +59,12 @@ class ViscousResponse:
 
     @property
     def energy(self) -> float:
-        """Stored [J]."""
+        """Elastic energy stored by the carried loads [J]."""
         return self.elastic.energy
 
     @property
     def displacement(self) -> Floats:
-        """Of every vertex, shape (n, 3) [m]."""
+        """Displacement of every vertex, shape (n, 3) [m]."""
         return self.elastic.displacement
 
     def at(self, vertices: Ints) -> Floats:
@@ -80,67 +79,60 @@ class ViscousResponse:
 class Viscous:
     """A linear elastic body with damping, behind the `Body` Protocol.
 
-    The lag is one of loads, so that the elastic body may answer for a few vertices alone.
+    The loads are delayed and not the displacement, so that the elastic body may compute a few
+    vertices alone.
 
     Args:
-        elastic: A body to which two loads do what each of them does, added.
-        damping: B_o over K_o, for the simulation period that it is served with.
+        elastic: A linear body: the displacements under several loads add up.
+        damping: B_o / K_o at the simulation period of the server.
+
+    Attributes:
+        name: The elastic body's.
+        mesh: The resting surface.
+        contact_radius: Radius of the pressure under a contact [m].
     """
 
     def __init__(self, elastic: Body, damping: float) -> None:
         check_damping(damping)
         self.elastic, self.damping = elastic, damping
-
-    @property
-    def name(self) -> str:
-        """Name for people and for the wire."""
-        return self.elastic.name
-
-    @property
-    def mesh(self) -> SurfaceMesh:
-        """The resting surface."""
-        return self.elastic.mesh
-
-    @property
-    def contact_radius(self) -> float:
-        """Radius of the pressure under a contact [m]."""
-        return self.elastic.contact_radius
+        self.name, self.mesh = elastic.name, elastic.mesh
+        self.contact_radius = elastic.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ViscousResponse:
-        """Part of the way from where `before` left it to where `loads` would bring it."""
-        b, left = self.damping, list[Carried]()
-        was: Response | None = None
+        """Move from the state of `before` a part of the way to the equilibrium with `loads`."""
+        b, earlier = self.damping, list[DecayingLoad]()
+        previous: Response | None = None
         if isinstance(before, ViscousResponse):
-            left, was = list(before.carried), before.elastic
-        carried: list[Carried] = []
+            earlier, previous = list(before.carried), before.elastic
+        carried: list[DecayingLoad] = []
         for load in loads:
             force = load.force
-            for other in left:
-                # A hand that holds still adds to what it did before.
-                if _alike(load, other.load):
+            for other in earlier:
+                # A hand at rest takes over its own load of the previous tick.
+                if _same_contact(load, other.load):
                     force += b * other.load.force
-                    left.remove(other)
+                    earlier.remove(other)
                     break
             force /= 1.0 + b
-            carried.append(Carried(replace(load, force=force), abs(force)))
-        for other in left:
+            carried.append(DecayingLoad(replace(load, force=force), abs(force)))
+        for other in earlier:
             force = other.load.force * b / (1.0 + b)
-            if abs(force) > _FORGOTTEN * other.most:
-                carried.append(Carried(replace(other.load, force=force), other.most))
-        response = self.elastic.respond([one.load for one in carried], was)
+            if abs(force) > _NEGLIGIBLE * other.peak:
+                carried.append(DecayingLoad(replace(other.load, force=force), other.peak))
+        response = self.elastic.respond([one.load for one in carried], previous)
         return ViscousResponse(response, len(loads), carried)
 
-    def expect(self, vertices: Ints) -> None:
-        """Say which vertices lie ahead of fingers that slide, shape (k,)."""
-        if isinstance(self.elastic, Foreseeing):
-            self.elastic.expect(vertices)
+    def prefetch(self, vertices: Ints) -> None:
+        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        if isinstance(self.elastic, Prefetching):
+            self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)
 
 
-def _alike(one: Load, other: Load) -> bool:
+def _same_contact(one: Load, other: Load) -> bool:
     return (
         np.array_equal(one.vertices, other.vertices)
         and np.array_equal(one.weights, other.weights)

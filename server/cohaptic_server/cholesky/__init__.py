@@ -1,1 +1,1 @@
-"""The sparse Cholesky factorisation: ordered, analysed, factored, and factored anew."""
+"""The sparse Cholesky factorisation: ordering, analysis, factorisation and refactorisation."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
 
 LEAF = 96  # nodes; smaller leaves mean more and smaller fronts, without gain below this
 
@@ -24,7 +24,7 @@ class Part:
 
     Args:
         own: Nodes eliminated here, shape (k,).
-        children: Places of the two halves in the list of parts; empty for a leaf.
+        children: Indices of the two halves in the list of parts; empty for a leaf.
     """
 
     own: Ints
@@ -35,9 +35,9 @@ def dissect(points: Floats, graph: sp.csr_array, leaf: int = LEAF) -> list[Part]
     """Cut a graph into separators and leaves, each child before its parent.
 
     Args:
-        points: Place of each node, shape (n, 3) [m].
-        graph: Which nodes share an element, symmetric, shape (n, n).
-        leaf: Nodes that are not cut any further.
+        points: Position of each node, shape (n, 3) [m].
+        graph: Adjacency of nodes that share an element, symmetric, shape (n, n).
+        leaf: Largest number of nodes that is not cut any further.
 
     Returns:
         Parts in an order in which they can be eliminated; every node is in one `own`.
@@ -68,7 +68,7 @@ def _halves(
     """Two halves without an edge between them, and the separator."""
     x = points[nodes] - points[nodes].mean(axis=0)
     along = np.linalg.eigh(x.T @ x)[1][:, -1]
-    # Ranks, not places: meshes are graded, and a half has half of the nodes.
+    # By rank, not by position: in a graded mesh each half then has half of the nodes.
     order = np.argsort(x @ along, kind="stable")
     first, second = nodes[order[: len(nodes) // 2]], nodes[order[len(nodes) // 2 :]]
     side[first], side[second] = 1, 2
@@ -82,8 +82,8 @@ def _halves(
 
 def _touches(
     graph: sp.csr_array, nodes: Ints, side: np.ndarray[tuple[int], np.dtype[np.int8]], other: int
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of `nodes` have a neighbour on the other side."""
+) -> Mask:
+    """Whether each of `nodes` has a neighbour on the other side."""
     starts, ends = graph.indptr[nodes], graph.indptr[nodes + 1]
     counts = ends - starts
     flat = np.arange(int(counts.sum())) + np.repeat(starts - np.cumsum(counts) + counts, counts)

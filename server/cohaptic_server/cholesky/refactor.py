@@ -1,8 +1,8 @@
 """The Cholesky factor of a matrix whose pattern was analysed before: K = L L', by fronts.
 
-`multifrontal.py` has the factor of a linear solid, made once, from which a tick asks for a little.
-Here the factor is made in every tick and solved for all unknowns: nothing is found out again that
-the pattern decides (`fronts.py`), which takes a third to a half of the time.
+`factor.py` is for a linear solid: factored once, and a tick solves for a few nodes. Here
+the matrix is factored in every tick and solved for all unknowns; the analysis of the pattern
+(`symbolic.py`), a third to a half of the time of a whole factorisation, is not repeated.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from cohaptic_server.numeric import Floats
 
 
 class Indefinite(BodyError):
-    """A matrix is not positive definite: it has no Cholesky factor."""
+    """The matrix is not positive definite: it has no Cholesky factor."""
 
 
 class Refactored:
-    """A symmetric positive definite matrix, factored.
+    """The factor of a symmetric positive definite matrix.
 
     Args:
-        analysis: Of its pattern.
-        entries: In the order of `analysis.entries`, shape (e,).
+        analysis: Analysis of its pattern.
+        entries: Its entries in the order of `analysis.entries`, shape (e,).
 
     Raises:
-        Indefinite: It is not positive definite.
+        Indefinite: The matrix is not positive definite.
     """
 
     def __init__(self, analysis: Analysis, entries: Floats) -> None:
@@ -37,11 +37,11 @@ class Refactored:
         for k, front in enumerate(analysis.fronts):
             a, b = len(front.own), len(front.border)
             both, rest = np.zeros((a + b) * a), np.zeros(b * b)
-            both[front.places] = entries[front.entries]
+            both[front.targets] = entries[front.entries]
             for child in front.children:
-                given = updates.pop(child.front).ravel(order="K")
-                both[child.own] += given[child.own_from]
-                rest[child.rest] += given[child.rest_from]
+                update = updates.pop(child.front).ravel(order="K")
+                both[child.own] += update[child.own_from]
+                rest[child.rest] += update[child.rest_from]
             own = both[: a * a].reshape((a, a), order="F")
             lower, failed = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
             if failed:

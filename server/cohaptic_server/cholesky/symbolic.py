@@ -1,8 +1,8 @@
-"""Which front of a sparse Cholesky factor holds what: all of it that the pattern alone decides.
+"""Symbolic analysis of a sparse Cholesky factor: everything that the pattern alone determines.
 
 Each part of the tree of `dissection.py` is a dense front of its own nodes and of the border that
-they have to their ancestors. A matrix whose entries change and whose pattern does not, as the
-tangent of a nonlinear solid, is analysed once and factored (`refactoring.py`) over and over.
+they have to their ancestors. A matrix whose entries change and whose pattern does not, such as the
+tangent of a nonlinear solid, is analysed once and factored (`refactor.py`) many times.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class Child:
-    """A front whose update goes into its parent, entry by entry of its lower triangle.
+    """A front whose update is added to its parent, entry by entry of its lower triangle.
 
     Args:
-        front: Its place in the list.
-        own: Places in the parent's own block and, counted on, in the block below it.
-        own_from: Where in the update they come from.
-        rest: Places in the parent's own update.
-        rest_from: Where they come from.
+        front: Index of the front in the list.
+        own: Target indices in the parent's own block and, counted on, in the block below it.
+        own_from: Their source indices in the update.
+        rest: Target indices in the parent's update.
+        rest_from: Their source indices in the update.
     """
 
     front: int
@@ -41,29 +41,29 @@ class Front:
 
     Args:
         own: Degrees of freedom eliminated here, shape (a,).
-        border: Those of ancestors that they meet, by order of elimination, shape (b,).
-        entries: Which of the analysis' entries are its own.
-        places: Where they go: first in the own block (a, a), then, counted on, in the block
-            below it (b, a), both column by column, shape (e,).
-        children: Whose updates it takes in.
+        border: Those of ancestors that they are coupled to, in order of elimination, shape (b,).
+        entries: Its part of the analysis' entries.
+        targets: Their indices in the own block (a, a) and, counted on, in the block below it
+            (b, a), both column by column, shape (e,).
+        children: Fronts whose updates are added to it.
     """
 
     own: Ints
     border: Ints
     entries: slice
-    places: Ints
+    targets: Ints
     children: list[Child]
 
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """A pattern, ready for numbers.
+    """The analysis of a pattern, ready for the numerical factorisation.
 
     Args:
         fronts: Children before their parents.
-        entries: Places in the matrix' data of what a factorisation reads, shape (e,): each pair of
-            entries that are each other's mirror image is read once.
-        size: How many unknowns there are.
+        entries: Indices into the matrix' data of the entries that a factorisation reads, shape
+            (e,): of a symmetric pair it reads one.
+        size: Number of unknowns.
     """
 
     fronts: list[Front]
@@ -72,19 +72,18 @@ class Analysis:
 
 
 def analyse(matrix: sp.csr_array, points: Floats) -> Analysis:
-    """Fronts for a symmetric matrix of 3x3 blocks; twice the memory of its factor.
+    """Fronts for a symmetric matrix of 3x3 blocks; they take twice the memory of its factor.
 
     Args:
-        matrix: Shape (3 n, 3 n); only its pattern counts, which is
-            symmetric too.
-        points: Place of each node, shape (n, 3) [m].
+        matrix: Shape (3 n, 3 n), of symmetric pattern; its values have no effect.
+        points: Position of each node, shape (n, 3) [m].
     """
     graph = graph_of(matrix)
     parts = dissect(points, graph)
     borders = [dofs(border) for border in borders_of(graph, parts)]
     local = np.full(matrix.shape[0], -1, dtype=np.int64)
     fronts: list[Front] = []
-    found: list[Ints] = []
+    read: list[Ints] = []
     count = 0
     for part, border in zip(parts, borders, strict=True):
         own = dofs(part.own)
@@ -95,24 +94,31 @@ def analyse(matrix: sp.csr_array, points: Floats) -> Analysis:
         entries = np.arange(int(lengths.sum())) + first
         column = np.repeat(np.arange(a), lengths)
         row = local[matrix.indices[entries]]
-        # Below the children lies what was eliminated there: their updates carry it.
+        # Unknowns of descendants are eliminated already; their updates contain them.
         kept = row >= column
         entries, row, column = entries[kept], row[kept], column[kept]
-        places = np.where(row < a, row + a * column, a * a + row - a + b * column)
+        targets = np.where(row < a, row + a * column, a * a + row - a + b * column)
         children: list[Child] = []
         for child in part.children:
             where = local[borders[child]]
             children.append(_child(child, where, a, b))
         local[own] = local[border] = -1
         own_entries = slice(count, count + len(entries))
-        fronts.append(Front(own, border, own_entries, places, children))
-        found.append(entries)
+        fronts.append(Front(own, border, own_entries, targets, children))
+        read.append(entries)
         count += len(entries)
-    return Analysis(fronts, np.concatenate(found), matrix.shape[0])
+    return Analysis(fronts, np.concatenate(read), matrix.shape[0])
 
 
 def _child(front: int, where: Ints, a: int, b: int) -> Child:
-    """Of an update whose rows go to the rows `where` of a front of a own and b bordering ones."""
+    """The map of a child's update into its parent.
+
+    Args:
+        front: Index of the child.
+        where: Row of the parent for each row of the update, shape (k,).
+        a: Number of the parent's own unknowns.
+        b: Number of its bordering unknowns.
+    """
     k = len(where)
     column, row = np.triu_indices(k)  # the lower triangle, column by column
     source = row + k * column
@@ -129,7 +135,7 @@ def dofs(nodes: Ints) -> Ints:
 
 
 def graph_of(matrix: sp.csr_array) -> sp.csr_array:
-    """Which nodes meet, from a matrix of 3x3 blocks."""
+    """The graph of coupled nodes of a matrix of 3x3 blocks, shape (n, n)."""
     n = matrix.shape[0] // 3
     rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
     ones = np.ones(matrix.nnz, dtype=np.int8)
@@ -138,15 +144,19 @@ def graph_of(matrix: sp.csr_array) -> sp.csr_array:
 
 
 def borders_of(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Nodes of ancestors that each part meets once its children are gone, by elimination order."""
-    place = np.empty(graph.shape[0], dtype=np.int64)
-    place[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])
+    """Nodes of ancestors to which each part is coupled once its children are eliminated.
+
+    Returns:
+        For each part its border, in order of elimination.
+    """
+    position = np.empty(graph.shape[0], dtype=np.int64)
+    position[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])
     last = -1
     borders: list[Ints] = []
     for part in parts:
         last += len(part.own)
-        near = [np.asarray(graph[part.own].indices, dtype=np.int64)]
-        met = np.unique(np.concatenate(near + [borders[child] for child in part.children]))
-        met = met[place[met] > last]
-        borders.append(met[np.argsort(place[met])])
+        coupled = [np.asarray(graph[part.own].indices, dtype=np.int64)]
+        met = np.unique(np.concatenate(coupled + [borders[child] for child in part.children]))
+        met = met[position[met] > last]
+        borders.append(met[np.argsort(position[met])])
     return borders

@@ -65,7 +65,7 @@ class Inspection:
         low, middle, high = np.percentile(free, [0.0, 50.0, 100.0])
         softest = 1e3 * shape.mesh.vertices[int(self.stiffness.argmin())]
         size = 1e3 * np.ptp(shape.mesh.vertices, axis=0)
-        column_bytes = solid.columns.capacity * solid.columns.column_bytes
+        column_bytes = solid.columns.store.capacity * solid.columns.store.column_bytes
         one, many = (1e3 * t for t in self.cost.ticks)
         slivers = f", {q.slivers} below 0.01" if q.slivers else ""
         return [
@@ -144,7 +144,7 @@ def inspect_object(
     solid = built.solid
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    fixed = shape.held[shape.surface] | (compliance < _RIGID)
+    fixed = shape.fixed[shape.surface] | (compliance < _RIGID)
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(
@@ -193,8 +193,8 @@ def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
 
 
 def _held(shape: SolidShape) -> str:
-    share = float(shape.held[shape.surface].mean())
-    return f"{int(shape.held.sum()):,} nodes, {share:.0%} of the vertices of the surface"
+    share = float(shape.fixed[shape.surface].mean())
+    return f"{int(shape.fixed.sum()):,} nodes, {share:.0%} of the vertices of the surface"
 
 
 def _bytes(count: float) -> str:

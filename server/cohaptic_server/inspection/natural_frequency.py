@@ -18,7 +18,7 @@ import scipy.sparse.linalg
 
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
 from cohaptic_server.bodies.solid.stiffness import stiffness
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats
 
@@ -61,13 +61,13 @@ def lowest_frequency(
     Raises:
         BodyError: The stiffness is not positive definite.
     """
-    free = np.flatnonzero(~shape.held)
+    free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     K = stiffness(shape.tets, shape.elements, len(shape.nodes), settings.young, settings.nu)
     K = sp.csr_array(K[dof][:, dof])
     # A served solid's factor leaves out the interior; here interior nodes carry mass too.
     every_node = np.ones(len(free), dtype=np.bool_)
-    factor = Factor(K, shape.nodes[free], every_node, progress)
+    factor = factorise(K, shape.nodes[free], every_node, progress)
     nodes = np.arange(len(free))
 
     def solve(force: Floats) -> Floats:

@@ -45,13 +45,13 @@ def tick_cost(solid: Solid, clock: Clock) -> TickCost:
         clock: Clock for the measurement.
     """
     mesh = solid.mesh
-    free = np.flatnonzero(~solid.shape.held[solid.shape.surface])
+    free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
     vertices = free[spread_over(mesh.vertices[free], max(USERS))]
     solid.in_background()
     with threadpool_limits(limits=1):  # as on the server
         start = clock.now()
         _ticks(solid, vertices[:1], clock, 1)
-        solid.find(64)
+        solid.solve_missing(64)
         latency = clock.now() - start
         medians = tuple(
             float(np.median(_ticks(solid, vertices[:users], clock, _TICKS))) for users in USERS
@@ -84,8 +84,8 @@ def _ticks(
         state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
         times.append(clock.now() - start)
         # On a server a thread beside the tick solves for the missing columns.
-        while len(solid.wanted) and not solid.waiting:
-            solid.find(64)
+        while len(solid.missing) and not solid.pending:
+            solid.solve_missing(64)
     return times
 
 

@@ -1,1 +1,1 @@
-"""Meshes of surfaces and of solids: their geometry and what is measured on them, no elasticity."""
+"""Meshes of surfaces and of solids: geometry and measurements, without elasticity."""

@@ -1,4 +1,4 @@
-"""From blocks per triangle to vectors and sparse matrices over all vertices."""
+"""Assembly of blocks per triangle into vectors and sparse matrices over all vertices."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Its gradient times a pressure is the force of the water on the vertices; its Hessian times the
 pressure is the stiffness of a pressure that follows the surface. On a closed surface both are
-unchanged by a translation, so an unheld balloon can be moved at no cost.
+unchanged by a translation, so moving a free balloon takes no work.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Meshes that we make ourselves."""
+"""A sphere of nearly equal triangles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
-    """A sphere of nearly equal triangles; each subdivision has four times the faces.
+    """A subdivided icosahedron on a sphere; each subdivision quadruples the faces.
 
     Returns:
         Vertices (n, 3) [m] and faces (m, 3); n is 42, 162, 642, 2562 for 1 to 4 subdivisions.

@@ -1,4 +1,4 @@
-"""Nearest points of a surface."""
+"""Nearest points on a surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from cohaptic_server.numeric import Floats
 
 
 def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
-    """Nearest point of the resting surface, on or next to the face of the nearest sample of it."""
+    """Nearest point of the resting surface to `p` (3,) [m], shape (3,) [m].
+
+    It is sought on the face of the nearest quadrature point and on that face's neighbours.
+    """
     face = int(mesh.quadrature.tree.query(p)[1]) // mesh.split**2
     candidates = nearest_on_triangles(mesh.vertices[mesh.faces[mesh.around[face]]], p)
     gap = candidates - p

@@ -1,4 +1,4 @@
-"""The pressure of a fingertip on a surface: its vertices and the share of the force on each."""
+"""The pressure of a fingertip on a surface, as shares of its force on vertices."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from cohaptic_server.numeric import Floats, Ints
 def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Floats) -> Floats:
     """The point of the smooth resting surface over a point of a facet, shape (3,) [m].
 
-    Each vertex under the pressure says where the surface is by its position and its normal; the
-    mean of its normal and the common one makes that exact to second order, so on every quadric.
+    Each vertex under the pressure estimates the height of the surface from its position and normal;
+    the mean of its normal and the common one makes the estimate exact to second order, and so on
+    every quadric.
 
     Args:
         mesh: Resting surface.
-        foot: On a facet, shape (3,) [m].
-        vertices: Under the pressure, shape (k,).
-        weights: Share of each, shape (k,).
+        foot: A point on a facet, shape (3,) [m].
+        vertices: Vertices under the pressure, shape (k,).
+        weights: Share of the force on each, shape (k,).
     """
     normals = mesh.normals[vertices]
     n = weights @ normals
@@ -33,8 +34,14 @@ def smooth_point(mesh: SurfaceMesh, foot: Floats, vertices: Ints, weights: Float
 def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Floats]:
     """Vertices under a pressure round `point`, and the share of the force on each.
 
-    The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point hands its part
-    to the corners of its face. A radius below the mesh's resolution ends on the nearest point.
+    The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point distributes its
+    part to the corners of its face. A radius below the mesh's resolution loads the nearest
+    quadrature point alone.
+
+    Args:
+        mesh: Resting surface.
+        point: Centre of the pressure, shape (3,) [m].
+        radius: Contact radius [m].
 
     Returns:
         Vertices (k,) and weights (k,) that sum to 1.

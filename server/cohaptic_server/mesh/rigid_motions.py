@@ -1,4 +1,4 @@
-"""Motions that store no energy."""
+"""Rigid motions, which store no energy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from cohaptic_server.numeric import Floats
 
 
 def rigid_motions(x: Floats) -> Floats:
-    """Three translations and three rotations about the origin, shape (3 n, 6)."""
+    """Displacement by the three translations and the three rotations about the origin.
+
+    Args:
+        x: Shape (n, 3) [m].
+
+    Returns:
+        Shape (3 n, 6); translations of 1 m, rotations of 1 rad to first order.
+    """
     motions = np.zeros((len(x), 3, 6))
     motions[:, :, :3] = np.eye(3)
     for axis in range(3):
@@ -17,7 +24,7 @@ def rigid_motions(x: Floats) -> Floats:
 
 
 def rigid_rank(x: Floats) -> int:
-    """How many of the six rigid motions are stopped by holding the points `x`, shape (n, 3)."""
+    """Number of the six rigid motions that fixing the points `x`, shape (n, 3) [m], excludes."""
     centred = x - x.mean(axis=0)
     size = float(np.abs(centred).max()) or 1.0
     return int(np.linalg.matrix_rank(rigid_motions(centred / size), tol=1e-6))

@@ -1,4 +1,4 @@
-"""Points spread evenly over a set of points."""
+"""An evenly spread subset of points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,15 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def spread_over(points: Floats, count: int) -> Ints:
-    """Points far from each other, each the farthest from those before it, shape (<= count,)."""
+    """Farthest-point sampling: each point is the farthest from those chosen before it.
+
+    Args:
+        points: Shape (n, 3) [m].
+        count: Largest number of points.
+
+    Returns:
+        Indices of the chosen points, shape (min(n, count),).
+    """
     if len(points) <= count:
         return np.arange(len(points), dtype=np.int64)
     chosen = [int(np.argmin(points[:, 0]))]

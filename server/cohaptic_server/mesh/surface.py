@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints, cross
 
-# Each face carries SPLIT^2 quadrature points: a contact then slides over the mesh without a step.
-# On a mesh of more than FINE faces one contact has so many that their middles do.
+# Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
+# On a mesh of more than FINE faces a contact covers so many that their centroids suffice.
 SPLIT = 3
 FINE = 10_000
 
@@ -22,10 +22,10 @@ class Quadrature:
 
     Args:
         points: Shape (q, 3) [m].
-        areas: Share of the surface that each stands for, shape (q,) [m^2].
+        areas: Area that each represents, shape (q,) [m^2].
         vertices: Corners of each point's face, shape (q, 3).
         shares: Barycentric coordinates, shape (q, 3).
-        tree: Of `points`.
+        tree: Search tree over `points`.
     """
 
     points: Floats
@@ -37,7 +37,7 @@ class Quadrature:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """Vertices and faces of a resting surface, and what follows from them.
+    """Vertices and faces of a resting surface, and quantities derived from them.
 
     Args:
         vertices: Shape (n, 3) [m].
@@ -50,7 +50,7 @@ class SurfaceMesh:
         normals: Outward unit normal of each vertex, shape (n, 3).
         split: Quadrature points of a face, as the square root of their number.
         size: Radius of the sphere of the same area [m].
-        tree: Of `vertices`.
+        tree: Search tree over `vertices`.
     """
 
     vertices: Floats
@@ -79,12 +79,16 @@ class SurfaceMesh:
             array.setflags(write=False)
 
     def spacing(self, count: int | None = None) -> float:
-        """Mean distance between vertices spread evenly, its own or `count` of them [m]."""
+        """Mean distance between neighbours of evenly spread vertices [m].
+
+        Args:
+            count: Number of vertices; the mesh's own if not given.
+        """
         n = len(self.vertices) if count is None else count
         return float(self.size * (4.0 * np.pi / n) ** 0.5)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Vertices of the resting surface within `radius` of a point, rising, shape (k,)."""
+        """Vertices of the resting surface within `radius` [m] of a point, rising, shape (k,)."""
         return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
 
 
@@ -97,11 +101,11 @@ def face_area_vectors(x: Floats, faces: Ints) -> Floats:
 def vertex_normals(x: Floats, faces: Ints) -> Floats:
     """Unit normal of each vertex, shape (n, 3).
 
-    A face counts by its area vector over the squares of the two edges that meet at the vertex: on
-    a sphere the sum is exact, whatever the triangles (Max 1999).
+    Each face has the weight of its area vector over the squares of the two edges that meet at the
+    vertex: on a sphere the sum is exact for any triangles (Max 1999).
     """
     corners = x[faces]  # (m, 3, 3)
-    edges = corners[:, [1, 2, 0]] - corners  # that leave each corner
+    edges = corners[:, [1, 2, 0]] - corners  # from each corner to the next
     squares = np.einsum("mci,mci->mc", edges, edges)
     both = squares * squares[:, [2, 0, 1]]
     vectors = cross(edges[:, 0], -edges[:, 2])
@@ -112,7 +116,7 @@ def vertex_normals(x: Floats, faces: Ints) -> Floats:
 
 
 def _rings(faces: Ints, n: int) -> Ints:
-    """Faces round each vertex as a rectangular table; a row repeats its first face to fill up."""
+    """Faces round each vertex as a rectangular table; short rows repeat their first face."""
     order = np.argsort(faces.ravel(), kind="stable")
     counts = np.bincount(faces.ravel(), minlength=n)
     if counts.min(initial=1) == 0:

@@ -1,4 +1,4 @@
-"""A volume mesh of tetrahedra as a frozen value, and the surface that it shows."""
+"""A volume mesh of tetrahedra as a frozen value, and its boundary surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import scipy.sparse.csgraph
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, as CalculiX numbers
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, in CalculiX' order
 _FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise seen from outside
 _FLAT = 1e-9  # volume over that of the cube of its longest edge
 
@@ -30,10 +30,10 @@ class TetMesh:
 
     @classmethod
     def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
-        """A mesh from outside: unused vertices go, inverted tetrahedra are turned.
+        """A mesh from outside: drop unused vertices, reorient inverted tetrahedra.
 
         Raises:
-            BodyError: Nothing in it, a value that is no number, flat tetrahedra, several pieces.
+            BodyError: It is empty, not finite, in several pieces, or has flat tetrahedra.
         """
         if tets.ndim != 2 or tets.shape[1] != 4 or not len(tets):
             raise BodyError(f"a solid needs tetrahedra of four corners; these are {tets.shape}")
@@ -61,7 +61,7 @@ class TetMesh:
 
     @property
     def volume(self) -> float:
-        """Of all tetrahedra [m^3]."""
+        """Volume of all tetrahedra [m^3]."""
         return float(volumes(self.vertices, self.tets).sum())
 
 
@@ -72,7 +72,7 @@ def volumes(x: Floats, tets: Ints) -> Floats:
 
 
 def boundary(tets: Ints) -> Ints:
-    """Faces that belong to one tetrahedron only, seen from outside, shape (f, 3)."""
+    """Faces that belong to one tetrahedron only, counter-clockwise from outside, shape (f, 3)."""
     faces = tets[:, np.array(_FACES)].reshape(-1, 3)
     key = np.sort(faces, axis=1)
     _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
@@ -87,14 +87,14 @@ def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
         corners and six middles in the order of `EDGES`, shape (m, 10).
     """
     pairs = np.sort(mesh.tets[:, np.array(EDGES)].reshape(-1, 2), axis=1)
-    edges, which = np.unique(pairs, axis=0, return_inverse=True)
+    edges, index = np.unique(pairs, axis=0, return_inverse=True)
     middles = mesh.vertices[edges].mean(axis=1)
-    numbers = len(mesh.vertices) + which.reshape(-1, 6)
+    numbers = len(mesh.vertices) + index.reshape(-1, 6)
     return np.concatenate([mesh.vertices, middles]), np.concatenate([mesh.tets, numbers], axis=1)
 
 
 def quadratic_boundary(elements: Ints) -> Ints:
-    """Surface of ten-node tetrahedra, each face cut into four by its middles, shape (4 f, 3)."""
+    """Boundary of ten-node tetrahedra, each face cut into four at its edges' middles, (4 f, 3)."""
     corner = {frozenset(pair): 4 + k for k, pair in enumerate(EDGES)}
     faces = elements[:, np.array(_FACES)].reshape(-1, 3)
     middles = np.array(
@@ -110,7 +110,7 @@ def quadratic_boundary(elements: Ints) -> Ints:
 
 
 def _pieces(tets: Ints, n: int) -> int:
-    """Parts that hang together by shared corners."""
+    """Number of parts without a common vertex."""
     rows, columns = np.repeat(tets[:, 0], 3), tets[:, 1:].ravel()
     graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
     count, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)

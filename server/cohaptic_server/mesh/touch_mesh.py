@@ -1,10 +1,10 @@
-"""The surface as a finger needs it: of a fine mesh, as few vertices as its contact can tell apart.
+"""The surface for touch: as few vertices of a fine mesh as a contact can tell apart.
 
-A patch holds a bounded number of vertices, and a mesh may be as fine as its maker likes. What a
-contact feels is an average over its pressure, so that vertices much closer together than its radius
-say the same thing twice, and end before a sliding hand does. A fine mesh is therefore thinned for
-touching: some of its vertices, spread evenly, and between them the triangles of their regions
-(the dual of their Voronoi diagram on the surface). What is seen stays as it is.
+A patch holds a bounded number of vertices, while a mesh may be arbitrarily fine. A contact averages
+over its pressure: vertices much closer together than its radius carry the same information, and a
+patch of them ends before a sliding hand does. A fine mesh is therefore thinned for
+touch: evenly spread vertices of it, and the dual triangles of their Voronoi regions on the surface.
+The mesh that is shown is not thinned.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
-APART = 0.7  # contact radii: the least distance between two vertices of a thinned mesh
-_WORTH = 0.75  # of that distance: a mesh with vertices further apart is taken as it is
+APART = 0.7  # least distance between two vertices of a thinned mesh, in contact radii
+_COARSE = 0.75  # share of that distance; a mesh of larger vertex spacing is not thinned
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,50 +29,51 @@ class TouchMesh:
     """Some vertices of a surface and the triangles between them.
 
     Args:
-        vertices: As indices into the whole surface, rising, shape (t,).
-        faces: As indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
-        places: Of the vertices at rest, shape (t, 3) [m].
-        normals: Of the whole surface there, shape (t, 3).
-        spacing: Mean distance between neighbours, as if they were spread evenly [m].
+        vertices: Indices into the whole surface, rising, shape (t,).
+        faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
+        points: Positions of the vertices at rest, shape (t, 3) [m].
+        normals: Normals of the whole surface there, shape (t, 3).
+        spacing: Mean distance between neighbours of evenly spread vertices [m].
 
     Attributes:
-        tree: Of `places`.
+        tree: Search tree over `points`.
     """
 
     vertices: Ints
     faces: Ints
-    places: Floats
+    points: Floats
     normals: Floats
     spacing: float
     tree: cKDTree = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tree", cKDTree(self.places))
-        for array in (self.vertices, self.faces, self.places, self.normals):
+        object.__setattr__(self, "tree", cKDTree(self.points))
+        for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Its vertices within `radius` of a point at rest, by its own numbers, rising."""
+        """Indices into `vertices` within `radius` [m] of a point at rest, rising, shape (k,)."""
         return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
 
     def among(self, vertices: Ints) -> Ints:
-        """Those of some vertices of the whole surface that are its own, in their order."""
-        place = self.vertices.searchsorted(vertices)
-        return np.asarray(vertices[self.vertices.take(place, mode="clip") == vertices])
+        """Those of some vertices of the whole surface that the touch mesh has, in their order."""
+        index = self.vertices.searchsorted(vertices)
+        return np.asarray(vertices[self.vertices.take(index, mode="clip") == vertices])
 
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
-    """Vertices that are no closer together than a distance, where a mesh has too many.
+    """Thin a mesh to vertices with a least distance between them.
 
-    Two sides of a thin part are no neighbours, however close: their normals part them.
+    A mesh that is coarse enough is taken whole. Two sides of a thin part are never neighbours,
+    however close: their normals distinguish them.
 
     Args:
         mesh: Resting surface.
         apart: Least distance between two vertices [m].
     """
-    # Of a body hardly larger than its contacts there is to be left as much as a frame holds.
-    apart = min(apart, _WORTH * mesh.spacing(MAX_VERTICES))
-    if mesh.spacing() >= _WORTH * apart:
+    # On small bodies keep at least `MAX_VERTICES` vertices, as many as a frame holds.
+    apart = min(apart, _COARSE * mesh.spacing(MAX_VERTICES))
+    if mesh.spacing() >= _COARSE * apart:
         return _touch_mesh(mesh, np.arange(len(mesh.vertices)), mesh.faces)
     chosen = _spread(mesh, apart)
     faces = _dual(mesh, chosen)
@@ -81,12 +82,12 @@ def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
 
 
 def _touch_mesh(mesh: SurfaceMesh, vertices: Ints, faces: Ints) -> TouchMesh:
-    places, normals = mesh.vertices[vertices], mesh.normals[vertices]
-    return TouchMesh(vertices, faces.copy(), places, normals, mesh.spacing(len(vertices)))
+    points, normals = mesh.vertices[vertices], mesh.normals[vertices]
+    return TouchMesh(vertices, faces.copy(), points, normals, mesh.spacing(len(vertices)))
 
 
 def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
-    """Vertices none of which is near another, and one of which is near any, rising."""
+    """A maximal set of vertices with at least a distance `apart` [m] between them, rising."""
     n = len(mesh.vertices)
     pairs = np.asarray(mesh.tree.query_pairs(apart, output_type="ndarray"), dtype=np.int64)
     same_side = (mesh.normals[pairs[:, 0]] * mesh.normals[pairs[:, 1]]).sum(axis=1) > 0.0
@@ -95,7 +96,7 @@ def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
     near = csr_array((np.ones(len(both), dtype=np.bool_), (both[:, 0], both[:, 1])), shape=(n, n))
     free = np.ones(n, dtype=np.bool_)
     chosen: list[int] = []
-    # From one end to the other, ring by ring: vertices chosen in a row lie as close as they may.
+    # In order of height, so that successive choices lie close to the least distance.
     for k in np.argsort(mesh.vertices[:, 2], kind="stable").tolist():
         if free[k]:
             chosen.append(k)
@@ -104,7 +105,7 @@ def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
 
 
 def _dual(mesh: SurfaceMesh, chosen: Ints) -> Ints:
-    """Triangles between the chosen: where the regions of three of them meet, shape (m, 3)."""
+    """Triangles where the Voronoi regions of three chosen vertices meet, shape (m, 3)."""
     n = len(mesh.vertices)
     edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
     edges = np.unique(np.sort(edges, axis=1), axis=0)
@@ -113,9 +114,9 @@ def _dual(mesh: SurfaceMesh, chosen: Ints) -> Ints:
     _, _, source = dijkstra(
         graph, directed=False, indices=chosen, min_only=True, return_predecessors=True
     )
-    place = np.full(n + 1, -1, dtype=np.int64)
-    place[chosen] = np.arange(len(chosen))
-    regions = place[source[mesh.faces]]  # -9999 where nothing leads: never, with one on each piece
+    index = np.full(n + 1, -1, dtype=np.int64)
+    index[chosen] = np.arange(len(chosen))
+    regions = index[source[mesh.faces]]  # every piece has a chosen vertex: none is unreached
     a, b, c = regions.T
     met = regions[(a != b) & (b != c) & (c != a) & (regions.min(axis=1) >= 0)]
     _, first = np.unique(np.sort(met, axis=1), axis=0, return_index=True)

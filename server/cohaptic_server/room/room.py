@@ -193,7 +193,7 @@ class Room:
         if self._touch_mesh is None:
             _ = self.touched_body.vertex_compliance
             touched = self.touched_body.mesh
-            self._touch_mesh = _mesh_frame(touched.places, touched.faces)
+            self._touch_mesh = _mesh_frame(touched.points, touched.faces)
         return self._touch_mesh
 
     def leave(self, user: int, reason: str = "left") -> UserLeft | None:

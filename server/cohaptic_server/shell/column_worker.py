@@ -18,7 +18,8 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from cohaptic.runtime.scheduling import stand_back
-from cohaptic_server.bodies.solid.green_columns import Column, Order, solve_columns
+from cohaptic_server.bodies.solid.column_store import Column
+from cohaptic_server.bodies.solid.green_columns import ColumnRequest, solve_columns
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Ints
@@ -31,7 +32,7 @@ class ColumnWorker:
     """Brings columns to one solid while it is served.
 
     Args:
-        body: It answers from its coarse twin from now on until columns come.
+        body: It answers from its far field from now on until columns come.
     """
 
     def __init__(self, body: Solid) -> None:
@@ -61,17 +62,17 @@ class ColumnWorker:
     def pump(self) -> None:
         """Hand over what was found, and ask for what is wanted now; before each tick, in no time.
 
-        A process that has died is no error: the coarse twin goes on.
+        A process that has died is no error: the far field still answers.
         """
         try:
             if self._asked and self._pipe.poll():
                 vertices, count = self._pipe.recv()
                 self._asked = False
-                self._body.bring(self._found(vertices, count))
-            elif not self._asked and not self._body.waiting:
-                order = self._body.order(BATCH)
-                if order is not None:
-                    self._pipe.send((order.vertices.tolist(), self._place(order.rows)))
+                self._body.deliver(self._found(vertices, count))
+            elif not self._asked and not self._body.pending:
+                request = self._body.request(BATCH)
+                if request is not None:
+                    self._pipe.send((request.vertices.tolist(), self._place(request.rows)))
                     self._asked = True
         except (OSError, EOFError):
             self._asked = True
@@ -107,8 +108,8 @@ def _work(pipe: Connection, factor: Factor, nodes: Ints, rows: Any, values: Any)
         while True:
             try:
                 vertices, count = pipe.recv()
-                order = Order(np.array(vertices), _view(rows, np.int64)[:count].copy())
-                found = solve_columns(factor, nodes, order)
+                request = ColumnRequest(np.array(vertices), _view(rows, np.int64)[:count].copy())
+                found = solve_columns(factor, nodes, request)
                 _view(values, np.float32)[: found.size] = found.ravel()
                 pipe.send((vertices, count))
             except (OSError, EOFError):

@@ -1,1 +1,5 @@
-"""Shapes to press on in tests and benchmarks."""
+"""Test objects, and the laws of an elastic body as one check; for tests, benchmarks and users."""
+
+from cohaptic_server.testing.check_body import BrokenLawError, check_body
+
+__all__ = ["BrokenLawError", "check_body"]

@@ -1,4 +1,4 @@
-"""Tetrahedral meshes that we make ourselves: a block, and a half space to measure against."""
+"""Tetrahedral test meshes: a block, and a half ball in place of a half space."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
 
-_BEND = 1.8
+_GRADING = 1.8  # exponent that draws layers of the core towards its face
 
 
 def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
-    """Six tetrahedra in each cell of a grid, about the diagonal that leads away from x = y = 0.
+    """Six tetrahedra in each cell of a grid, about the diagonal that points away from x = y = 0.
 
     Args:
-        xs: Rising places of the grid's planes [m]; ys and zs likewise.
+        xs: Rising positions of the planes across x [m].
+        ys: Across y [m].
+        zs: Across z [m].
     """
     shape = (len(xs), len(ys), len(zs))
     x = np.stack(np.meshgrid(xs, ys, zs, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(x)).reshape(shape)
     cells = np.stack(np.meshgrid(*(np.arange(k - 1) for k in shape), indexing="ij"), axis=-1)
     cells = cells.reshape(-1, 3)
-    # A cell left of the middle is the mirror of one right of it: the faces between them agree.
+    # Cells are mirrored at the middle, so that the faces between neighbours agree.
     flip = np.stack(
         [xs[cells[:, 0] + 1] <= 0.0, ys[cells[:, 1] + 1] <= 0.0, np.zeros(len(cells), dtype=bool)],
         axis=1,
@@ -36,8 +38,8 @@ def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
             corner = corner.copy()
             corner[:, axis] = 1
             path.append(corner)
-        places = [cells + np.where(flip, 1 - c, c) for c in path]
-        tets.append(np.stack([number[tuple(p.T)] for p in places], axis=1))
+        corners = [cells + np.where(flip, 1 - c, c) for c in path]
+        tets.append(np.stack([number[tuple(p.T)] for p in corners], axis=1))
     return TetMesh.checked(x, np.concatenate(tets))
 
 
@@ -45,8 +47,8 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetM
     """A block that stands on z = 0, its foot centred on the origin.
 
     Args:
-        size: Along x, y, z [m].
-        cells: Along x, y, z.
+        size: Length along x, y, z [m].
+        cells: Number of cells along x, y, z.
     """
     (lx, ly, lz), (nx, ny, nz) = size, cells
     xs, ys = np.linspace(-0.5 * lx, 0.5 * lx, nx + 1), np.linspace(-0.5 * ly, 0.5 * ly, ny + 1)
@@ -54,28 +56,28 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetM
 
 
 def half_ball(core: Floats, shells: Floats) -> TetMesh:
-    """A half ball below z = 0: a stand-in for a half space, fine near its centre.
+    """A half ball below z = 0 that approximates a half space, fine near its centre.
 
-    The core is a grid of cubes drawn out radially, cube k to the half sphere of `core[k]`; the
-    shells go on outwards from its triangles, so that they cost the same each.
+    The core is a grid of cubes projected radially, cube k onto the half sphere of `core[k]`; the
+    shells continue its triangles outwards, each with the same number of elements.
 
     Args:
-        core: Rising radii, the first of them 0, shape (k + 1,) [m].
-        shells: Rising radii beyond the core's, shape (s,) [m].
+        core: Rising radii of the core, the first of them 0, shape (k + 1,) [m].
+        shells: Rising radii of the shells beyond the core, shape (s,) [m].
     """
     k = len(core) - 1
     line = np.arange(-k, k + 1, dtype=np.float64)
     cube = grid(line, line, np.arange(0, k + 1, dtype=np.float64))
     ring = np.abs(cube.vertices).max(axis=1).round().astype(np.int64)
-    # Closer together under the face, where the stress at the edge of a punch has no limit.
+    # Layers are closer together under the face: the stress at the edge of a punch is singular.
     bent = cube.vertices.copy()
-    bent[:, 2] *= (bent[:, 2] / np.maximum(ring, 1)) ** (_BEND - 1.0)
+    bent[:, 2] *= (bent[:, 2] / np.maximum(ring, 1)) ** (_GRADING - 1.0)
     length = np.linalg.norm(bent, axis=1)
     unit = bent / np.where(length > 0.0, length, 1.0)[:, None]
     layers, tets = [unit * core[ring][:, None]], [cube.tets]
     outer = np.flatnonzero(ring == k)
     skin = boundary(cube.tets)
-    # By rising number of their corners prisms are cut along the same diagonals on both sides.
+    # Corners in rising order cut neighbouring prisms along the same diagonals.
     skin = np.sort(np.searchsorted(outer, skin[(ring[skin] == k).all(axis=1)]), axis=1)
     below, start = outer, len(unit)
     for radius in shells.tolist():

@@ -1,7 +1,7 @@
 """A ring of soft tissue of any size: fine at its surface, coarse inside.
 
-What is touched is the surface, so that is where the vertices are; below, each layer has half as
-many. Tests and benchmarks press on it, as on `blocks.py`.
+Most vertices lie on the surface, which is touched; each layer below has half as many. Tests and
+benchmarks press on it, as on the meshes of `blocks.py`.
 """
 
 from __future__ import annotations
@@ -9,37 +9,42 @@ from __future__ import annotations
 import numpy as np
 
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
 
-RING, TUBE = 0.06, 0.025  # m; radius of the middle of the tube, and of the tube
-FOOT = -0.9 * TUBE  # m; what is below stands on a table and is held
+RING, TUBE = 0.06, 0.025  # m; radius of the ring's centre line, and of the tube
+FOOT = -0.9 * TUBE  # m; vertices below this height stand on a table and are fixed
 
 _FLATNESS = 0.7  # depth of a layer over the width of its cells
 _CORE = 6  # vertices round the innermost tube
 
 
 def ring(along: int, across: int) -> TetMesh:
-    """A solid torus about the z axis, with that many vertices along its ring and round its tube."""
+    """A solid torus about the z axis.
+
+    Args:
+        along: Vertices of the surface along the ring.
+        across: Vertices of the surface round the tube.
+    """
     n, m, radius = along, across, TUBE
     above = np.arange(n * m).reshape(n, m)
-    places, tets, count = [_torus(n, m, radius)], list[Ints](), n * m
+    points, tets, count = [_torus(n, m, radius)], list[Ints](), n * m
     while m > _CORE:
         long, wide = 2.0 * np.pi * RING / n, 2.0 * np.pi * radius / m
         radius -= _FLATNESS * (long * wide) ** 0.5
         turn = wide < long or n % 2 == 1  # halve where vertices are closer together
         n, m = (n, m // 2) if turn else (n // 2, m)
         below = count + np.arange(n * m).reshape(n, m)
-        places.append(_torus(n, m, radius))
+        points.append(_torus(n, m, radius))
         tets += _halved(above.T, below.T) if turn else _halved(above, below)
         above, count = below, count + n * m
-    places.append(_torus(n, 1, 0.0))
+    points.append(_torus(n, 1, 0.0))
     middle = np.repeat(count + np.arange(n)[None], m, axis=0)
     tets += _prisms(above.T, np.roll(above.T, -1, axis=0), middle)
-    return TetMesh.checked(np.concatenate(places), np.concatenate(tets))
+    return TetMesh.checked(np.concatenate(points), np.concatenate(tets))
 
 
-def held(mesh: TetMesh) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """What stands on the table, shape (n,)."""
+def fixed(mesh: TetMesh) -> Mask:
+    """The vertices that stand on the table and do not move, shape (n,)."""
     return np.asarray(mesh.vertices[:, 2] < FOOT)
 
 
@@ -61,10 +66,10 @@ def _halved(above: Ints, below: Ints) -> list[Ints]:
 
 
 def _prisms(a: Ints, b: Ints, c: Ints) -> list[Ints]:
-    """Triangles (k, l) drawn out along their second axis, which is periodic.
+    """Tetrahedra of prisms: triangles (k, l) extruded along their second axis, which is periodic.
 
-    A side is cut from its earlier corner to the later one of the next triangle. The corners come
-    in one order everywhere (along rows, then down), so that neighbours cut it likewise.
+    A side is cut from its earlier corner to the later one of the next triangle. The corners have
+    one order everywhere (along rows, then down), so that neighbours cut a common side alike.
     """
     d, e, f = (np.roll(p, -1, axis=1) for p in (a, b, c))
     quads = ((a, b, c, f), (a, b, e, f), (a, d, e, f))

@@ -87,7 +87,7 @@ def choose_vertices(mesh: TouchMesh, at: Floats, slide: Floats, horizon: float) 
     near = mesh.near(at, length + beside)
     if not len(near):
         return near
-    points = mesh.places[near]
+    points = mesh.points[near]
     # Points of the way as far apart as vertices leave no gap between the discs round them.
     stops = way(points, mesh.normals[near], at, slide, length, mesh.spacing)
     squares = (

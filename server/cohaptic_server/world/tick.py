@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 
 from cohaptic.protocol.patch import Patch
-from cohaptic_server.bodies.body import Body, Foreseeing
+from cohaptic_server.bodies.body import Body, Prefetching
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Ints
 from cohaptic_server.world.applied_forces import let_in, release
@@ -67,8 +67,8 @@ def advance(
     where = spans(presses)
     loads = [load for press in presses for load in press.loads()]
     loads += [load for left in releases for load in left.faded().loads()]
-    if isinstance(body, Foreseeing):
-        body.expect(_ahead(body, placed))
+    if isinstance(body, Prefetching):
+        body.prefetch(_ahead(body, placed))
     response = body.respond(loads, state.response)
     # In use until the patch after the next sample is here, and while the loop moves on.
     horizons = [user.delay.value + 2.0 * dt for user in placed]

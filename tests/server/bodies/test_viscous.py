@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.body import Load, Response
+from cohaptic_server.bodies.body import Response
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact import locate
+from tests.server.bodies.presses import press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 
@@ -29,13 +29,6 @@ def solid() -> Solid:
 @functools.cache
 def balloon() -> Balloon:
     return Balloon(SMALL)
-
-
-def press(body: Solid | Balloon, direction: tuple[float, float, float], force: float) -> Load:
-    d = np.array(direction)
-    free = np.zeros_like(body.mesh.vertices)
-    tip = body.mesh.vertices.mean(axis=0) + 0.1 * d / np.linalg.norm(d)
-    return locate(body.mesh, tip, free, radius=body.contact_radius).load(force)
 
 
 def test_it_is_equation_9_with_b_o_in_proportion() -> None:
@@ -75,7 +68,7 @@ def test_a_press_creeps_to_the_elastic_place(b: float, force: float) -> None:
 
 
 def test_a_probe_that_lets_go_is_free_of_its_own_force_only() -> None:
-    """x_free takes away C f of the present force: what was carried before is still there."""
+    """x_free lacks C f of the present force; the remains of earlier forces stay in it."""
     body, load = Viscous(solid(), 1.0), press(solid(), (0.0, 0.0, 1.0), 2.0)
     every = np.arange(len(body.mesh.vertices))
     first = body.respond([load])
@@ -100,6 +93,6 @@ def test_it_is_the_body_that_it_wraps() -> None:
     assert (body.name, body.mesh) == (solid().name, solid().mesh)
     assert body.contact_radius == solid().contact_radius
     assert vertex_compliance(body) == pytest.approx(solid().vertex_compliance())
-    body.expect(np.array([3, 4]))
+    body.prefetch(np.array([3, 4]))
     with pytest.raises(SettingError, match="damping"):
         Viscous(solid(), 5.0)

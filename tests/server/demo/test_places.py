@@ -30,7 +30,7 @@ def standing(tower: Solid) -> Placement:
 
 
 def held(solid: Solid) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    return solid.shape.held[solid.shape.surface]
+    return solid.shape.fixed[solid.shape.surface]
 
 
 def test_hands_stand_on_the_surface_and_press_into_it(tower: Solid, standing: Placement) -> None:

@@ -61,9 +61,9 @@ def test_asking_a_solid_leaves_the_ticks_columns_alone() -> None:
     body = solid()
     source = green_source(body)
     assert source is not None
-    found = body.columns.found
+    found = body.columns.solved
     source.green(3)
-    assert body.columns.found == found
+    assert body.columns.solved == found
 
 
 @pytest.mark.parametrize(

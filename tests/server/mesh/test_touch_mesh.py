@@ -51,7 +51,7 @@ def test_a_mesh_that_is_coarse_enough_is_taken_as_it_is(balloon: Balloon) -> Non
 def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     mesh = thinned(BALL, apart)
     assert (np.diff(mesh.vertices) > 0).all()
-    nearest = np.asarray(mesh.tree.query(mesh.places, k=[2])[0])
+    nearest = np.asarray(mesh.tree.query(mesh.points, k=[2])[0])
     assert nearest.min() > apart
     assert np.max(mesh.tree.query(BALL.vertices)[0]) <= apart
     assert 0.9 * apart < mesh.spacing < 1.6 * apart
@@ -62,8 +62,8 @@ def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
 @given(distances)
 def test_its_triangles_look_outwards(apart: float) -> None:
     mesh = thinned(BALL, apart)
-    vectors = face_area_vectors(mesh.places, mesh.faces)
-    assert (np.einsum("fi,fi->f", vectors, mesh.places[mesh.faces].mean(axis=1)) > 0.0).all()
+    vectors = face_area_vectors(mesh.points, mesh.faces)
+    assert (np.einsum("fi,fi->f", vectors, mesh.points[mesh.faces].mean(axis=1)) > 0.0).all()
 
 
 @given(distances.map(lambda apart: min(apart, 0.015)), st.integers(0, 2**32 - 1))
@@ -73,9 +73,9 @@ def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     out = rng.normal(size=3)
     out /= np.linalg.norm(out)
-    near = np.flatnonzero(mesh.places @ out > 0.06)
+    near = np.flatnonzero(mesh.points @ out > 0.06)
     rest = RestSurface(
-        [(x, y, z) for x, y, z in mesh.places.tolist()],
+        [(x, y, z) for x, y, z in mesh.points.tolist()],
         [(a, b, c) for a, b, c in mesh.faces.tolist()],
     )
     normal: Vec3 = (float(out[0]), float(out[1]), float(out[2]))
@@ -123,13 +123,13 @@ def test_the_two_sides_of_a_thin_part_are_kept_apart() -> None:
     middle = sheet.vertices[sheet.faces].mean(axis=1)
     assert (np.einsum("fi,fi->f", vectors, middle) > 0.0).all()  # of the test's own plate
     mesh = thinned(sheet, 0.01)
-    inside = np.abs(mesh.places[:, :2]).max(axis=1) < 0.03
+    inside = np.abs(mesh.points[:, :2]).max(axis=1) < 0.03
     for side in (1.0, -1.0):
-        here = mesh.places[inside & (side * mesh.places[:, 2] > 0.0)]
+        here = mesh.points[inside & (side * mesh.points[:, 2] > 0.0)]
         # Each side is covered by itself: discs of 10 mm over 60 mm square.
         assert len(here) > 0.06**2 / (math.pi * 0.01**2)
-    flat = np.abs(mesh.places[mesh.faces][:, :, :2]).max(axis=(1, 2)) < 0.03
-    corners = mesh.places[mesh.faces[flat]]
+    flat = np.abs(mesh.points[mesh.faces][:, :, :2]).max(axis=(1, 2)) < 0.03
+    corners = mesh.points[mesh.faces[flat]]
     assert (np.ptp(corners[:, :, 2], axis=1) == 0.0).all()
 
 

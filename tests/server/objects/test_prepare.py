@@ -47,7 +47,7 @@ def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> N
     assert body.name == "ball"
     assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.08)
     assert np.abs(body.mesh.vertices).max() == pytest.approx(0.05, rel=0.02)
-    assert body.shape.held[body.shape.surface].any()
+    assert body.shape.fixed[body.shape.surface].any()
 
 
 def test_a_printers_file_is_in_millimetres_and_3mf(tmp_path: Path) -> None:

@@ -30,18 +30,18 @@ def test_a_worker_brings_what_a_tick_wants_until_nothing_is_wanted() -> None:
             worker.pump()
             response = body.respond(loads)
             if (
-                not len(body.wanted)
-                and (body.columns.share[body.columns.slot[spots[0][0]]] == 1).all()
+                not len(body.missing)
+                and (body.columns.store.share[body.columns.store.slot[spots[0][0]]] == 1).all()
             ):
                 break
     finally:
         worker.stop()
-    assert not len(body.wanted)
+    assert not len(body.missing)
     true = whole.respond(loads).compliance
     assert np.diag(response.compliance) == pytest.approx(np.diag(true), rel=1e-3)
-    kept = body.columns.kept
-    body.expect(np.arange(5))
+    kept = body.columns.store.kept
+    body.prefetch(np.arange(5))
     body.respond(loads)
     worker.pump()  # it has stopped: nothing comes, and nothing is wrong
     body.respond(loads)
-    assert body.columns.kept == kept
+    assert body.columns.store.kept == kept

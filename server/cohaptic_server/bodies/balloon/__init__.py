@@ -1,1 +1,1 @@
-"""The balloon, linear and of rubber: a membrane round a volume that stays."""
+"""The water balloon, linear and nonlinear: a rubber membrane round a constant volume."""

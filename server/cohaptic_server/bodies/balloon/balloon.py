@@ -3,12 +3,12 @@
 Rubber membrane (`membrane.py`) unstretched at radius R / stretch, filled with incompressible water
 to radius R. The inflated state solves dE/dx = p dV/dx at V = V0 on the mesh itself, so that the
 tangent K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is symmetric
-and every rigid motion of an unheld balloon is in its null space. Contacts then push on
+and every rigid motion of a free balloon is in its null space. Contacts then push on
 
     [ K  g ] [u]   [f]        g = dV/dx, exact volume to first order: g . u = 0
     [ g' 0 ] [q] = [0]
 
-with u = 0 on the held base; C = K^-1 - K^-1 g g' K^-1 / (g' K^-1 g) over the free vertices.
+with u = 0 on the fixed base; C = K^-1 - K^-1 g g' K^-1 / (g' K^-1 g) over the free vertices.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg
@@ -30,7 +29,7 @@ from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +37,13 @@ class BalloonSettings:
     """A balloon.
 
     Args:
-        radius: Inflated [m].
+        radius: Inflated radius [m].
         stretch: Inflated over unstretched radius.
         mu_h: Shear modulus times thickness of the unstretched rubber [N/m]; latex of 0.5 MPa and
             0.5 mm has 250.
-        base: Vertices below this fraction of the radius under the centre are held.
-        contact_radius: Of the pressure under a contact [m].
-        subdivisions: Of the icosahedron; 3 gives 642 vertices.
+        base: Vertices below this fraction of the radius under the centre are fixed.
+        contact_radius: Radius of the pressure under a contact [m].
+        subdivisions: Subdivisions of the icosahedron; 3 gives 642 vertices.
     """
 
     radius: float = 0.1
@@ -70,12 +69,12 @@ class BalloonSettings:
 
 @dataclass(frozen=True, eq=False)
 class Inflated:
-    """Equilibrium of membrane and water, nothing held.
+    """Equilibrium of membrane and water, nothing fixed.
 
     Args:
         x: Vertices, shape (n, 3) [m].
         faces: Shape (m, 3).
-        pressure: Of the water [Pa].
+        pressure: Pressure of the water [Pa].
         stiffness: Tangent K, sparse, shape (3 n, 3 n) [N/m].
         volume_gradient: g, shape (3 n,) [m^2].
     """
@@ -91,10 +90,16 @@ class Balloon:
     """The linear balloon behind the `Body` Protocol.
 
     Args:
-        settings: The balloon.
-        damping: B_o over K_o, for the simulation period that it is served with. With it the
-            balloon is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the
-            steady state.
+        settings: Size, rubber and base; the defaults if not given.
+        damping: B_o / K_o at the simulation period of the server. With it the balloon is
+            Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the steady
+            state.
+
+    Attributes:
+        mesh: The inflated surface.
+        contact_radius: Radius of the pressure under a contact [m].
+        inflated: Equilibrium without contacts.
+        compliance: C of all vertices, zero at the base, shape (3 n, 3 n) [m/N].
     """
 
     name = "balloon"
@@ -104,24 +109,15 @@ class Balloon:
         self.damping = damping
         self.settings = settings or BalloonSettings()
         self.inflated = inflate(self.settings)
-        self._mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)
-        held = held_by_base(self.inflated, self.settings)
-        self.compliance = _held_compliance(self.inflated, np.repeat(~held, 3))
+        self.mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)
+        self.contact_radius = self.settings.contact_radius
+        fixed = fixed_by_base(self.inflated, self.settings)
+        self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3))
         self.compliance.setflags(write=False)
 
-    @property
-    def mesh(self) -> SurfaceMesh:
-        """The inflated surface."""
-        return self._mesh
-
-    @property
-    def contact_radius(self) -> float:
-        """Radius of the pressure under a contact [m]."""
-        return self.settings.contact_radius
-
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Superposition of the Green's functions of what is touched; damping holds `before`."""
-        n = len(self._mesh.vertices)
+        """Superpose the Green's functions under the loads; damping delays it from `before`."""
+        n = len(self.mesh.vertices)
         fields = np.zeros((len(loads), n, 3))
         for i, load in enumerate(loads):
             dof = (3 * load.vertices[:, None] + np.arange(3)).ravel()
@@ -135,10 +131,10 @@ class Balloon:
         displacement = np.tensordot(forces, fields, axes=1) if loads else np.zeros((n, 3))
         if self.damping == 0.0:
             return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
-        was = 0.0 if before is None else before.displacement
-        x = np.asarray((displacement + self.damping * was) / (1.0 + self.damping))
+        previous = 0.0 if before is None else before.displacement
+        x = np.asarray((displacement + self.damping * previous) / (1.0 + self.damping))
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
-        # C of the steady state: the one within the tick is too stiff to be safe under delay.
+        # C of the steady state: that of one tick is too small to be safe under delay (science 3.3).
         return DenseResponse(x, fields, C, energy)
 
 
@@ -158,46 +154,46 @@ def inflate(settings: BalloonSettings) -> Inflated:
         g = volume_gradient(x, faces)
         K = membrane.hessian(x) - p * volume_hessian(x, faces)
         residual = membrane.gradient(x) - p * g
-        lost = volume(x, faces) - target
+        excess = volume(x, faces) - target
         if (
             np.abs(residual).max() < 1e-10 * tension * settings.radius
-            and abs(lost) < 1e-14 * target
+            and abs(excess) < 1e-14 * target
         ):
             return Inflated(x, faces, p, sp.csr_array(K), g)
-        # Rigid motions are free; one multiplier for each takes them out of the step.
+        # Rigid motions take no force; a multiplier for each keeps them out of the step.
         rigid = sp.csr_array(rigid_motions(x) / settings.radius)
         column = sp.csr_array(g[:, None])
         system = sp.block_array(
             [[K, -column, rigid], [-column.T, None, None], [rigid.T, None, None]]
         )
         solve = scipy.sparse.linalg.splu(sp.csc_array(system)).solve
-        step = solve(np.concatenate([-residual, [lost], np.zeros(6)]))
+        step = solve(np.concatenate([-residual, [excess], np.zeros(6)]))
         x = x + step[: x.size].reshape(x.shape)
         p = p + float(step[x.size])
     raise BodyError(f"the balloon found no equilibrium at stretch {settings.stretch}")
 
 
-def held_by_base(balloon: Inflated, settings: BalloonSettings) -> npt.NDArray[np.bool_]:
-    """Which vertices the base holds, shape (n,).
+def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
+    """The vertices that the base fixes, shape (n,).
 
     Raises:
-        BodyError: Too few.
+        BodyError: They are fewer than three.
     """
-    held: npt.NDArray[np.bool_] = balloon.x[:, 2] < -settings.base * settings.radius
-    if held.sum() < 3:
+    fixed: Mask = balloon.x[:, 2] < -settings.base * settings.radius
+    if fixed.sum() < 3:
         raise BodyError(
-            f"the base holds {held.sum()} vertices; fewer than 3 cannot keep the balloon from"
+            f"the base holds {fixed.sum()} vertices; fewer than 3 cannot keep the balloon from"
             " floating away"
         )
-    return held
+    return fixed
 
 
-def _held_compliance(balloon: Inflated, free: npt.NDArray[np.bool_]) -> Floats:
-    """C of the held balloon, zero at the base, shape (3 n, 3 n) [m/N]."""
+def _free_compliance(balloon: Inflated, free: Mask) -> Floats:
+    """C over the free unknowns, zero at the base, shape (3 n, 3 n) [m/N]."""
     K: Floats = np.asarray(balloon.stiffness[free][:, free].toarray(), dtype=np.float64)
     g = balloon.volume_gradient[free]
-    # Past its pressure maximum a balloon is stable only because the water cannot leave: K has one
-    # negative mode, along g. On g . u = 0 the extra term changes nothing, and it makes K definite.
+    # Past its pressure maximum a balloon is stable only at constant volume: K has one negative
+    # mode, along g. The added term makes K definite and has no effect on g . u = 0.
     K += np.outer(g, g) * (10.0 * np.diag(K).mean() / (g @ g))
     try:
         lower: Floats = np.asarray(scipy.linalg.cholesky(K, lower=True), dtype=np.float64)

@@ -1,58 +1,61 @@
-"""Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K, and water that cannot leave (g = dV/dx).
+"""Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K at constant volume (g = dV/dx).
 
 Banded Cholesky, as LAPACK does it in a third of the time of a sparse LU on a surface of a few
-hundred vertices (docs/decisions/0014). The unknowns run from the held base to the far side. K may
-have one negative mode, the one that the water forbids; so the band is factored up to a last cap,
-which is positive definite as the cap holds it, then the water's row, whose pivot is negative, then
-the cap, which must be positive definite again. This succeeds only if K is positive definite on all
-motions that keep the volume: a factored tangent is a stable one.
+hundred vertices (docs/decisions/0014). The unknowns run from the fixed base to the far side. K may
+have one negative mode, which constant volume forbids. The band is therefore factored up to a last
+cap, which is positive definite with the cap fixed; then the row of the volume, whose pivot is
+negative; then the cap, which must be positive definite again. This
+succeeds only if K is positive definite on all motions that keep the volume: a factored tangent is a
+stable one.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 from scipy.sparse import csgraph
 
-from cohaptic_server.bodies.newton import Unstable
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
+from cohaptic_server.numeric import Floats, Ints, Mask
 
 
-def order(faces: Ints, free: npt.NDArray[np.bool_]) -> Ints:
-    """Vertices that are free, in an order of narrow band that begins beside the held ones.
+def narrow_band_order(faces: Ints, free: Mask) -> Ints:
+    """Free vertices in an order of narrow band that begins beside the fixed ones.
 
     Args:
         faces: Shape (m, 3).
-        free: Shape (n,).
+        free: Vertices that can move, shape (n,).
+
+    Returns:
+        Indices of the free vertices, shape (f,).
     """
     n = len(free)
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     graph = sp.csr_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
     graph = sp.csr_array(graph + graph.T)[free][:, free]
-    found = np.asarray(
+    order = np.asarray(
         csgraph.reverse_cuthill_mckee(sp.csr_matrix(graph), symmetric_mode=True), dtype=np.int64
     )
     beside = np.isin(np.flatnonzero(free), faces[~free[faces].all(axis=1)])
-    if np.flatnonzero(beside[found]).mean() > 0.5 * len(found):
-        found = found[::-1]
-    return np.asarray(np.flatnonzero(free)[found], dtype=np.int64)
+    if np.flatnonzero(beside[order]).mean() > 0.5 * len(order):
+        order = order[::-1]
+    return np.asarray(np.flatnonzero(free)[order], dtype=np.int64)
 
 
-class Band:
-    """The pattern of a symmetric banded matrix, and which entry goes where.
+class BandPattern:
+    """The pattern of a symmetric banded matrix and the position of each entry in its blocks.
 
     Args:
-        rows: Of the entries of the lower triangle, shape (e,).
-        columns: Shape (e,); nowhere greater than `rows`.
+        rows: Rows of the entries of the lower triangle, shape (e,).
+        columns: Their columns, nowhere greater than `rows`, shape (e,).
         size: Number of unknowns.
-        share: Of the unknowns that are factored after the water, at most a half.
+        share: Share of the unknowns in the cap, at most a half.
 
     Attributes:
-        width: Greatest distance of an entry from the diagonal.
-        cap: First unknown of those that are factored last.
-        near: How many unknowns before the cap it can be tied to.
+        width: Largest distance of an entry from the diagonal.
+        cap: First unknown of the cap, which is factored after the volume's row.
+        near: Number of unknowns before the cap that can be coupled to it.
     """
 
     def __init__(self, rows: Ints, columns: Ints, size: int, share: float = 0.14) -> None:
@@ -62,11 +65,13 @@ class Band:
         self.cap = cap = size - last
         self.near = near = min(self.width, cap)
         self._in_band = np.flatnonzero(rows < cap)
-        self._in_ties = np.flatnonzero((rows >= cap) & (columns < cap))
+        self._in_coupling = np.flatnonzero((rows >= cap) & (columns < cap))
         self._in_cap = np.flatnonzero(columns >= cap)
         row, column = rows[self._in_band], columns[self._in_band]
         self._band = row - column + column * (self.width + 1)
-        self._ties = (columns[self._in_ties] - (cap - near)) * last + rows[self._in_ties] - cap
+        self._coupling = (
+            (columns[self._in_coupling] - (cap - near)) * last + rows[self._in_coupling] - cap
+        )
         self._cap = (rows[self._in_cap] - cap) * last + columns[self._in_cap] - cap
         # The last `near` columns of the band as a triangle.
         low = np.tril_indices(near)
@@ -74,49 +79,49 @@ class Band:
         self.of_band = (low[0] - low[1], cap - near + low[1])
 
     def split(self, entries: Floats) -> tuple[Floats, Floats, Floats]:
-        """LAPACK's band before the cap, the ties (near, last) and the cap's lower triangle."""
+        """LAPACK's band before the cap, the coupling (near, last) and the cap's lower triangle."""
         last = self.size - self.cap
         band = np.zeros((self.width + 1) * self.cap)
-        ties, cap = np.zeros(self.near * last), np.zeros(last * last)
+        coupling, cap = np.zeros(self.near * last), np.zeros(last * last)
         band[self._band] = entries[self._in_band]
-        ties[self._ties] = entries[self._in_ties]
+        coupling[self._coupling] = entries[self._in_coupling]
         cap[self._cap] = entries[self._in_cap]
         return (
             band.reshape((self.width + 1, self.cap), order="F"),
-            ties.reshape(self.near, last),
+            coupling.reshape(self.near, last),
             cap.reshape(last, last),
         )
 
 
-class HeldWater:
-    """A factored tangent.
+class ConstantVolumeFactor:
+    """A factored tangent at constant volume: a `TangentSolver`.
 
     Args:
-        band: Its pattern.
-        entries: Of the lower triangle of K, in the pattern's order, shape (e,) [N/m].
+        band: Pattern of K.
+        entries: Lower triangle of K, in the pattern's order, shape (e,) [N/m].
         g: dV/dx of the unknowns, shape (size,) [m^2].
 
     Raises:
-        Unstable: K is not positive definite where the water lets the body move.
+        IndefiniteTangentError: K is not positive definite at constant volume.
     """
 
-    def __init__(self, band: Band, entries: Floats, g: Floats) -> None:
+    def __init__(self, band: BandPattern, entries: Floats, g: Floats) -> None:
         self._band = band
         cap, near = band.cap, band.near
-        leading, ties, last = band.split(entries)
+        leading, coupling, last = band.split(entries)
         self._L, failed = lapack.dpbtrf(leading, lower=1, overwrite_ab=1)
         if failed:
-            raise Unstable("the tangent is indefinite even with its cap held")
+            raise IndefiniteTangentError("the tangent is indefinite even with its cap held")
         corner = np.zeros((near, near), order="F")
         corner[band.triangle] = self._L[band.of_band]
-        self._W = blas.dtrsm(1.0, corner, ties, lower=1)  # (near, last)
+        self._W = blas.dtrsm(1.0, corner, coupling, lower=1)  # (near, last)
         self._y = self._forward(g[:cap])
         self._c = float(self._y @ self._y)
         self._h = g[cap:] - self._y[cap - near :] @ self._W
         S = last - self._W.T @ self._W + np.outer(self._h, self._h) / self._c
         self._R, failed = lapack.dpotrf(S, lower=1)
         if failed:
-            raise Unstable("the tangent is indefinite")
+            raise IndefiniteTangentError("the tangent is indefinite")
 
     def _forward(self, b: Floats) -> Floats:
         return np.asarray(blas.dtbsv(self._band.width, self._L, b, lower=1))
@@ -138,5 +143,5 @@ class HeldWater:
         return u, q
 
     def displacements(self, b: Floats) -> Floats:
-        """Of the unknowns alone, shape (c, size) [m]."""
+        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
         return self.solve(b)[0]

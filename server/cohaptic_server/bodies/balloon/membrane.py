@@ -27,8 +27,9 @@ class Membrane:
 
     Args:
         faces: Shape (m, 3).
-        rest_area: Of each triangle, shape (m,) [m^2].
-        gradients: Of the three shape functions, in the triangle's plane, shape (m, 3, 2) [1/m].
+        rest_area: Area of each triangle, shape (m,) [m^2].
+        gradients: Gradients of the three shape functions in the triangle's plane,
+            shape (m, 3, 2) [1/m].
         mu_h: Shear modulus times thickness [N/m].
     """
 
@@ -39,7 +40,7 @@ class Membrane:
 
     @classmethod
     def at_rest(cls, x: Floats, faces: Ints, mu_h: float) -> Membrane:
-        """A sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
+        """The sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
         e1, e2 = x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]
         length = np.linalg.norm(e1, axis=1)
         t1 = e1 / length[:, None]
@@ -65,7 +66,7 @@ class Membrane:
         return float(self.rest_area @ density)
 
     def gradient(self, x: Floats) -> Floats:
-        """Force that holds the sheet at `x`, dE/dx, shape (3 n,) [N]."""
+        """Nodal forces that keep the sheet at `x`, dE/dx, shape (3 n,) [N]."""
         F, C = self._strain(x)
         per_face = np.einsum(
             "m,mip,mpq,mkq->mki", self.rest_area, F, self._stress(C), self.gradients, optimize=True
@@ -77,7 +78,7 @@ class Membrane:
         F, C = self._strain(x)
         g, area = self.gradients, self.rest_area
         inverse, det = np.linalg.inv(C), np.linalg.det(C)
-        # Geometric part: the present stress turns with the triangle.
+        # Geometric part: the present stress rotates with the triangle.
         geometric = np.einsum("m,mkp,mpq,mlq->mkl", area, g, self._stress(C), g, optimize=True)
         # Material part: 2 dS/dC = 2 mu h / det C (C^-1 x C^-1 + C^-1 (.) C^-1), symmetrised.
         moduli = (2.0 * self.mu_h / det)[:, None, None, None, None] * (

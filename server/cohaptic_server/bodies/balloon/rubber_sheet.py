@@ -1,8 +1,9 @@
 """A closed rubber sheet round water at any deformation: energy, forces and tangent, fast.
 
-What the mesh fixes is put into sparse matrices once: deformation gradients are G x, vertex forces
-G' P, and each entry of the tangent is a fixed combination of the triangles' moduli (and, for the
-water, of the positions). A tick then does arithmetic on all triangles at a time and three products.
+Everything that depends on the mesh alone is put into sparse matrices once:
+deformation gradients are G x, vertex forces G' P, and each entry of the tangent is a fixed
+combination of the triangles' moduli (and, for the water, of the positions). A tick then works on
+all triangles at once, with three sparse products.
 """
 
 from __future__ import annotations
@@ -15,22 +16,27 @@ import scipy.sparse as sp
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.balloon.tension_field import (
     ENTRIES,
-    Strained,
+    MembraneStrain,
     energy_density,
+    membrane_strain,
     moduli,
-    strained,
     stress,
 )
 from cohaptic_server.numeric import Floats, Ints, cross
 
 
-class Sheet:
-    """Rubber and water on `n` vertices; entries of the tangent on a pattern chosen by the solver.
+class RubberSheet:
+    """Rubber and water on `n` vertices; the numbering of the unknowns is the solver's.
 
     Args:
         membrane: The unstretched sheet.
         n: Number of vertices.
-        number: Of each unknown, shape (3 n,); negative for one that is held.
+        number: Number of each degree of freedom among the unknowns, shape (3 n,); negative for a
+            fixed one.
+
+    Attributes:
+        rows: Rows of the tangent's entries, lower triangle, shape (e,).
+        columns: Their columns, shape (e,).
     """
 
     def __init__(self, membrane: Membrane, n: int, number: Ints) -> None:
@@ -55,7 +61,8 @@ class Sheet:
         face = np.arange(m)
         rubber, water = _Terms(dof, size), _Terms(dof, size)
         for e, (p, a, q, b) in enumerate(ENTRIES):
-            for p1, a1, q1, b1 in sorted({(p, a, q, b), (q, b, p, a)}):  # it is symmetric
+            # Both halves of the symmetric moduli.
+            for p1, a1, q1, b1 in sorted({(p, a, q, b), (q, b, p, a)}):
                 for k, j in itertools.product(range(3), repeat=2):
                     factor = self._area * g[:, k, p1] * g[:, j, q1] * self.mu_h
                     rubber.add((k, a1), (j, b1), e * m + face, factor)
@@ -72,27 +79,27 @@ class Sheet:
         self._from_positions = water.matrix(unique, number.size)
         self.rows, self.columns = unique // size, unique % size
 
-    def strained(self, x: Floats) -> Strained:
+    def strain(self, x: Floats) -> MembraneStrain:
         """Strain of the triangles at `x`, shape (n, 3) [m]."""
         F: Floats = np.asarray(self._G @ x).reshape(2, -1, 3)
-        return strained(np.ascontiguousarray(F.transpose(0, 2, 1)))
+        return membrane_strain(np.ascontiguousarray(F.transpose(0, 2, 1)))
 
-    def energy(self, state: Strained) -> float:
+    def energy(self, state: MembraneStrain) -> float:
         """Strain energy [J]."""
         return float(self._area @ energy_density(state)) * self.mu_h
 
-    def force(self, state: Strained) -> Floats:
-        """Force that holds the rubber so, dE/dx, shape (n, 3) [N]."""
+    def force(self, state: MembraneStrain) -> Floats:
+        """Nodal forces that keep the rubber in this state, dE/dx, shape (n, 3) [N]."""
         P = stress(state) * (self._area * self.mu_h)
         return np.asarray(self._Gt @ P.transpose(0, 2, 1).reshape(-1, 3))
 
     def volume_gradient(self, x: Floats) -> Floats:
-        """dV/dx, shape (n, 3) [m^2]; V is a third of its product with x, from Euler."""
+        """dV/dx, shape (n, 3) [m^2]; V = (dV/dx . x) / 3 by Euler's theorem."""
         a, b, c = x[self.faces[:, 0]], x[self.faces[:, 1]], x[self.faces[:, 2]]
         corners = np.concatenate([cross(b, c), cross(c, a), cross(a, b)])
         return np.asarray(self._corners @ corners) / 6.0
 
-    def tangent(self, state: Strained, x: Floats, pressure: float) -> Floats:
+    def tangent(self, state: MembraneStrain, x: Floats, pressure: float) -> Floats:
         """Entries (`rows`, `columns`) of d2E/dx2 - p d2V/dx2 [N/m]."""
         K = self._from_moduli @ moduli(state).ravel()
         return np.asarray(K - pressure * (self._from_positions @ x.ravel()))
@@ -102,8 +109,8 @@ class _Terms:
     """Contributions to entries of the tangent: a factor times an element of some vector.
 
     Args:
-        dof: Number of each unknown of each triangle, negative if held, shape (m, 3, 3).
-        size: How many unknowns.
+        dof: Number of each unknown of each triangle, negative if fixed, shape (m, 3, 3).
+        size: Number of unknowns.
     """
 
     def __init__(self, dof: Ints, size: int) -> None:
@@ -114,7 +121,14 @@ class _Terms:
     def add(
         self, row: tuple[int, int], column: tuple[int, int], source: Ints, factor: Floats
     ) -> None:
-        """One term of every triangle, between (corner, axis) and (corner, axis), if it is below."""
+        """Add a term of every triangle to (corner, axis) by (corner, axis), in the lower triangle.
+
+        Args:
+            row: Corner and axis of the row.
+            column: Corner and axis of the column.
+            source: Element of the vector for each triangle, shape (m,).
+            factor: Its factor, shape (m,).
+        """
         r, c = self._dof[:, row[0], row[1]], self._dof[:, column[0], column[1]]
         keep = (r >= c) & (c >= 0)
         self.keys.append(r[keep] * self._size + c[keep])
@@ -122,7 +136,7 @@ class _Terms:
         self._factors.append(factor[keep])
 
     def matrix(self, entries: Ints, length: int) -> sp.csr_array:
-        """From the vector, of `length`, to the entries with the keys `entries`."""
+        """The matrix from the vector, of `length`, to the entries with the keys `entries`."""
         where = np.searchsorted(entries, np.concatenate(self.keys))
         values = np.concatenate(self._factors)
         at = (where, np.concatenate(self._sources))

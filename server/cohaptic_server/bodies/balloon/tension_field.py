@@ -1,9 +1,9 @@
 """Neo-Hookean rubber that wrinkles: the relaxed energy of a membrane that carries no compression.
 
-A thin sheet pressed together buckles into wrinkles finer than any triangle, at next to no force.
-Without them the energy of `membrane.py` would push back where a real sheet gives way, its tangent
-would be indefinite there, and a mesh would crumple. The relaxed energy (Pipkin 1986, IMA J. Appl.
-Math. 36; Steigmann 1990) takes the wrinkles at their best, per area of the unstretched sheet and
+A thin sheet pressed together buckles into wrinkles finer than any triangle, at almost no force.
+Without them the energy of `membrane.py` would resist compression, its tangent would be indefinite
+there, and a mesh would crumple. The relaxed energy (Pipkin 1986, IMA J. Appl.
+Math. 36; Steigmann 1990) takes the wrinkles of least energy, per area of the unstretched sheet and
 with the principal stretches squared c1 >= c2:
 
     taut      c2^2 c1 > 1     W = mu h / 2 (c1 + c2 + 1 / (c1 c2) - 3)      as in `membrane.py`
@@ -35,15 +35,15 @@ ENTRIES = [
 
 
 @dataclass(frozen=True, eq=False)
-class Strained:
-    """Triangles in a state of strain, principal values first.
+class MembraneStrain:
+    """Principal strains of triangles.
 
     Args:
         axes: Cosine and sine of the first principal axis in the unstretched sheet, shape (2, m).
         columns: Deformation gradient along both principal axes, shape (2, 3, m).
         c: Squares of the principal stretches, larger first, shape (2, m).
         taut: Whether both directions are in tension, shape (m,).
-        pulled: Whether the first one is, shape (m,).
+        pulled: Whether the first one is in tension, shape (m,).
     """
 
     axes: Floats
@@ -53,12 +53,12 @@ class Strained:
     pulled: npt.NDArray[np.bool_]
 
 
-def strained(F: Floats) -> Strained:
+def membrane_strain(F: Floats) -> MembraneStrain:
     """Principal strains of the deformation gradients `F`, shape (2, 3, m): [column, axis, face]."""
     one, two = F
     c11, c22 = (one * one).sum(axis=0), (two * two).sum(axis=0)
     c12 = (one * two).sum(axis=0)
-    # Half angles without a branch; any axes do where both stretches are equal.
+    # Half angles without a branch; where both stretches are equal any axes are principal.
     mean, half = 0.5 * (c11 + c22), 0.5 * (c11 - c22)
     radius = np.hypot(half, c12)
     angle = 0.5 * np.arctan2(c12, half)
@@ -69,10 +69,10 @@ def strained(F: Floats) -> Strained:
     c2 = np.maximum(c11 * c22 - c12 * c12, 0.0) / c1
     pulled = c1 > 1.0
     taut = c1 * c2 * c2 > 1.0
-    return Strained(np.stack([cos, sin]), columns, np.stack([c1, c2]), taut, pulled | taut)
+    return MembraneStrain(np.stack([cos, sin]), columns, np.stack([c1, c2]), taut, pulled | taut)
 
 
-def energy_density(state: Strained) -> Floats:
+def energy_density(state: MembraneStrain) -> Floats:
     """W / (mu h), shape (m,)."""
     c1, c2 = state.c
     # Wrinkles: c2 of uniaxial tension.
@@ -81,7 +81,7 @@ def energy_density(state: Strained) -> Floats:
     return np.where(state.pulled, 0.5 * (c1 + width + 1.0 / (c1 * width) - 3.0), 0.0)
 
 
-def stress(state: Strained) -> Floats:
+def stress(state: MembraneStrain) -> Floats:
     """First Piola-Kirchhoff stress over mu, dW/dF / (mu h), shape (2, 3, m)."""
     s = _principal_stress(state)
     cos, sin = state.axes
@@ -89,7 +89,7 @@ def stress(state: Strained) -> Floats:
     return np.stack([cos * first - sin * second, sin * first + cos * second])
 
 
-def moduli(state: Strained) -> Floats:
+def moduli(state: MembraneStrain) -> Floats:
     """d2W/dF2 / (mu h) at `ENTRIES`, shape (21, m)."""
     c1, c2 = state.c
     s1, s2 = _principal_stress(state)
@@ -124,7 +124,7 @@ def moduli(state: Strained) -> Floats:
     return out
 
 
-def _principal_stress(state: Strained) -> Floats:
+def _principal_stress(state: MembraneStrain) -> Floats:
     """Second Piola-Kirchhoff stress over mu along the principal axes, shape (2, m)."""
     c1, c2 = state.c
     product = np.where(state.taut, c1 * c2, 1.0)

@@ -1,9 +1,9 @@
 """The quadrature points of a hyperelastic tetrahedron: a lattice of thirds, and the centre.
 
-For small strains four inner points would do. But an element that is bent turns inside out at its
-edges first, so that is where the barrier of its energy has to stand. And J, the determinant of the
-deformation gradient, is a cubic in a ten-node tetrahedron with straight edges at rest: its values
-on the lattice are all of it, and its Bernstein coefficients bound it between the points.
+For small strains four inner points would suffice. But a bent element is inverted at its edges
+first, so the barrier of its energy must be evaluated there. J, the determinant of the deformation
+gradient, is a cubic in a ten-node tetrahedron with straight edges at rest: its values on the
+lattice determine it, and its Bernstein coefficients bound it between the points.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
-# Of a corner, a third of an edge, the middle of a face, the centre. 1 / 10 - 5 e / 27, e,
-# 9 / 10 - 2 e and 32 e / 27, shared out among 4, 12, 4 and 1 points, are of degree 3 for every e;
-# at e = 0.3 all are positive.
+# Weight of a corner, a third of an edge, the middle of a face, the centre. The totals
+# 1 / 10 - 5 e / 27, e, 9 / 10 - 2 e and 32 e / 27 of the 4, 12, 4 and 1 points give a rule of
+# degree 3 for every e; at e = 0.3 all are positive.
 _WEIGHTS = (1.0 / 90.0, 1.0 / 40.0, 3.0 / 40.0, 16.0 / 45.0)
 
 
@@ -46,20 +46,21 @@ def lattice() -> Floats:
 
 
 def bounds() -> Floats:
-    """From a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
+    """Matrix from a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
 
-    Those of the eight halves of the tetrahedron: the cubic lies between the least and the greatest.
+    The coefficients belong to the eight parts of the tetrahedron cut at the middles of its edges:
+    the cubic lies between the smallest and the largest of them.
     """
     corners = [np.eye(4)[k] for k in range(4)]
     ab, bc, ac, ad, bd, cd = (0.5 * (corners[p] + corners[q]) for p, q in EDGES)
     a, b, c, d = corners
-    halves = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
-    ring = [ab, bc, cd, ad]  # of the octahedron that is left, about the axis ac - bd
-    halves += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
+    parts = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
+    ring = [ab, bc, cd, ad]  # of the remaining octahedron, about the axis ac - bd
+    parts += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
     thirds = lattice()[:20]
     to_coefficients = np.linalg.inv(_bernstein(thirds))
     return np.concatenate(
-        [to_coefficients @ _bernstein(thirds @ np.array(half)) @ to_coefficients for half in halves]
+        [to_coefficients @ _bernstein(thirds @ np.array(part)) @ to_coefficients for part in parts]
     )
 
 
@@ -71,5 +72,9 @@ def _bernstein(points: Floats) -> Floats:
 
 
 def weights(points: int) -> Floats:
-    """Share of the volume that each quadrature point stands for, shape (q,)."""
+    """Weight of each quadrature point as a share of the volume, shape (q,).
+
+    Args:
+        points: Number of quadrature points, 1 or 21.
+    """
     return np.ones(1) if points == 1 else np.repeat(_WEIGHTS, (4, 12, 4, 1))

@@ -1,1 +1,1 @@
-"""Linear elastic solids of tetrahedra: factored once, exact near contacts, smooth far from them."""
+"""Linear elastic solids of tetrahedra: factored once, exact near contacts, sampled far away."""

@@ -1,4 +1,4 @@
-"""The heavy part of a solid, done once: its factor and its coarse twin."""
+"""The expensive parts of a solid, computed once: its factor and its far field."""
 
 from __future__ import annotations
 
@@ -6,56 +6,64 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.solid.far_field import CoarseTwin, make_twin
+from cohaptic_server.bodies.solid.far_field import FarField
+from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.green_columns import GreenColumns
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.numeric import Mask
 from cohaptic_server.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)
 class SolidParts:
-    """What a solid is made from in a moment.
+    """The parts from which a solid is made in a moment.
 
     Args:
         shape: Nodes and surface.
-        factor: Of the stiffness over the nodes that are free.
-        twin: The solid as seen from afar.
+        factor: Factor of the stiffness over the free nodes.
+        far_field: Compliance between samples of the surface.
     """
 
     shape: SolidShape
     factor: Factor
-    twin: CoarseTwin
+    far_field: FarField
 
 
 def make_parts(
     tets: TetMesh,
-    held: npt.NDArray[np.bool_],
+    fixed: Mask,
     settings: SolidSettings,
     progress: Progress = lambda phase, share: None,
 ) -> SolidParts:
-    """Factor the stiffness, press on every place of the twin.
+    """Factor the stiffness and build the far field.
+
+    Args:
+        tets: The object at rest.
+        fixed: Vertices that do not move, shape (n,).
+        settings: Material, elements and contact radius.
+        progress: Receives the phase and its completed share.
 
     Raises:
-        BodyError: Nothing is held, too little, or everything.
+        BodyError: Nothing is fixed, too little, or everything.
     """
     progress("factoring", 0.0)
-    shape = shape_of(tets, held, settings)
+    shape = shape_of(tets, fixed, settings)
     factor = factor_of(shape, settings, lambda share: progress("factoring", share))
-    columns = GreenColumns(factor, shape.place, 1)
-    twin = make_twin(
+    columns = GreenColumns(factor, shape.free_index, 1)
+    far_field = build_far_field(
         shape.mesh,
         shape.contact_radius,
         columns.respond,
-        shape.place < 0,
+        shape.free_index < 0,
         lambda share: progress("pressing", share),
     )
-    return SolidParts(shape, factor, twin)
+    return SolidParts(shape, factor, far_field)
 
 
 def factor_of(
@@ -63,16 +71,16 @@ def factor_of(
     settings: SolidSettings,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Factor:
-    """The factor of a solid's stiffness over the nodes that are free."""
+    """The factor of a solid's stiffness over the free nodes."""
     K = stiffness_of(shape, settings)
-    free = np.flatnonzero(~shape.held)
+    free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    shown = np.zeros(len(shape.nodes), dtype=np.bool_)
-    shown[shape.surface] = True
-    return Factor(sp.csr_array(K[dof][:, dof]), shape.nodes[free], shown[free], progress)
+    on_surface = np.zeros(len(shape.nodes), dtype=np.bool_)
+    on_surface[shape.surface] = True
+    return factorise(sp.csr_array(K[dof][:, dof]), shape.nodes[free], on_surface[free], progress)
 
 
 def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:
-    """Of all nodes, nothing held, shape (3 nodes, 3 nodes) [N/m]."""
+    """Stiffness of all nodes, none of them fixed, shape (3 nodes, 3 nodes) [N/m]."""
     n = len(shape.nodes)
     return stiffness(shape.tets, shape.elements, n, settings.young, settings.nu)

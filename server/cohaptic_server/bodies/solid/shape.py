@@ -1,11 +1,10 @@
-"""What a solid is before anything is solved: material, nodes, surface, what is held."""
+"""A solid before anything is solved: material, nodes, surface, boundary conditions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.rigid_motions import rigid_rank
@@ -17,20 +16,20 @@ from cohaptic_server.mesh.tetrahedra import (
     quadratic,
     quadratic_boundary,
 )
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
 
-FINGERTIP = 0.008  # m; radius of the pressure under a finger
+FINGERTIP = 0.008  # m; contact radius of a finger
 
 
 @dataclass(frozen=True, slots=True)
 class SolidSettings:
-    """What a solid is made of.
+    """Material, elements and contact radius of a solid.
 
     Args:
-        young: E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6.
+        young: Young's modulus E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6.
         nu: Poisson's ratio.
-        contact_radius: Of the pressure under a contact [m]; 0 takes a fingertip's, or more where
-            the mesh is too coarse for it.
+        contact_radius: Radius of the pressure under a contact [m]; 0 takes a fingertip's, or more
+            where the mesh is too coarse for it.
         order: 1 for linear tetrahedra, 2 for quadratic ones (docs/decisions/0013).
         cache: Memory for Green's functions [bytes].
     """
@@ -61,80 +60,78 @@ class SolidShape:
 
     Args:
         tets: The object at rest.
-        nodes: Shape (nodes, 3) [m].
+        nodes: Positions at rest, shape (nodes, 3) [m].
         elements: Nodes of each tetrahedron, shape (m, 4) or (m, 10).
-        held: Which nodes do not move.
+        fixed: Nodes that do not move, shape (nodes,).
         surface: Node of each vertex of the surface, shape (n,).
         mesh: The resting surface.
-        contact_radius: Of the pressure under a contact [m].
+        contact_radius: Radius of the pressure under a contact [m].
     """
 
     tets: TetMesh
     nodes: Floats
     elements: Ints
-    held: npt.NDArray[np.bool_]
+    fixed: Mask
     surface: Ints
     mesh: SurfaceMesh
     contact_radius: float
 
     @property
-    def place(self) -> Ints:
-        """Place of each surface vertex among the nodes that are free, -1 where it is held."""
-        place = np.full(len(self.nodes), -1, dtype=np.int64)
-        free = np.flatnonzero(~self.held)
-        place[free] = np.arange(len(free))
-        return np.asarray(place[self.surface])
+    def free_index(self) -> Ints:
+        """Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,)."""
+        index = np.full(len(self.nodes), -1, dtype=np.int64)
+        free = np.flatnonzero(~self.fixed)
+        index[free] = np.arange(len(free))
+        return np.asarray(index[self.surface])
 
 
-def shape_of(tets: TetMesh, held: npt.NDArray[np.bool_], settings: SolidSettings) -> SolidShape:
+def shape_of(tets: TetMesh, fixed: Mask, settings: SolidSettings) -> SolidShape:
     """Nodes and surface of a solid.
 
     Args:
         tets: The object at rest.
-        held: Which of its vertices do not move, shape (n,) of bool.
-        settings: What it is made of.
+        fixed: Vertices that do not move, shape (n,).
+        settings: Material, elements and contact radius.
 
     Raises:
-        BodyError: Nothing is held, too little, or everything.
+        BodyError: Nothing is fixed, too little, or everything.
     """
-    nodes, elements, faces, all_held = _nodes(tets, held, settings.order)
-    _check_held(nodes, all_held)
+    nodes, elements, faces, all_fixed = _nodes(tets, fixed, settings.order)
+    _check_fixed(nodes, all_fixed)
     surface = np.unique(faces)
     mesh = SurfaceMesh(nodes[surface], np.searchsorted(surface, faces))
     radius = settings.contact_radius or fitting_radius(mesh)
-    return SolidShape(tets, nodes, elements, all_held, surface, mesh, radius)
+    return SolidShape(tets, nodes, elements, all_fixed, surface, mesh, radius)
 
 
 def fitting_radius(mesh: SurfaceMesh) -> float:
-    """A fingertip's contact radius, or what the mesh resolves if that is more [m].
+    """A fingertip's contact radius, or the least that the mesh resolves if that is more [m].
 
-    Below two distances between vertices the stiffness is the mesh's and not the body's.
+    Below two vertex spacings the stiffness depends on the mesh and not on the body.
     """
     return max(min(FINGERTIP, 0.25 * mesh.size), 2.0 * mesh.spacing())
 
 
-def _nodes(
-    tets: TetMesh, held: npt.NDArray[np.bool_], order: int
-) -> tuple[Floats, Ints, Ints, npt.NDArray[np.bool_]]:
-    """Nodes, elements, surface faces and what is held, for either order."""
-    if held.shape != (len(tets.vertices),):
-        raise BodyError(f"held says {held.shape} of {len(tets.vertices)} vertices")
+def _nodes(tets: TetMesh, fixed: Mask, order: int) -> tuple[Floats, Ints, Ints, Mask]:
+    """Nodes, elements, surface faces and fixed nodes, for either order."""
+    if fixed.shape != (len(tets.vertices),):
+        raise BodyError(f"held says {fixed.shape} of {len(tets.vertices)} vertices")
     if order == 1:
-        return tets.vertices, tets.tets, boundary(tets.tets), held
+        return tets.vertices, tets.tets, boundary(tets.tets), fixed
     nodes, elements = quadratic(tets)
-    all_held = np.concatenate([held, np.zeros(len(nodes) - len(held), dtype=np.bool_)])
+    all_fixed = np.concatenate([fixed, np.zeros(len(nodes) - len(fixed), dtype=np.bool_)])
     for k, (a, b) in enumerate(EDGES):
-        all_held[elements[:, 4 + k]] = held[elements[:, a]] & held[elements[:, b]]
-    return nodes, elements, quadratic_boundary(elements), all_held
+        all_fixed[elements[:, 4 + k]] = fixed[elements[:, a]] & fixed[elements[:, b]]
+    return nodes, elements, quadratic_boundary(elements), all_fixed
 
 
-def _check_held(nodes: Floats, held: npt.NDArray[np.bool_]) -> None:
-    if not held.any():
+def _check_fixed(nodes: Floats, fixed: Mask) -> None:
+    if not fixed.any():
         raise BodyError("nothing of the object is held: it would float away; hold a part of it")
-    if held.all():
+    if fixed.all():
         raise BodyError("all of the object is held: nothing is left that could move")
-    if rigid_rank(nodes[held]) < 6:
+    if rigid_rank(nodes[fixed]) < 6:
         raise BodyError(
-            f"the {int(held.sum())} vertices that are held lie on a line: the object could still"
+            f"the {int(fixed.sum())} vertices that are held lie on a line: the object could still"
             " turn; hold more of it"
         )

@@ -21,13 +21,13 @@ _CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
 
 
 def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) -> sp.csr_array:
-    """Stiffness of a solid that is not held, shape (3 n, 3 n) [N/m].
+    """Stiffness of a solid, no node fixed, shape (3 n, 3 n) [N/m].
 
     Args:
-        mesh: Corners and volumes.
+        mesh: Corners of the tetrahedra.
         elements: Nodes of each tetrahedron, the corners first, shape (m, 4) or (m, 10).
-        n: How many nodes there are.
-        young: E [Pa].
+        n: Number of nodes.
+        young: Young's modulus E [Pa].
         nu: Poisson's ratio.
     """
     lame = young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -49,7 +49,7 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) ->
 
 
 def _linear_means() -> Floats:
-    """N_a = L_a, so D = 1; shape (4, 4, 4, 4)."""
+    """mean(D_ai D_bj) of N_a = L_a, for which D = 1; shape (4, 4, 4, 4)."""
     return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
 
 
@@ -71,7 +71,7 @@ def _quadratic_means() -> Floats:
 
 
 def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
-    """Sum (m, a, 3, a, 3) into (3 n, 3 n)."""
+    """Sum element blocks (m, a, 3, a, 3) into a sparse (3 n, 3 n)."""
     dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
     rows = np.repeat(dof, dof.shape[1], axis=1).ravel()
     columns = np.tile(dof, (1, dof.shape[1])).ravel()

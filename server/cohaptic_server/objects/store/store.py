@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.solid.far_field import CoarseTwin
+from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky import factor_file
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared, prepare
@@ -77,15 +77,15 @@ def load_or_make_parts(
     arrays = load_entry(path, "factor")
     if arrays is not None:
         try:
-            factor = Factor.from_arrays(_without_prefix("factor/", arrays))
-            twin = CoarseTwin.from_arrays(_without_prefix("twin/", arrays))
-            return SolidParts(shape_of(tets, fixed, settings), factor, twin)
+            factor = factor_file.from_arrays(_without_prefix("factor/", arrays))
+            far_field = FarField.from_arrays(_without_prefix("twin/", arrays))
+            return SolidParts(shape_of(tets, fixed, settings), factor, far_field)
         except (KeyError, ValueError, IndexError, BodyError) as error:
             warn_unusable("factor", error)
     parts = make_parts(tets, fixed, settings, progress)
     progress("storing", 0.0)
-    factor_arrays = _with_prefix("factor/", parts.factor.to_arrays())
-    save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.twin.to_arrays()))
+    factor_arrays = _with_prefix("factor/", factor_file.to_arrays(parts.factor))
+    save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.far_field.to_arrays()))
     return parts
 
 

@@ -9,23 +9,15 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings, inflate
-from cohaptic_server.bodies.body import Load
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import locate
+from tests.server.bodies.presses import press
 from tests.server.fields import free_of
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
 )
-
-
-def press(body: Balloon, direction: object, force: float, radius: float | None = None) -> Load:
-    d = np.array(direction, dtype=float)
-    free = np.zeros_like(body.mesh.vertices)
-    radius = radius or body.contact_radius
-    return locate(body.mesh, 0.1 * d / np.linalg.norm(d), free, radius=radius).load(force)
 
 
 def test_the_unheld_balloon_can_be_moved_and_turned_at_no_cost() -> None:
@@ -125,7 +117,7 @@ def test_stiffness_does_not_jump_from_vertex_to_vertex(balloon: Balloon) -> None
 
 
 def test_contact_stiffness_converges_with_the_mesh() -> None:
-    """Compliance of a contact, less that of a wider one: what is local to the contact.
+    """Compliance of a contact, less that of a wider one: the part that is local to the contact.
 
     The rest depends on which vertices the base holds, which differs from mesh to mesh.
     """

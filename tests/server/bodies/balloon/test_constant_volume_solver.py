@@ -6,8 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, inflate
-from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater, order
-from cohaptic_server.bodies.newton import Unstable
+from cohaptic_server.bodies.balloon.constant_volume_solver import (
+    BandPattern,
+    ConstantVolumeFactor,
+    narrow_band_order,
+)
+from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
 from cohaptic_server.mesh.enclosed_volume import volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
@@ -21,10 +25,10 @@ def banded(size: int, width: int, seed: int, shift: float) -> Floats:
     return np.asarray(K + (shift - np.linalg.eigvalsh(K)[0]) * np.eye(size))
 
 
-def factor(K: Floats, width: int, g: Floats) -> HeldWater:
+def factor(K: Floats, width: int, g: Floats) -> ConstantVolumeFactor:
     i = np.arange(len(K))
     rows, columns = np.nonzero((i[:, None] >= i) & (i[:, None] - i <= width))
-    return HeldWater(Band(rows, columns, len(K)), K[rows, columns], g)
+    return ConstantVolumeFactor(BandPattern(rows, columns, len(K)), K[rows, columns], g)
 
 
 @given(st.integers(4, 60), st.integers(1, 50), st.integers(0, 2**32 - 1))
@@ -42,8 +46,8 @@ def test_a_negative_mode_that_the_water_forbids_does_no_harm_and_others_are_foun
     """The inflated balloon, past its pressure maximum; then with more pressure than holds it."""
     inflated = inflate(BalloonSettings(subdivisions=2))
     free = inflated.x[:, 2] >= -0.085
-    found = order(inflated.faces, free)
-    dof = (3 * found[:, None] + np.arange(3)).ravel()
+    order = narrow_band_order(inflated.faces, free)
+    dof = (3 * order[:, None] + np.arange(3)).ravel()
     K = inflated.stiffness[dof][:, dof].toarray()
     g, size = inflated.volume_gradient[dof], len(dof)
     assert np.linalg.eigvalsh(K)[0] < 0.0
@@ -55,15 +59,15 @@ def test_a_negative_mode_that_the_water_forbids_does_no_harm_and_others_are_foun
     assert u[0] == pytest.approx(expected[:-1], abs=1e-9 * np.abs(u).max())
     assert q[0] == pytest.approx(expected[-1], rel=1e-9)
     follower = volume_hessian(inflated.x, inflated.faces)[dof][:, dof].toarray()
-    with pytest.raises(Unstable):
+    with pytest.raises(IndefiniteTangentError):
         factor(K - 2.0 * inflated.pressure * follower, width, g)
 
 
 def test_the_order_begins_at_the_base_and_names_every_free_vertex_once() -> None:
     x, faces = icosphere(2, 1.0)
     free = x[:, 2] > -0.8
-    found = order(faces, free)
-    assert sorted(found.tolist()) == np.flatnonzero(free).tolist()
-    height = x[found, 2]
+    order = narrow_band_order(faces, free)
+    assert sorted(order.tolist()) == np.flatnonzero(free).tolist()
+    height = x[order, 2]
     assert height[:20].mean() < -0.4
     assert height[-20:].mean() > 0.6

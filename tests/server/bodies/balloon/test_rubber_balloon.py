@@ -1,25 +1,24 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.balloon import filled_sheet as watered_sheet
+from cohaptic_server.bodies.balloon import filled_sheet
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.balloon.constant_volume_solver import Band, HeldWater
+from cohaptic_server.bodies.balloon.constant_volume_solver import BandPattern, ConstantVolumeFactor
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
-from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, SETTLED, STEPS
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, MAX_STEPS
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import locate
+from cohaptic_server.testing.contacts import depth, settled
+from tests.server.bodies.presses import press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
-DEEPEST = 10.0  # N, what the simulated devices of the demo can give
+DEEPEST = 10.0  # N, the largest force of the demo's simulated devices
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.4, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
@@ -38,24 +37,6 @@ def rubber() -> RubberBalloon:
     return RubberBalloon()
 
 
-def press(body: Balloon | RubberBalloon, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    free = np.zeros_like(body.mesh.vertices)
-    tip = 0.1 * d / np.linalg.norm(d)
-    return locate(body.mesh, tip, free, radius=body.contact_radius).load(force)
-
-
-def settled(
-    body: RubberBalloon, loads: Sequence[Load], before: RubberResponse | None = None
-) -> RubberResponse:
-    """As many ticks as it takes, and one more for the tangent of exactly that state."""
-    for _ in range(40):
-        before = body.respond(loads, before)
-        if before.settled.step < SETTLED:
-            return body.respond(loads, before)
-    raise AssertionError("it did not settle")
-
-
 def positions(body: RubberBalloon, response: RubberResponse) -> Floats:
     return np.asarray(body.mesh.vertices + response.displacement)
 
@@ -63,11 +44,6 @@ def positions(body: RubberBalloon, response: RubberResponse) -> Floats:
 def lost(body: RubberBalloon, response: RubberResponse) -> float:
     """Change of volume, relative."""
     return abs(volume(positions(body, response), body.mesh.faces) / body.volume - 1.0)
-
-
-def depth(load: Load, response: Response) -> float:
-    """How far the contact moved along its force [m]."""
-    return float(load.weights @ (response.displacement[load.vertices] @ load.direction))
 
 
 def test_without_forces_it_rests_and_answers_as_the_linear_balloon(rubber: RubberBalloon) -> None:
@@ -84,7 +60,7 @@ def test_it_agrees_with_its_linear_twin_at_a_thousandth_of_strain(rubber: Rubber
     twin = Balloon()
     load = press(rubber, (1, 0, 0), 0.02)
     response, linear = settled(rubber, [load]), twin.respond([load])
-    x, at_rest = response.settled.state.strain, rubber.respond([]).settled.state.strain
+    x, at_rest = response.iterate.state.strain, rubber.respond([]).iterate.state.strain
     strain = np.abs(np.sqrt(x.c / at_rest.c) - 1.0).max()
     assert 1e-4 < strain < 1e-3
     gap = np.linalg.norm(response.displacement - linear.displacement)
@@ -158,20 +134,20 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
     """Factorisations, the heavy part, under loads far beyond those of a device, and at rest."""
     made = 0
 
-    class Counting(HeldWater):
-        def __init__(self, band: Band, entries: Floats, g: Floats) -> None:
+    class Counting(ConstantVolumeFactor):
+        def __init__(self, band: BandPattern, entries: Floats, g: Floats) -> None:
             nonlocal made
             made += 1
             super().__init__(band, entries, g)
 
-    monkeypatch.setattr(watered_sheet, "HeldWater", Counting)
+    monkeypatch.setattr(filled_sheet, "ConstantVolumeFactor", Counting)
     response, counts = small.respond([]), list[int]()
     for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
         before = made
         response = small.respond([press(small, (0.3, 0.1, 1), f)], response)
         counts.append(made - before)
-    assert max(counts) <= STEPS + 2
-    assert max(counts[:10]) <= STEPS
+    assert max(counts) <= MAX_STEPS + 2
+    assert max(counts[:10]) <= MAX_STEPS
     assert counts[9] == counts[-1] == 0
 
 
@@ -201,7 +177,7 @@ def test_a_turned_scene_gives_turned_answers(small: RubberBalloon) -> None:
 def test_no_force_makes_it_jump_or_fail(
     small: RubberBalloon, force: float, direction: object
 ) -> None:
-    """Five and thirty times what a device gives, at once, held, and gone at once."""
+    """Five and thirty times the force of a device: at once, kept, and released at once."""
     response = small.respond([])
     for f in [force] * 25 + [0.0] * 60:
         was = response.displacement

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.balloon.tension_field import (
     ENTRIES,
-    Strained,
+    MembraneStrain,
     energy_density,
+    membrane_strain,
     moduli,
-    strained,
     stress,
 )
 from cohaptic_server.numeric import Floats
@@ -29,14 +29,14 @@ def some(seed: int, low: float = 0.3, high: float = 2.5, m: int = 40) -> Floats:
     return np.ascontiguousarray(F.transpose(2, 1, 0))
 
 
-def far_from_a_change(state: Strained) -> npt.NDArray[np.bool_]:
+def far_from_a_change(state: MembraneStrain) -> npt.NDArray[np.bool_]:
     """Triangles whose Hessian does not jump nearby."""
     c1, c2 = state.c
     gap = np.minimum(np.abs(c1 * c2 * c2 - 1.0), np.abs(c1 - 1.0))
     return np.asarray(gap > 0.02)
 
 
-def full(state: Strained) -> Floats:
+def full(state: MembraneStrain) -> Floats:
     """The moduli as matrices, shape (m, 6, 6) with rows (p, a)."""
     values = moduli(state)
     A = np.zeros((values.shape[1], 2, 3, 2, 3))
@@ -50,10 +50,10 @@ def full(state: Strained) -> Floats:
 def test_stress_is_the_derivative_of_the_energy(seed: int) -> None:
     F, rng, h = some(seed), np.random.default_rng(seed), 1e-6
     way = rng.normal(size=F.shape)
-    slope = (energy_density(strained(F + h * way)) - energy_density(strained(F - h * way))) / (
-        2 * h
-    )
-    expected = (stress(strained(F)) * way).sum(axis=(0, 1))
+    slope = (
+        energy_density(membrane_strain(F + h * way)) - energy_density(membrane_strain(F - h * way))
+    ) / (2 * h)
+    expected = (stress(membrane_strain(F)) * way).sum(axis=(0, 1))
     assert expected == pytest.approx(slope, rel=1e-5, abs=1e-6 * np.abs(slope).max())
 
 
@@ -61,9 +61,9 @@ def test_stress_is_the_derivative_of_the_energy(seed: int) -> None:
 @settings(max_examples=20, deadline=None)
 def test_moduli_are_the_derivative_of_the_stress(seed: int) -> None:
     F, rng, h = some(seed), np.random.default_rng(seed), 1e-6
-    state = strained(F)
+    state = membrane_strain(F)
     way = rng.normal(size=F.shape)
-    change = (stress(strained(F + h * way)) - stress(strained(F - h * way))) / (2 * h)
+    change = (stress(membrane_strain(F + h * way)) - stress(membrane_strain(F - h * way))) / (2 * h)
     found = np.einsum("mij,jm->im", full(state), way.reshape(6, -1)).reshape(F.shape)
     clear = far_from_a_change(state)
     assert np.abs(found - change)[..., clear].max() < 1e-4 * np.abs(change).max()
@@ -73,7 +73,7 @@ def test_moduli_are_the_derivative_of_the_stress(seed: int) -> None:
 @settings(max_examples=20, deadline=None)
 def test_the_energy_is_convex_in_every_state(seed: int) -> None:
     """No element can take energy out of the tangent: taut, wrinkled, slack, or nearly a line."""
-    state = strained(some(seed, low=1e-4))
+    state = membrane_strain(some(seed, low=1e-4))
     values = np.linalg.eigvalsh(full(state))
     assert values.min() > -1e-10 * values.max()
     c1, c2 = state.c
@@ -88,7 +88,7 @@ def test_taut_rubber_is_that_of_the_membrane() -> None:
     sheet = Membrane.at_rest(x, np.array([[0, 1, 2]]), 3.0)
     moved = x @ np.array([[1.6, 0.2, 0.0], [0.1, 1.3, 0.0], [0.0, 0.3, 1.4]])
     F = np.einsum("ka,kp->pa", moved, sheet.gradients[0])[:, :, None]
-    state = strained(F)
+    state = membrane_strain(F)
     assert state.taut.all()
     assert 3.0 * sheet.rest_area @ energy_density(state) == pytest.approx(sheet.energy(moved))
 
@@ -98,7 +98,7 @@ def test_a_slack_sheet_is_free_and_a_wrinkled_one_pulls_one_way_only() -> None:
     F[0, 0] = [0.5, 2.0, 2.0]  # along x
     F[1, 1] = [0.9, 0.1, 0.7]  # along y
     F[1, 1, 2] = 2.0**-0.5 + 1e-9  # just wide enough to be without wrinkles
-    state = strained(F)
+    state = membrane_strain(F)
     assert state.taut.tolist() == [False, False, True]
     P = stress(state)
     assert np.abs(P[..., 0]).max() == 0.0

@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean, Strained, strained
+from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean, SolidStrain, solid_strain
 from cohaptic_server.numeric import Floats
 
 RUBBER = NeoHookean.of(2e4, 0.45)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def at(F: Floats) -> Strained:
-    found = strained(F[:, :, None], 0.0)
+def at(F: Floats) -> SolidStrain:
+    found = solid_strain(F[:, :, None], 0.0)
     assert found is not None
     return found
 
@@ -70,5 +70,5 @@ def test_what_is_inside_out_or_no_number_is_no_state() -> None:
     bad = [np.diag([1.0, 1.0, -1.0]), np.diag([1.0, 1.0, 0.0]), np.full((3, 3), np.nan)]
     for F in bad:
         both = np.stack([np.eye(3), F], axis=2)
-        assert strained(both, 0.0) is None
-    assert strained(np.eye(3)[:, :, None], 1.0) is None
+        assert solid_strain(both, 0.0) is None
+    assert solid_strain(np.eye(3)[:, :, None], 1.0) is None

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -9,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.newton import MAX_MOVE, SETTLED
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.newton import MAX_MOVE
 from cohaptic_server.bodies.rubber_solid import rubber_tetrahedra
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
@@ -21,7 +20,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact import locate
+from cohaptic_server.testing.contacts import depth, settled
+from tests.server.bodies.presses import press
 from tests.server.bodies.rubber_solid.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -50,31 +50,8 @@ def linear(order: int = 2, nu: float = 0.45) -> Solid:
     return Solid(mesh, mesh.vertices[:, 2] < 0.005, SolidSettings(2e4, nu, 0.015, order))
 
 
-def press(body: RubberSolid | Solid, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    at = np.array([0.0, 0.0, 0.03]) + 0.1 * d / np.linalg.norm(d)
-    free = np.zeros_like(body.mesh.vertices)
-    return locate(body.mesh, at, free, radius=body.contact_radius).load(force)
-
-
-def settled(
-    body: RubberSolid, loads: Sequence[Load], before: RubberSolidResponse | None = None
-) -> RubberSolidResponse:
-    """As many ticks as it takes, and one more for the tangent of exactly that state."""
-    for _ in range(60):
-        before = body.respond(loads, before)
-        if before.settled.step < SETTLED:
-            return body.respond(loads, before)
-    raise AssertionError("it did not settle")
-
-
-def depth(load: Load, response: Response) -> float:
-    """How far the contact moved along its force [m]."""
-    return float(load.weights @ (response.displacement[load.vertices] @ load.direction))
-
-
 def greatest_strain(response: RubberSolidResponse) -> float:
-    F = response.settled.state.strain.F
+    F = response.iterate.state.strain.F
     strain = 0.5 * (F + F.swapaxes(0, 1)) - np.eye(3)[:, :, None]
     return float(np.abs(np.linalg.eigvalsh(strain.transpose(2, 0, 1))).max())
 
@@ -163,19 +140,19 @@ def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: in
     assert state is not None
     volume = small(order).shape.tets.volume
     assert abs(state.energy) < 1e-10 * rubber.material.mu * volume
-    assert np.abs(state.force).max() < 1e-10 * rubber.material.mu * volume ** (2 / 3)
+    assert np.abs(state.internal_force).max() < 1e-10 * rubber.material.mu * volume ** (2 / 3)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2]))
 @settings(max_examples=10, deadline=None)
 def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> None:
-    """Far from rest; the tangent by what it solves for."""
+    """Far from rest; the tangent is tested through its solutions."""
     body = small(order)
     rubber, rest = body.rubber, body.shape.nodes
     rng = np.random.default_rng(seed)
     bend = 0.1 * rng.normal(size=(3, 3))
     moved = np.zeros_like(rest)
-    free = ~body.shape.held
+    free = ~body.shape.fixed
     moved[free] = rest[free] @ bend + 1e-3 * rng.normal(size=(int(free.sum()), 3))
     x = rest + 0.5 * moved
     state = rubber.at(x)
@@ -187,10 +164,10 @@ def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> 
     assert up is not None
     assert down is not None
     slope = (up.energy - down.energy) / (2.0 * h)
-    assert (state.force * way).sum() == pytest.approx(slope, rel=1e-5)
-    stiff = ((up.force - down.force) / (2.0 * h)).reshape(-1)[rubber.dof]
+    assert (state.internal_force * way).sum() == pytest.approx(slope, rel=1e-5)
+    stiff = ((up.internal_force - down.internal_force) / (2.0 * h)).reshape(-1)[rubber.dof]
     try:
-        solver = rubber.factored(state, 0.0)
+        solver = rubber.factor_tangent(state, 0.0)
     except BodyError:
         return  # indefinite so far from rest: it has no factor
     found = solver.displacements(stiff[None])[0]
@@ -247,7 +224,7 @@ def test_no_push_turns_an_element_inside_out_and_it_comes_back(
     for tick in range(ticks + 250):
         was = response
         response = body.respond(loads if tick < ticks else loads[:0], was)
-        state = response.settled.state
+        state = response.iterate.state
         assert np.isfinite(response.displacement).all()
         assert np.isfinite(response.fields).all()
         assert np.abs(response.displacement - was.displacement).max() < min(MAX_MOVE, 1.05 * most)

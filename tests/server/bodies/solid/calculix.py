@@ -52,7 +52,7 @@ def deck(body: Solid, loads: list[Load]) -> str:
     ]
     lines += ["*MATERIAL, NAME=SOFT", "*ELASTIC", f"{body.settings.young}, {body.settings.nu}"]
     lines += ["*SOLID SECTION, ELSET=SOLID, MATERIAL=SOFT", "*BOUNDARY"]
-    lines += [f"{k + 1}, 1, 3" for k in np.flatnonzero(body.shape.held)]
+    lines += [f"{k + 1}, 1, 3" for k in np.flatnonzero(body.shape.fixed)]
     lines += ["*STEP", "*STATIC", "*CLOAD"]
     lines += [
         f"{k + 1}, {axis + 1}, {forces[k, axis]:.11e}" for k, axis in np.argwhere(forces).tolist()

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.solid.far_field import CoarseTwin, make_twin
+from cohaptic_server.bodies.solid.far_field import FarField
+from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.nearest import nearest_point
@@ -17,11 +18,11 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.testing.soft_ring import RING, TUBE, held, ring
+from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 Place = tuple[float, float]  # angles along the ring and round its tube
 
-# Above what is held, by more than a contact.
+# More than a contact above the fixed part.
 places = st.tuples(st.floats(-math.pi, math.pi), st.floats(-0.2, math.pi + 0.2))
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.2)
 
@@ -30,14 +31,14 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(
 def soft_ring() -> Solid:
     """16,560 tetrahedra on a table, a contact of 15 mm."""
     mesh = ring(60, 32)
-    return Solid(mesh, held(mesh), SolidSettings(2e4, 0.4, 0.015, order=1))
+    return Solid(mesh, fixed(mesh), SolidSettings(2e4, 0.4, 0.015, order=1))
 
 
 @functools.cache
-def twin() -> CoarseTwin:
+def far_field() -> FarField:
     body = soft_ring()
-    fixed = body.shape.place < 0
-    return make_twin(body.mesh, body.contact_radius, body.columns.respond, fixed, places=300)
+    fixed = body.shape.free_index < 0
+    return build_far_field(body.mesh, body.contact_radius, body.columns.respond, fixed, count=300)
 
 
 def touch(place: Place) -> tuple[Ints, Floats, Floats]:
@@ -56,27 +57,27 @@ def true_field(vertices: Ints, weights: Floats, direction: Floats) -> Floats:
 
 
 def test_means_are_of_quadratic_functions_and_loads_keep_their_place() -> None:
-    body, found = soft_ring(), twin()
-    free = body.shape.place >= 0
+    body, found = soft_ring(), far_field()
+    free = body.shape.free_index >= 0
     x = body.mesh.vertices
     assert found.means[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
     assert found.carries[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
     above = x[:, 2] > 0.0
-    centre = np.einsum("vk,vki->vi", found.means, x[found.places][found.near])
+    centre = np.einsum("vk,vki->vi", found.means, x[found.samples][found.near])
     assert np.linalg.norm(centre - x, axis=1)[above].max() < 0.001
 
 
 @given(places, places, directions, directions)
 @settings(max_examples=30, deadline=None)
-def test_from_afar_it_is_the_solid(
+def test_far_away_it_agrees_with_the_solid(
     one: Place, two: Place, d: tuple[float, ...], e: tuple[float, ...]
 ) -> None:
-    """A force moves what is two places away as the solid does: to 8 % of the dent."""
-    found = twin()
+    """Two sample spacings away the displacement is that of the solid, to 8 % of the dent."""
+    found = far_field()
     vertices, weights, _ = touch(one)
     push = np.array(d) / np.linalg.norm(d)
     true = true_field(vertices, weights, push)
-    told = found.at(found.pushed(found.spread(vertices, weights), push), np.arange(len(true)))
+    told = found.at(found.response(found.spread(vertices, weights), push), np.arange(len(true)))
     x = soft_ring().mesh.vertices
     far = np.linalg.norm(x - weights @ x[vertices], axis=1) > 2.0 * found.spacing
     dent = np.linalg.norm(true, axis=1).max()
@@ -85,43 +86,43 @@ def test_from_afar_it_is_the_solid(
     # What it says of two contacts does not depend on which of them pushes.
     other, shares, _ = touch(two)
     pull = np.array(e) / np.linalg.norm(e)
-    back = found.at(found.pushed(found.spread(other, shares), pull), vertices)
-    there = found.at(found.pushed(found.spread(vertices, weights), push), other)
+    back = found.at(found.response(found.spread(other, shares), pull), vertices)
+    there = found.at(found.response(found.spread(vertices, weights), push), other)
     assert weights @ back @ push == pytest.approx(shares @ there @ pull, abs=1e-5 * dent)
 
 
 @given(places)
 @settings(max_examples=30, deadline=None)
 def test_a_contact_is_as_soft_as_the_contacts_round_it(place: Place) -> None:
-    found = twin()
+    found = far_field()
     vertices, weights, n = touch(place)
     true = float(weights @ true_field(vertices, weights, -n)[vertices] @ -n)
-    assert found.own(vertices, weights, -n, n) == pytest.approx(true, rel=0.06)
+    assert found.self_compliance(vertices, weights, -n, n) == pytest.approx(true, rel=0.06)
 
 
 def test_every_vertex_carries_itself_where_all_are_places() -> None:
     mesh = block((0.1, 0.1, 0.1), (3, 3, 3))
     few = Solid(mesh, mesh.vertices[:, 2] < 0.01)
-    whole = few.twin
-    assert len(whole.places) == len(few.mesh.vertices)
-    free = np.flatnonzero(few.shape.place >= 0)
+    whole = few.far_field
+    assert len(whole.samples) == len(few.mesh.vertices)
+    free = np.flatnonzero(few.shape.free_index >= 0)
     for v in free[::17].tolist():
         spread = whole.spread(np.array([v]), np.ones(1))
-        assert whole.places[np.flatnonzero(spread)].tolist() == [v]
-    held = np.flatnonzero(few.shape.place < 0)
-    assert not whole.at(np.ones((len(whole.places), 3)), held).any()
+        assert whole.samples[np.flatnonzero(spread)].tolist() == [v]
+    held = np.flatnonzero(few.shape.free_index < 0)
+    assert not whole.at(np.ones((len(whole.samples), 3)), held).any()
 
 
 def test_it_comes_back_from_arrays() -> None:
-    found = twin()
-    again = CoarseTwin.from_arrays(found.to_arrays())
+    found = far_field()
+    again = FarField.from_arrays(found.to_arrays())
     assert again.spacing == found.spacing
-    for name in ("places", "normals", "near", "means", "carries", "compliance"):
+    for name in ("samples", "normals", "near", "means", "carries", "compliance"):
         assert (getattr(again, name) == getattr(found, name)).all()
     arrays = found.to_arrays()
     del arrays["near"]
     with pytest.raises(BodyError, match="near"):
-        CoarseTwin.from_arrays(arrays)
+        FarField.from_arrays(arrays)
 
 
 def test_places_are_far_from_each_other() -> None:

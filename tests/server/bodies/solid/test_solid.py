@@ -20,8 +20,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact import locate
 from cohaptic_server.world.equilibrium import RestingHand, solve
+from tests.server.bodies.presses import press
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
@@ -35,13 +35,6 @@ def small(order: int = 2, nu: float = 0.45, cache: int = 2**28) -> Solid:
     mesh = block((0.1, 0.08, 0.06), (3, 3, 2))
     mesh.vertices[:] += np.random.default_rng(1).uniform(-0.004, 0.004, mesh.vertices.shape)
     return Solid(mesh, mesh.vertices[:, 2] < 0.005, SolidSettings(1e4, nu, 0.015, order, cache))
-
-
-def press(body: Solid, direction: object, force: float) -> Load:
-    d = np.array(direction, dtype=float)
-    at = np.array([0.0, 0.0, 0.03]) + 0.1 * d / np.linalg.norm(d)
-    free = np.zeros_like(body.mesh.vertices)
-    return locate(body.mesh, at, free, radius=body.contact_radius).load(force)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -85,7 +78,7 @@ def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
         for load in loads
     )
     assert response.energy == pytest.approx(work, rel=1e-9, abs=1e-15)
-    assert np.abs(u[body.shape.held[body.shape.surface]]).max() == 0.0
+    assert np.abs(u[body.shape.fixed[body.shape.surface]]).max() == 0.0
     whole = full_solution(body, loads)
     # Columns are kept in single precision; each is off by at most half of its last digit.
     unit = np.abs(response.compliance).max(initial=0.0)
@@ -102,7 +95,7 @@ def full_solution(body: Solid, loads: list[Load]) -> Floats:
     for load in loads:
         share = load.force * load.weights[:, None] * load.direction
         np.add.at(force, body.shape.surface[load.vertices], share)
-    free = np.repeat(~body.shape.held, 3)
+    free = np.repeat(~body.shape.fixed, 3)
     u = np.zeros(force.size)
     K = stiffness_of(body.shape, body.settings)[free][:, free].toarray()
     u[free] = np.linalg.solve(K, force.ravel()[free])
@@ -116,35 +109,35 @@ def test_the_compliance_of_all_surface_vertices_is_symmetric_and_definite(order:
     C = body.columns.respond(np.arange(n), np.eye(3 * n).reshape(n, 3, 3 * n))
     assert np.abs(C - C.T).max() < 1e-8 * np.abs(C).max()
     values = np.linalg.eigvalsh(C)
-    held = int(body.shape.held[body.shape.surface].sum())
+    held = int(body.shape.fixed[body.shape.surface].sum())
     assert (np.abs(values) < 1e-12 * values.max()).sum() == 3 * held
     assert values[3 * held] > 0.0
 
 
 def test_a_small_cache_gives_the_same_and_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohaptic_server.bodies.solid.green_columns.LEAST", 10)
+    monkeypatch.setattr("cohaptic_server.bodies.solid.column_store.MIN_CAPACITY", 10)
     roomy, tight = small(), small.__wrapped__()
-    tight.columns = GreenColumns(tight.columns.factor, tight.shape.place, 1)
+    tight.columns = GreenColumns(tight.columns.factor, tight.shape.free_index, 1)
     most = 10
-    assert tight.columns.capacity == most
+    assert tight.columns.store.capacity == most
     for angle in np.linspace(0.0, 3.0, 7):
         loads = [press(b, (np.cos(angle), np.sin(angle), 0.5), 1.0) for b in (roomy, tight)]
         one, other = (b.respond([load]) for b, load in zip((roomy, tight), loads, strict=True))
         assert other.displacement == pytest.approx(one.displacement, rel=1e-6, abs=1e-12)
         most = max(most, len(loads[1].vertices))
-        assert tight.columns.kept <= tight.columns.capacity == most
+        assert tight.columns.store.kept <= tight.columns.store.capacity == most
 
 
 def test_a_tick_solves_only_for_what_is_newly_touched() -> None:
     body = small.__wrapped__(2, 0.3)  # of its own: it counts
     load = press(body, (0.1, 0.2, 1.0), 1.0)
     body.respond([load])
-    found = body.columns.found
+    found = body.columns.solved
     body.respond([load, load])
-    assert body.columns.found == found
+    assert body.columns.solved == found
     moved = press(body, (0.3, 0.2, 1.0), 1.0)
     body.respond([moved])
-    assert body.columns.found - found == len(np.setdiff1d(moved.vertices, load.vertices))
+    assert body.columns.solved - found == len(np.setdiff1d(moved.vertices, load.vertices))
 
 
 def test_no_load_is_no_displacement() -> None:

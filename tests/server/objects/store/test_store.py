@@ -10,7 +10,7 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid import parts as solid_parts
-from cohaptic_server.bodies.solid.green_columns import Order
+from cohaptic_server.bodies.solid.green_columns import ColumnRequest
 from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -123,7 +123,7 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     second = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 1
     tables = [Solid(BLOCK, FOOT, SETTINGS, parts=p).vertex_compliance() for p in (first, second)]
-    order = Order(np.arange(20, 24), np.arange(26))
+    order = ColumnRequest(np.arange(20, 24), np.arange(26))
     columns = [Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(order) for p in (first, second)]
     assert np.array_equal(tables[0], tables[1])
     for one, other in zip(*columns, strict=True):

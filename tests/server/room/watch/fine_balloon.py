@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from cohaptic_server.bodies.balloon.balloon import BalloonSettings, held_by_base, inflate
+from cohaptic_server.bodies.balloon.balloon import BalloonSettings, fixed_by_base, inflate
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
@@ -27,7 +27,7 @@ class FineBalloon:
         self.settings = BalloonSettings(subdivisions=subdivisions)
         inflated = inflate(self.settings)
         self.mesh = SurfaceMesh(inflated.x, inflated.faces)
-        self._free = np.flatnonzero(np.repeat(~held_by_base(inflated, self.settings), 3))
+        self._free = np.flatnonzero(np.repeat(~fixed_by_base(inflated, self.settings), 3))
         K = inflated.stiffness[self._free][:, self._free]
         g = sp.csr_array(inflated.volume_gradient[self._free][:, None])
         upper, lower = sp.hstack([K, g]), sp.hstack([g.T, sp.csr_array((1, 1))])

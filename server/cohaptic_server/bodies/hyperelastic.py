@@ -1,0 +1,84 @@
+"""The interface between a hyperelastic body and the Newton iteration that finds its equilibrium.
+
+`balloon/filled_sheet.py` and `rubber_solid/rubber_tetrahedra.py` implement it; `newton.py` uses it.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+from cohaptic.errors import BodyError
+from cohaptic_server.numeric import Floats, Ints
+
+
+class IndefiniteTangentError(BodyError):
+    """The tangent is not positive definite on the displacements that the body allows."""
+
+
+class DeformedState(Protocol):
+    """A deformed body, not necessarily in equilibrium."""
+
+    @property
+    def x(self) -> Floats:
+        """Positions of the nodes, shape (n, 3) [m]."""
+        ...
+
+    @property
+    def energy(self) -> float:
+        """Stored energy [J]."""
+        ...
+
+
+class TangentSolver(Protocol):
+    """A factored tangent stiffness."""
+
+    def displacements(self, b: Floats) -> Floats:
+        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        ...
+
+
+S = TypeVar("S", bound=DeformedState)
+
+
+class Hyperelastic(Protocol[S]):
+    """A body with a stored energy E(x), a residual and a tangent stiffness."""
+
+    @property
+    def dof(self) -> Ints:
+        """The solver's unknowns in its order, as indices into (3 n,), shape (size,)."""
+        ...
+
+    @property
+    def stiffenings(self) -> tuple[float, ...]:
+        """Rising amounts of stiffening to try where the tangent is indefinite."""
+        ...
+
+    def displaced(self, state: S, step: Floats, external: Floats) -> S | None:
+        """The state after a step, on the body's constraints.
+
+        Args:
+            state: Before the step.
+            step: Shape (n, 3) [m].
+            external: Nodal forces of the contacts, shape (n, 3) [N].
+
+        Returns:
+            None if the body allows no state there.
+        """
+        ...
+
+    def residual(self, state: S, external: Floats) -> Floats:
+        """External forces less internal forces, shape (n, 3) [N]."""
+        ...
+
+    def factor_tangent(self, state: S, stiffening: float) -> TangentSolver:
+        """Factor the tangent; it is the exact one if `stiffening` is 0.
+
+        Raises:
+            IndefiniteTangentError: The tangent is not positive definite.
+        """
+        ...
+
+
+def total_energy(state: DeformedState, external: Floats) -> float:
+    """Total potential energy of a body under dead loads, E(x) - external . x [J]."""
+    return state.energy - float((external * state.x).sum())
