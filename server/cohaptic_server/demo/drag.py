@@ -22,8 +22,8 @@ from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import describe
 from cohaptic_server.world.sticking_equilibrium import (
+    StickingEquilibrium,
     StickingHand,
-    Stuck,
     compliance_of,
     solve_sticking,
     touch_down,
@@ -42,8 +42,8 @@ class Drag:
         compliance: C of both contacts, shape (2, 3, 2, 3) [m/N].
     """
 
-    rest: Stuck
-    dragged: Stuck
+    rest: StickingEquilibrium
+    dragged: StickingEquilibrium
     compliance: Floats
 
     @property

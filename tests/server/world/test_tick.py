@@ -20,9 +20,9 @@ from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import vec3
-from cohaptic_server.world.contact import REACH
+from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
 from cohaptic_server.world.force_limits import EFFECT_RATE
-from cohaptic_server.world.patch import NEAR
+from cohaptic_server.world.patch import NEAR_HEIGHT
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from tests.server.touches import RADIUS, side, touch
@@ -192,13 +192,13 @@ def test_the_body_carries_forces_behind_the_lag_and_says_so(small_balloon: Ballo
         state, patches = advance(TouchedBody(small_balloon), before, more, now=0.0, dt=DT)
         user, was = state.users[1], before.users[1].force
         share = 1.0 - kept(before.room.lag, DT)
-        assert user.force == pytest.approx(was + share * (user.wanted - was), rel=1e-9)
+        assert user.force == pytest.approx(was + share * (user.requested - was), rel=1e-9)
         assert norm(patches[1].own_force) == pytest.approx(user.force)
         assert state.response is not None
         whole = user.contact.moved(state.response.displacement)
         dent = dot(sub(patches[1].x_free, vec3(whole)), patches[1].normal)
         assert dent == pytest.approx(patches[1].c_ii * user.force, rel=1e-9)
-    assert 0.1 < state.users[1].force < 0.95 * state.users[1].wanted
+    assert 0.1 < state.users[1].force < 0.95 * state.users[1].requested
 
 
 @given(st.lists(st.tuples(forces, forces, forces), min_size=1, max_size=12))
@@ -397,11 +397,11 @@ def test_a_neighbour_counts_from_where_it_may_touch_next(small_balloon: Balloon)
 
     alone = play(small_balloon, [touch()], 2)[0].users[1].k_o_coupled
     # Facets lie up to 2 mm inside the sphere that heights are counted from here.
-    heights = np.linspace(0.0, REACH + 0.01, 41)
+    heights = np.linspace(0.0, MAX_CONTACT_HEIGHT + 0.01, 41)
     values = [coupled(h) for h in heights]
     assert values == sorted(values)
     assert values[-1] == pytest.approx(alone, rel=1e-12)
-    near = [v for h, v in zip(heights, values, strict=True) if h < NEAR - 0.003]
+    near = [v for h, v in zip(heights, values, strict=True) if h < NEAR_HEIGHT - 0.003]
     assert len(near) > 1
     assert near == pytest.approx([near[0]] * len(near), rel=1e-3)
     assert near[0] < 0.9 * alone

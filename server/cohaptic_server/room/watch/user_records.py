@@ -33,7 +33,7 @@ def displacement(world: WorldState, vertices: int) -> Floats:
 
 def _record(user: UserState, patch: Patch | None) -> UserRecord:
     touch, contact = user.touch, user.contact
-    force = user.carried
+    force = user.applied
     limit = MAX_CURVATURE
     return UserRecord(
         user=touch.user,
