@@ -12,8 +12,10 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.displacement_field import CachedField
 from cohaptic_server.world.neighbourhood import (
+    MIN_RADIUS,
     choose_vertices,
     cut_neighbourhood,
+    slide_path,
 )
 
 RADIUS = 0.1  # m, of the balloon
