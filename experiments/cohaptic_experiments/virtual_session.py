@@ -26,7 +26,8 @@ from cohaptic_client.loop.step import LoopSettings, LoopState, Output, receive, 
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_client.network.pacing import Pacer
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.room.room import Room, describe
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 
 PERIOD = 0.001  # s
@@ -161,7 +162,7 @@ class VirtualSession:
         info = describe(self.room.body)
         period = self.room.settings.simulation_period
         # As the wire carries it: rounded to 32 bits.
-        mesh = RestMesh.decode(self.room.touch_mesh()) if geometry == "mesh" else None
+        mesh = RestMesh.decode(self.room.frames.touch_mesh()) if geometry == "mesh" else None
         usual = limits or SafetyLimits(max_rate=rate_of(max_stiffness))
         limits = replace(usual, silent_after=silent_after(period))
         user = VirtualUser(

@@ -12,7 +12,7 @@ from cohaptic.simulated.hand import HandScript, Rhythm
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.sticking_equilibrium import (
     StickingEquilibrium,
     StickingHand,

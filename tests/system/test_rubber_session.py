@@ -18,7 +18,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.sticking_equilibrium import (

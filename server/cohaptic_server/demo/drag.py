@@ -20,7 +20,7 @@ from cohaptic_server.demo.analysis import Timeline
 from cohaptic_server.demo.lateness import felt_delay
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.sticking_equilibrium import (
     StickingEquilibrium,
     StickingHand,

@@ -55,7 +55,7 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
 ) -> None:
     """Also where another hand has bent the surface, and away from the contact of the patch."""
     hand, other = touch(1, force=2.0), touch(2, at=side(beside), force=pressed)
-    mesh = RestMesh.decode(Room(balloon, ServerSettings()).touch_mesh())
+    mesh = RestMesh.decode(Room(balloon, ServerSettings()).frames.touch_mesh())
     surface = SurfaceMaker(mesh)(patches(balloon, hand, other)[Geometry.MESH])
     state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
     assert state.response is not None

@@ -8,14 +8,15 @@ from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
-from cohaptic_server.room.room import Room, describe
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.world.state import WorldState
 
 
-class Gallery:
+class Audience:
     """Who watches.
 
     Args:
@@ -50,7 +51,7 @@ class Gallery:
         if len(self.watchers) >= settings.max_watchers:
             number, limit = len(self.watchers) + 1, f"at most {settings.max_watchers}"
             raise RemoteProtocolError("number of watchers", number, limit, CloseCode.ROOM_FULL)
-        self.room.check_watchable()
+        self.room.frames.check_watchable()
         self.watchers.add(watcher)
         self.came += 1
         members = self.room.members.values()
