@@ -132,7 +132,7 @@ class Lobby:
         self.room.tick(now)
 
     def serve(self, peer: Peer, now: float) -> Outcome:
-        """Queue the newest patch of a user, and notice that time has passed."""
+        """Queue the newest patch of a user, and check its session's deadline."""
         outcome = Outcome([peer])
         session = peer.session
         assert isinstance(session, ServerSession)
