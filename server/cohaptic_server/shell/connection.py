@@ -21,7 +21,7 @@ class Connection:
 
     Args:
         ws: The websocket.
-        peer: At the other end; its session says what is written.
+        peer: At the other end; its session holds the messages to it.
         clock: Of the server.
         deliver: Called with each message at the end of its injected delay.
 

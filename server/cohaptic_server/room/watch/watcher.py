@@ -129,7 +129,8 @@ class Watcher:
         self._in_flight.append(tick)
         self._sent_tick, self._sent_version = tick, version
         self._sent_surface = self.wants_surface
-        # The mean rate is kept, and after a pause a scene may follow a quarter period early.
+        # This keeps the mean rate; after a pause, the scene after the next one may follow three
+        # quarters of a period later instead of a whole one.
         self._next = max(self._next, now - 0.25 / self._rate) + 1.0 / self._rate
 
     def handle_timer(self, now: float) -> None:
