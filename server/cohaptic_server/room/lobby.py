@@ -7,7 +7,6 @@ messages themselves, and the closing of a connection, wait in the session of eac
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
@@ -15,62 +14,13 @@ from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, w
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
 from cohaptic_server.room.latency import Data
+from cohaptic_server.room.peer import LogLine, Outcome, Peer
 from cohaptic_server.room.room import REPLACE_AFTER, Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
-
-
-@dataclass(eq=False)
-class Peer:
-    """The client at the other end of one connection.
-
-    Attributes:
-        session: Its half of the protocol; a watcher replaces the session that it began as.
-        user: Number in the room; None before it has joined, and for a watcher.
-        latency: Injected delay and jitter, each way [s].
-        needs_mesh: Whether the resting mesh must be sent next.
-    """
-
-    session: ServerSession | Watcher
-    user: int | None = None
-    latency: tuple[float, float] = (0.0, 0.0)
-    needs_mesh: bool = False
-
-    @property
-    def watches(self) -> bool:
-        """Whether it is a watcher."""
-        return isinstance(self.session, Watcher)
-
-
-@dataclass(frozen=True, slots=True)
-class LogLine:
-    """A line for the server's log.
-
-    Args:
-        text: Of the line.
-        warning: Whether it tells of a problem.
-    """
-
-    text: str
-    warning: bool = False
-
-
-@dataclass(slots=True)
-class Outcome:
-    """Tasks of the shell after an event.
-
-    Attributes:
-        flush: Peers whose sessions have something to write or to close, in order.
-        delayed: Peers whose injected latency has changed.
-        log: Lines for the log.
-    """
-
-    flush: list[Peer] = field(default_factory=list[Peer])
-    delayed: list[Peer] = field(default_factory=list[Peer])
-    log: list[LogLine] = field(default_factory=list[LogLine])
 
 
 class Lobby:

@@ -11,7 +11,7 @@ from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import FrameKind
 from cohaptic_server.room.latency import Data, UserLatency
-from cohaptic_server.room.lobby import Peer
+from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
 

@@ -21,7 +21,8 @@ from cohaptic.runtime.transport import tune
 from cohaptic.status.quantiles import Tally
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby, Outcome, Peer
+from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
+from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

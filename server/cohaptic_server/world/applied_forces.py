@@ -95,12 +95,7 @@ def apply_forces(
     tangential = low_pass(previous_tangential, tangential, lag[:, None], dt)
 
     change = np.abs(normal - previous) + np.linalg.norm(tangential - previous_tangential, axis=1)
-    stiffness = np.array(
-        [
-            min(user.touch.max_stiffness, 1.0 / c if np.isfinite(c) else np.inf)
-            for user, c in zip(tracked, c_ii.tolist(), strict=True)
-        ]
-    )
+    stiffness = _hand_stiffness(tracked, c_ii)
     # A hand that feels no force cannot be moved, so nobody is slowed down for its sake.
     C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
     share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
@@ -131,6 +126,16 @@ def _has_jumped(state: WorldState, user: UserState, max_move: float) -> bool:
 def _lag_of(state: WorldState, user: UserState) -> float:
     """Lag of a user's force [s]: the room's, and a short one for a user who has left."""
     return state.room.lag if user.touch.fresh else min(state.room.lag, MAX_RELEASE_LAG)
+
+
+def _hand_stiffness(tracked: Sequence[UserState], c_ii: Floats) -> Floats:
+    """K of each hand, at most 1 / C_ii where that is known, shape (n,) [N/m]."""
+    return np.array(
+        [
+            min(user.touch.max_stiffness, 1.0 / c if np.isfinite(c) else np.inf)
+            for user, c in zip(tracked, c_ii.tolist(), strict=True)
+        ]
+    )
 
 
 def _previous_force(state: WorldState, user: UserState) -> float:

@@ -118,12 +118,14 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
             tolerance = _CONTACT_TOLERANCE
         elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
             C = response.compliance
-            resting_depth = np.array(
-                [c.normal @ (c.point - t) for c, t in zip(located, tip, strict=True)]
-            )
-            alone = np.maximum(0.0, resting_depth) / np.diag(C)
-            return Equilibrium(force, alone, tip, C)
+            return Equilibrium(force, _forces_alone(located, tip, C), tip, C)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
+
+
+def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:
+    """Force on each hand if it held its tip there and nobody else touched, shape (c,) [N]."""
+    depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
+    return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
 
 def _largest(change: Floats) -> float:

@@ -79,11 +79,10 @@ def advance(
     body = touched_body.body
     time = TickTime(state.tick + 1, now, dt)
     connected = {touch.user: touch for touch in touches}
-    fade = dt / RELEASE_TIME
-    max_move = _max_contact_move(body, dt)
+    fade, max_move = dt / RELEASE_TIME, _max_contact_move(body, dt)
 
-    participants = _participants(state, connected, fade)
-    tracked = [track_contact(body, state, p.touch, p.presence, time) for p in participants]
+    taking_part = _participants(state, connected, fade)
+    tracked = [track_contact(body, state, p.touch, p.presence, time) for p in taking_part]
     releases = update_releases(state, tracked, fade, max_move=max_move)
     released = {release.user for release in releases}
     users = apply_forces(body, state, tracked, released, dt, max_move=max_move)
@@ -99,13 +98,11 @@ def advance(
     compliance = floored(response.compliance, spans)
     coupling = compliance_between(compliance, spans)
     weight = np.array([user.nearness for user in observed])
-    rows = coupling * weight
-    rows[np.diag_indices(len(rows))] = np.diag(coupling)  # a user counts in full for itself
     room = find_lag(users, compliance, spans, weight, state.room, dt)
 
     patches: dict[int, Patch] = {}
     after: dict[int, UserState] = {}
-    for user, row in zip(observed, rows, strict=True):
+    for user, row in zip(observed, _weighted_rows(coupling, weight), strict=True):
         number = user.state.touch.user
         own = contact_compliance(compliance, user.state.press, user.loads)
         if number in connected:
@@ -167,6 +164,13 @@ def _vertices_ahead(body: Body, users: Sequence[UserState]) -> Ints:
         if _SLOWEST_SLIDE < radii < _FASTEST_SLIDE:
             vertices.append(body.mesh.near(user.contact.foot + slide, body.contact_radius))
     return np.concatenate(vertices)
+
+
+def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
+    """Rows of C as gains see them: each other user by its nearness, the user itself in full."""
+    rows = coupling * weight
+    rows[np.diag_indices(len(rows))] = np.diag(coupling)
+    return rows
 
 
 def _flat(loads: Sequence[Sequence[Load]]) -> list[Load]:

@@ -28,7 +28,8 @@ from cohaptic.protocol.watch_messages import (
     decode_watch_control,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.lobby import Lobby, LogLine, Outcome, Peer
+from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.peer import LogLine, Outcome, Peer
 from cohaptic_server.room.room import REPLACE_AFTER, Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

@@ -22,7 +22,7 @@ from cohaptic_server.world.patch_geometry import choose_window
 from cohaptic_server.world.state import Touch
 from tests.server.fields import free_of
 from tests.server.touches import RADIUS, side, touch
-from tests.server.world.test_tick import play
+from tests.server.world.worlds import play
 
 angles = st.floats(-math.pi, math.pi)
 

@@ -43,7 +43,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.http.page_files import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
-from tests.server.shell.test_server import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
+from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
 
 AGES = 6.0 * PATIENCE  # s; for a test that moves the clock
 BOUND = 256 * 1024  # bytes that one who watches may cost
