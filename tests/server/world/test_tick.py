@@ -195,20 +195,6 @@ def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: B
     assert lifts[-1] == pytest.approx(0.0, abs=1e-15)
 
 
-def test_one_whose_samples_stopped_lets_go_but_still_gets_patches(small_balloon: Balloon) -> None:
-    right = touch(2)
-    state, _ = play(small_balloon, [right])
-    stale = replace(right, fresh=False)
-    state, patches = play(small_balloon, [stale], RISE, state)
-    assert patches[2].own_force == ZERO
-    state, patches = play(small_balloon, [stale], 100, state)
-    assert set(patches) == set(state.users) == {2}
-    # And its next sample brings it back as it came.
-    state, patches = play(small_balloon, [right], 3, state)
-    back = norm(patches[2].own_force)
-    assert back == pytest.approx(2.0 * 3 * DT / RELEASE_TIME, rel=0.01)
-
-
 @given(st.lists(st.sets(st.integers(1, 4)), min_size=1, max_size=40))
 @settings(max_examples=20, deadline=None)
 def test_whoever_comes_and_goes_nobodys_force_jumps(

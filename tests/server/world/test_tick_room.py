@@ -154,3 +154,17 @@ def test_who_no_longer_takes_part_holds_nobody_up(small_balloon: Balloon, leaves
         touches = hands(state.tick, here=False)
         state, _ = advance(TouchedBody(small_balloon), state, touches, now=k * DT, dt=DT)
     assert state.room == NO_LAG
+
+
+def test_one_whose_samples_stopped_lets_go_but_still_gets_patches(small_balloon: Balloon) -> None:
+    right = touch(2)
+    state, _ = play(small_balloon, [right])
+    stale = replace(right, fresh=False)
+    state, patches = play(small_balloon, [stale], RISE, state)
+    assert patches[2].own_force == ZERO
+    state, patches = play(small_balloon, [stale], 100, state)
+    assert set(patches) == set(state.users) == {2}
+    # And its next sample brings it back as it came.
+    state, patches = play(small_balloon, [right], 3, state)
+    back = norm(patches[2].own_force)
+    assert back == pytest.approx(2.0 * 3 * DT / RELEASE_TIME, rel=0.01)
