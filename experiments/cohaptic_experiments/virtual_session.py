@@ -28,7 +28,8 @@ from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_client.network.pacing import Pacer
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.room.room import Room, describe
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 
 PERIOD = 0.001  # s
@@ -163,7 +164,7 @@ class VirtualSession:
         info = describe(self.room.body)
         period = self.room.settings.simulation_period
         # As the wire carries it: rounded to 32 bits.
-        mesh = RestMesh.decode(self.room.touch_mesh()) if geometry == "mesh" else None
+        mesh = RestMesh.decode(self.room.frames.touch_mesh()) if geometry == "mesh" else None
         usual = limits or SafetyLimits(max_rate=rate_of(max_stiffness))
         limits = replace(usual, silent_after=silent_after(period))
         user = VirtualUser(

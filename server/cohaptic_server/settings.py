@@ -1,4 +1,4 @@
-"""What a server can be told."""
+"""Settings of a server, with their ranges."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ class ServerSettings:
         port: TCP port; 0 lets the system choose.
         simulation_hz: Ticks per second, 1 / (N T).
         body: Name in the catalogue.
-        max_users: Who may touch at once.
-        allow_fixed_gains: Whether clients may choose gains themselves, unstable ones too.
-        allow_latency: Whether those who watch may inject latency between users and the server.
-        max_watchers: Who may watch at once.
-        allow_origins: Of pages from elsewhere that may open a websocket, such as
+        max_users: Most users at a time.
+        allow_fixed_gains: Whether clients may choose their gains, including unstable ones.
+        allow_latency: Whether watchers may inject latency between users and the server.
+        max_watchers: Most watchers at a time.
+        allow_origins: Further origins whose pages may open a websocket, such as
             `https://lab.example`.
+
+    Raises:
+        SettingError: A value is out of its range.
     """
 
     host: str = "127.0.0.1"

@@ -12,10 +12,10 @@ from cohaptic.simulated.hand import HandScript, Rhythm
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.sticking_equilibrium import (
+    StickingEquilibrium,
     StickingHand,
-    Stuck,
     solve_sticking,
     touch_down,
 )
@@ -44,8 +44,8 @@ class Played:
 
     before: Floats
     after: Floats
-    rest: Stuck
-    dragged: Stuck
+    rest: StickingEquilibrium
+    dragged: StickingEquilibrium
 
     @property
     def errors(self) -> Floats:

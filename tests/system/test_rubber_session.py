@@ -18,12 +18,12 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.sticking_equilibrium import (
+    StickingEquilibrium,
     StickingHand,
-    Stuck,
     solve_sticking,
     touch_down,
 )
@@ -146,7 +146,7 @@ def test_meshes_and_friction_work_on_it_too(
         session.join(f"u{i}", script, delay=0.04, seed=i, geometry="mesh", friction=friction)
     session.run(4.0)
     if friction:
-        info, none = describe(rubber), Stuck(np.zeros((0, 3)), np.zeros((0, 3)), None)
+        info, none = describe(rubber), StickingEquilibrium(np.zeros((0, 3)), np.zeros((0, 3)), None)
         ways = [script.intention(info.center, info.radius) for script in hands]
         stuck = [
             StickingHand(

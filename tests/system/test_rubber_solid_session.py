@@ -15,7 +15,7 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, Rubber
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.testing.blocks import grid
 from cohaptic_server.world.equilibrium import RestingHand, solve
 from cohaptic_server.world.state import Touch, WorldState

@@ -13,7 +13,7 @@ from cohaptic.simulated.hand import Hand, HandScript, Rhythm
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve
 
 

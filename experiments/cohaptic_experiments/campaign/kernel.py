@@ -45,7 +45,13 @@ from cohaptic_experiments.campaign.compiled import (
     usable,
 )
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, level, shares_of_change
+from cohaptic_server.world.force_limits import (
+    EFFECT_RATE,
+    allowed_shares,
+    fair_cap,
+    limit_forces,
+    low_pass,
+)
 
 T = 1e-3  # s
 PRESS_TIME = 0.3  # s
@@ -62,7 +68,7 @@ for _function in (
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
     dissipate, given_share, observe, next_share, limited, rate_of, hold_back, next_patience,
     on_body,
-    kept, behind, level, bounded, shares_of_change,
+    kept, low_pass, fair_cap, limit_forces, allowed_shares,
 ):  # fmt: skip
     usable(_function)
 THRESHOLDS = Thresholds()
@@ -180,10 +186,10 @@ def haptics(
                     up_out[i] += 1
             was = np.copy(carried)
             wanted = np.copy(heard)
-            wanted[:, 0] = bounded(np.copy(heard[:, 0]), no_end)
-            lagged = behind(was, wanted, lags, simulation_period)
+            wanted[:, 0] = limit_forces(np.copy(heard[:, 0]), no_end)
+            lagged = low_pass(was, wanted, lags, simulation_period)
             change = np.sqrt(((lagged - was) ** 2).sum(axis=1))
-            allowed = shares_of_change(
+            allowed = allowed_shares(
                 change, np.copy(gains[:, 0]), normal_C, EFFECT_RATE * simulation_period
             )
             for i in range(n):

@@ -21,7 +21,7 @@ from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.contact import Contact, locate
 
 CLEARANCE = 0.01  # m above the surface before and after

@@ -17,7 +17,7 @@ from cohaptic_experiments.sliding.slide import Way, felt_along, true_forces
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 
 _BRINGS = 6  # ticks between two batches of columns
 _BATCH = 24

@@ -35,7 +35,7 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, complementarity, solve
 
 NAME = "ext2"

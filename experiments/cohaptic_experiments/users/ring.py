@@ -13,7 +13,7 @@ from cohaptic_experiments.paper.measure import swing
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
 
 DELAY, DEPTH = 0.08, 0.008

@@ -144,10 +144,10 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
             1e3 * server.tick_cost.quantile(0.5),
             1e3 * server.tick_cost.quantile(0.99),
         )
-        if server.gallery.came:
+        if server.audience.came:
             logging.info(
                 "%d watched, %d times one was slow; they took %.2f ms a tick in the median",
-                server.gallery.came,
-                server.gallery.slow,
+                server.audience.came,
+                server.audience.slow,
                 1e3 * server.watch_cost.quantile(0.5),
             )

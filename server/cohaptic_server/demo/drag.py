@@ -21,10 +21,10 @@ from cohaptic_server.demo.analysis import Timeline
 from cohaptic_server.demo.lateness import felt_delay
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.sticking_equilibrium import (
+    StickingEquilibrium,
     StickingHand,
-    Stuck,
     compliance_of,
     solve_sticking,
     touch_down,
@@ -43,8 +43,8 @@ class Drag:
         compliance: Compliance C of both contacts, shape (2, 3, 2, 3) [m/N].
     """
 
-    rest: Stuck
-    dragged: Stuck
+    rest: StickingEquilibrium
+    dragged: StickingEquilibrium
     compliance: Floats
 
     @property

@@ -17,8 +17,8 @@ from cohaptic_server.bodies.body import Body, Response
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.contact import Contact, locate
-from cohaptic_server.world.contact_tracking import FOLLOW
-from cohaptic_server.world.displacement_field import Field, FreeOf, Still, Window
+from cohaptic_server.world.contact_tracking import RELAXATION
+from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
 
 _FINE, _COARSE = 0.01, 0.05  # s between instants, while forces change and while they rest
 _CHANGE = 1.0  # s from the start of a press within which forces without a network change
@@ -74,7 +74,7 @@ def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats,
         ]
         loads = [hand.contact.load(f) for hand, f in zip(located, pressed, strict=True)]
         response = body.respond(loads, response)
-        free = [FreeOf(response, np.array([f]), slice(i, i + 1)) for i, f in enumerate(pressed)]
+        free = [FreeField(response, np.array([f]), slice(i, i + 1)) for i, f in enumerate(pressed)]
         own = np.diag(response.compliance)
         felt.append(
             [
@@ -87,16 +87,18 @@ def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats,
 
 
 def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
-    surface = Still() if before is None else before.surface
+    surface = ZeroField() if before is None else before.surface
     hint = None if before is None else before.contact
     return _Hand(locate(body.mesh, tip, surface, radius=body.contact_radius, hint=hint), surface)
 
 
-def _follow(body: Body, hand: _Hand, free: FreeOf) -> _Hand:
+def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
     """The field for the next instant, relaxed towards the body's displacement as on the server."""
     near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
     previous = hand.surface[near]
-    return _Hand(hand.contact, Window(near, previous + FOLLOW * (free.on(near) - previous), free))
+    return _Hand(
+        hand.contact, CachedField(near, previous + RELAXATION * (free.on(near) - previous), free)
+    )
 
 
 def _felt(contact: Contact, tip: Floats, free: Field, compliance: float) -> float:

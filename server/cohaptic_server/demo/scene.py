@@ -10,7 +10,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve
 
 PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep

@@ -1,1 +1,1 @@
-"""What the port answers to plain HTTP, as functions from request to response."""
+"""The HTTP service, as functions from request to response."""

@@ -1,8 +1,8 @@
-"""Green's functions of a body as a page gets them, and the name by which they are cached.
+"""Green's functions of a body as a page gets them, and the name under which they are cached.
 
-A linear body's surface is a sum: of its displacement for a unit force on each vertex, times what
-the contacts put on that vertex. A page that has the functions needs only the forces. They depend on
-the body alone, so they are named by its content and can be kept for ever, whoever serves them.
+The displacement of a linear body is a sum over vertices: the displacement for a unit force on a
+vertex, times the force on it. A page that has these functions needs only the forces. They depend on
+the body alone, so they are named by its content and can be cached for ever, whoever serves them.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from cohaptic_server.numeric import Floats
 
 _HEAD = struct.Struct("<f")
 _UNITS = 2**15 - 1
-_SIGNATURE = 8  # vertices whose functions the name is made of
+_SIGNATURE = 8  # vertices whose functions enter the name
 
 
 class GreenSource(Protocol):
-    """Where Green's functions come from. Called from a thread beside the tick's."""
+    """Source of Green's functions; it is called in another thread than the tick's."""
 
     @property
     def mesh(self) -> SurfaceMesh:
@@ -39,7 +39,7 @@ class GreenSource(Protocol):
 
 
 class Linear(Protocol):
-    """A body that answers with every vertex."""
+    """A body whose response has the displacement of every vertex."""
 
     @property
     def mesh(self) -> SurfaceMesh:
@@ -47,12 +47,12 @@ class Linear(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """The body in equilibrium with `loads`."""
+        """Equilibrium of the body with `loads`."""
         ...
 
 
 class Superposition:
-    """Of a body that answers each force apart, asked with unit forces.
+    """Green's functions of a linear body, from its responses to unit forces.
 
     Args:
         body: Linear and without memory; `respond` must not change it.
@@ -67,13 +67,14 @@ class Superposition:
         return self._body.mesh
 
     def green(self, vertex: int) -> Floats:
-        """As `GreenSource`."""
-        where, all_of_it = np.array([vertex]), np.ones(1)
-        return self._body.respond([Load(where, all_of_it, axis, 0.0) for axis in np.eye(3)]).fields
+        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
+        vertices, weights = np.array([vertex]), np.ones(1)
+        loads = [Load(vertices, weights, axis, 0.0) for axis in np.eye(3)]
+        return self._body.respond(loads).fields
 
 
 class SolidGreen:
-    """Of a solid, solved directly: its own store belongs to the tick.
+    """Green's functions of a solid, solved anew, since its cache of columns belongs to the tick.
 
     Args:
         solid: The body.
@@ -88,12 +89,12 @@ class SolidGreen:
         return self._solid.mesh
 
     def green(self, vertex: int) -> Floats:
-        """As `GreenSource`."""
+        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
         return self._solid.columns.respond(np.array([vertex]), np.eye(3)[None]).reshape(3, -1, 3)
 
 
 def green_source(body: Body) -> GreenSource | None:
-    """Green's functions of a body; None where its surface is no sum of them."""
+    """Green's functions of a body; None where its displacement is no sum of them."""
     if isinstance(body, Solid):
         return SolidGreen(body)
     if isinstance(body, Balloon) and body.damping == 0.0:
@@ -102,27 +103,27 @@ def green_source(body: Body) -> GreenSource | None:
 
 
 def encode_block(green: Floats) -> bytes:
-    """One vertex's functions as the wire carries them: a scale, and 16 bits a number.
+    """Encode the functions of one vertex: a scale, then 16 bits per number.
 
     Args:
         green: Shape (3, n, 3) [m/N].
     """
-    # The next 32-bit number: the largest value must fit its integer.
+    # Rounded up to the next 32-bit float, so that the largest value fits its integer.
     scale = float(np.nextafter(np.float32(np.abs(green).max() / _UNITS), np.float32(np.inf)))
     return _HEAD.pack(scale) + np.rint(green / scale).astype("<i2").tobytes()
 
 
 def decode_block(data: bytes) -> Floats:
-    """What `encode_block` has made, shape (3, n, 3) [m/N]."""
+    """Decode the functions of one vertex, shape (3, n, 3) [m/N]."""
     (scale,) = _HEAD.unpack_from(data)
     units = np.frombuffer(data, "<i2", offset=_HEAD.size).astype(np.float64)
     return np.asarray(scale * units.reshape(3, -1, 3))
 
 
 def model_name(source: GreenSource) -> str:
-    """Hash of the resting mesh and of what the body answers at a few vertices, 32 digits.
+    """Hash of the resting mesh and of the functions of a few vertices, 32 hexadecimal digits.
 
-    Bodies that are alike in these are alike: stiffness, support and size change all of them.
+    Stiffness, support and size change all functions, so a few of them identify the body.
     """
     mesh = source.mesh
     n = len(mesh.vertices)

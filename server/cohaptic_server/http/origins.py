@@ -1,8 +1,8 @@
-"""Whose pages may open a websocket: a visitor's browser must not be used by a page from elsewhere.
+"""Check of a websocket's origin: no page from elsewhere may use a visitor's browser.
 
-A browser says where a page came from (Origin) and what name it went to (Host). The same name in
-both is the server's own page, but not where the server listens on this machine alone: there a
-stranger's name that was made to point here would pass too (DNS rebinding).
+A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
+the same, the page is the server's own. That does not hold for a server that listens on the loopback
+address alone: a foreign name that resolves to it would pass as well (DNS rebinding).
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ def may_connect(
     """Whether a page may open a websocket.
 
     Args:
-        origin: That the browser names; None from a native client, which has none.
-        host: That the request names.
+        origin: Header of the request; None from a native client.
+        host: Header of the request; None without one.
         listens_on: Address of the server.
         allowed: Further origins.
     """

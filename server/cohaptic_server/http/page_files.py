@@ -1,4 +1,4 @@
-"""The page's files, read once when the server starts: what is not among them is not served."""
+"""Files of the page, read once when the server starts; no other file is served."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ _TEXT = {
     ".txt": "text/plain",
     ".webmanifest": "application/manifest+json",
 }
+_UNKNOWN = "application/octet-stream"
 _BINARY = {".ico": "image/x-icon", ".png": "image/png", ".wasm": "application/wasm"}
 
 
@@ -28,10 +29,10 @@ class PageFile:
     """One file of the page.
 
     Args:
-        kind: Its media type.
-        body: As it is.
-        gzipped: Deflated; None where that is not shorter.
-        hashed: Whether its name holds its content's hash, so that it never changes.
+        kind: Media type.
+        body: Content.
+        gzipped: Content compressed by gzip; None where that is not shorter.
+        hashed: Whether the name contains a hash of the content, which then never changes.
     """
 
     kind: str
@@ -41,7 +42,7 @@ class PageFile:
 
 
 def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
-    """Every file by its path on the server; empty if the page was not built."""
+    """All files by path on the server; empty if the page was not built."""
     if not (folder / INDEX[1:]).is_file():
         return {}
     files = sorted(path for path in folder.rglob("*") if path.is_file())
@@ -58,11 +59,8 @@ def _file(path: Path, folder: Path) -> PageFile:
     text = _TEXT.get(path.suffix)
     kind = f"{text}; charset=utf-8" if text else _BINARY.get(path.suffix, _UNKNOWN)
     gzipped = gzip.compress(body, mtime=0) if text else None
-    # Vite puts what it has named by content into one folder.
+    # Vite writes files with a hash in their name into this folder.
     hashed = path.relative_to(folder).parts[0] == "assets"
     return PageFile(
         kind, body, gzipped if gzipped is not None and len(gzipped) < len(body) else None, hashed
     )
-
-
-_UNKNOWN = "application/octet-stream"

@@ -1,4 +1,4 @@
-"""From an HTTP request to its answer, on the port that serves websockets too. No I/O."""
+"""From an HTTP request to its response, on the port of the websockets. No I/O."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from cohaptic_server.http.page_files import INDEX, PageFile
 
-# The page needs nothing from elsewhere and no code but its files; websockets of other hosts are
-# allowed since a page may be pointed at another server.
+# The page loads nothing from elsewhere. Websockets to other hosts are allowed, since a page may
+# connect to another server.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:;"
     " connect-src 'self' ws: wss:; worker-src 'self'; manifest-src 'self'; base-uri 'none';"
@@ -34,12 +34,12 @@ NOT_BUILT = (
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What of a request counts.
+    """The parts of a request that determine the response.
 
     Args:
-        method: GET, say.
+        method: Such as GET.
         target: Path and query.
-        accepts: The header Accept-Encoding; empty without one.
+        accepts: Header Accept-Encoding; empty without one.
     """
 
     method: str
@@ -52,9 +52,9 @@ class Answer:
     """A whole response.
 
     Args:
-        status: 200, say.
-        phrase: Its name.
-        headers: By name, the length among them.
+        status: Such as 200.
+        phrase: Name of the status.
+        headers: Names and values, including the length.
         body: Empty for HEAD.
     """
 
@@ -65,23 +65,23 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class GreenWanted:
-    """A block of Green's functions is to be solved first.
+class BlockNeeded:
+    """The response needs a block of Green's functions, which is to be solved first.
 
     Args:
-        vertex: Whose.
+        vertex: Of the block.
     """
 
     vertex: int
 
 
 class Site:
-    """What is served.
+    """All routes.
 
     Args:
         page: Files by path; empty if the page was not built.
-        model: Of the body's Green's functions; None if it has none.
-        vertices: Of the body.
+        model: Name of the body's Green's functions; None if it has none.
+        vertices: Number of vertices of the body.
     """
 
     def __init__(self, page: Mapping[str, PageFile], model: str | None, vertices: int) -> None:
@@ -89,16 +89,16 @@ class Site:
         self._model = model
         self._vertices = vertices
 
-    def answer(self, request: Request, *, ticking: bool) -> Answer | GreenWanted:
-        """The response, or what has to be found out before.
+    def answer(self, request: Request, *, ticking: bool) -> Answer | BlockNeeded:
+        """The response, or the block that it needs first.
 
         Args:
-            request: From anybody.
-            ticking: Whether the server does its work.
+            request: From any client.
+            ticking: Whether the simulation is running.
         """
         if request.method not in ("GET", "HEAD"):
-            words = f"{request.method[:16]} is not served here; GET and HEAD are\n"
-            return text(request, 405, "Method Not Allowed", words, ("Allow", "GET, HEAD"))
+            message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
+            return text(request, 405, "Method Not Allowed", message, ("Allow", "GET, HEAD"))
         path = request.target.split("?", 1)[0].split("#", 1)[0]
         file = self._page.get(INDEX if path == "/" else path)
         if file is not None:
@@ -111,33 +111,36 @@ class Site:
             return text(request, 503, "Service Unavailable", "the server does not tick\n")
         return self._green(request, path)
 
-    def _green(self, request: Request, path: str) -> Answer | GreenWanted:
-        wanted = _GREEN.fullmatch(path)
-        if wanted is None:
+    def _green(self, request: Request, path: str) -> Answer | BlockNeeded:
+        match = _GREEN.fullmatch(path)
+        if match is None:
             return text(request, 404, "Not Found", "there is nothing of this name here\n")
-        if self._model is None or wanted[1] != self._model:
-            here = "none, since its surface is no sum" if self._model is None else self._model
-            words = f"there is no such model here; the body's is {here}\n"
-            return text(request, 404, "Not Found", words)
-        if int(wanted[2]) >= self._vertices:
-            words = f"there is no vertex {int(wanted[2])}; the last is {self._vertices - 1}\n"
-            return text(request, 404, "Not Found", words)
-        return GreenWanted(int(wanted[2]))
+        if self._model is None or match[1] != self._model:
+            model = "none, since its surface is no sum" if self._model is None else self._model
+            message = f"there is no such model here; the body's is {model}\n"
+            return text(request, 404, "Not Found", message)
+        vertex = int(match[2])
+        if vertex >= self._vertices:
+            message = f"there is no vertex {vertex}; the last is {self._vertices - 1}\n"
+            return text(request, 404, "Not Found", message)
+        return BlockNeeded(vertex)
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:
-    """The response with a block, or without one: it could not be solved in time."""
+    """The response with a block; without one, which was not solved in time, a 503."""
     if block is None:
-        words = "too many are being solved; ask again\n"
-        return text(request, 503, "Service Unavailable", words, ("Retry-After", "1"))
+        message = "too many are being solved; ask again\n"
+        return text(request, 503, "Service Unavailable", message, ("Retry-After", "1"))
     kind = "application/octet-stream"
     return _answer(request, 200, "OK", kind, block, ("Cache-Control", _FOR_EVER))
 
 
-def text(request: Request, status: int, phrase: str, words: str, *more: tuple[str, str]) -> Answer:
-    """A response in plain words, which nobody keeps."""
+def text(
+    request: Request, status: int, phrase: str, message: str, *more: tuple[str, str]
+) -> Answer:
+    """A response in plain text that is not cached."""
     caching = ("Cache-Control", "no-store")
-    return _answer(request, status, phrase, _TEXT, words.encode(), caching, *more)
+    return _answer(request, status, phrase, _TEXT, message.encode(), caching, *more)
 
 
 def _file(request: Request, file: PageFile) -> Answer:

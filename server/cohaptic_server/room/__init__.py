@@ -1,1 +1,1 @@
-"""Who is in a room: one protocol state machine per client, and what waits for each."""
+"""The users and watchers of one body: a protocol state machine for each, and for the room."""

@@ -1,8 +1,8 @@
 """Latency injected between one user and the server, both ways, as if its path were longer.
 
-Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): one
-that grows shorter never lets a message overtake those in front. Nothing here sleeps; the shell asks
-what is due and when to ask again.
+Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): when
+a line becomes shorter, no message overtakes an earlier one. Nothing here sleeps; the shell asks
+which messages are due, and when to ask again.
 """
 
 from __future__ import annotations
@@ -27,33 +27,33 @@ class UserLatency:
         self._down: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed + 1))
 
     def set(self, delay: float, jitter: float) -> None:
-        """From now on, each way [s]; what is in flight stays so."""
+        """Set delay and jitter of later messages, each way [s]; those in flight keep theirs."""
         self.delay, self.jitter = delay, jitter
         for line in (self._up, self._down):
             line.settings = replace(line.settings, delay=delay, jitter=jitter)
 
     @property
     def gone(self) -> bool:
-        """Whether nothing is delayed any more, and nothing in flight."""
+        """Whether no message is delayed any more and none is in flight."""
         return self.delay == self.jitter == 0.0 and not self._up and not self._down
 
     def push_up(self, data: Data, now: float) -> None:
-        """A message from the user; raises LinkOverflow."""
+        """Accept a message from the user; raises LinkOverflow."""
         self._up.push(data, now)
 
     def push_down(self, data: Data, now: float) -> None:
-        """A message to the user; raises LinkOverflow."""
+        """Accept a message to the user; raises LinkOverflow."""
         self._down.push(data, now)
 
     def due_up(self, now: float) -> list[Data]:
-        """Messages that have come from the user by `now`, in order."""
+        """Messages from the user that are due by `now`, in order."""
         return self._up.pop_due(now)
 
     def due_down(self, now: float) -> list[Data]:
-        """Messages that are to reach the user by `now`, in order."""
+        """Messages to the user that are due by `now`, in order."""
         return self._down.pop_due(now)
 
     def next_due(self) -> float | None:
-        """When a message is due next [s]; None when none is in flight."""
+        """Time at which the next message is due [s]; None when none is in flight."""
         times = [due for due in (self._up.next_due(), self._down.next_due()) if due is not None]
         return min(times, default=None)

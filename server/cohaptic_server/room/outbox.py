@@ -1,8 +1,8 @@
-"""What waits to be sent to one user: events in order, and the newest patch.
+"""Queue of messages to one peer: events in order, and the newest patch.
 
-What happens to a client that cannot keep up: a patch that was not sent yet is replaced by the next
-one, so a slow client gets fewer and never older; events (somebody joined, an error) are never
-dropped, and a client that lets `MAX_EVENTS` of them pile up is disconnected and told why.
+A patch that was not sent yet is replaced by the next one, so that a client that cannot keep up gets
+fewer patches and never older ones. Events (somebody joined, an error) are never dropped; a client
+for which `MAX_EVENTS` of them wait is disconnected and told why.
 """
 
 from __future__ import annotations
@@ -13,7 +13,11 @@ MAX_EVENTS = 64
 
 
 class Outbox:
-    """Bounded by construction: at most `MAX_EVENTS` events and one patch."""
+    """At most `MAX_EVENTS` events and one patch.
+
+    Attributes:
+        patches_skipped: Patches that were replaced before they were sent.
+    """
 
     def __init__(self) -> None:
         self._events: deque[str | bytes] = deque()
@@ -21,9 +25,10 @@ class Outbox:
         self.patches_skipped = 0
 
     def put_event(self, data: str | bytes) -> bool:
-        """Queue an event: text, or a frame that is not a state (the resting mesh).
+        """Queue an event: text, or a frame that no later one replaces (the resting mesh).
 
-        False when the queue is full, which ends the session.
+        Returns:
+            False when the queue is full, which ends the session.
         """
         if len(self._events) >= MAX_EVENTS:
             return False
@@ -31,23 +36,23 @@ class Outbox:
         return True
 
     def put_patch(self, frame: bytes) -> None:
-        """Replace the patch that waits."""
+        """Queue a patch in place of the one that waits."""
         if self._patch is not None:
             self.patches_skipped += 1
         self._patch = frame
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """What to write now: every event, then the patch.
+        """Remove and return the messages to write now: every event, then the patch.
 
         Args:
-            clear: Whether the last write has left the process. If not, nothing is taken, and the
+            clear: Whether the last write has left the process. If not, nothing is returned, and the
                 patch waits here, where a newer one can replace it.
         """
         if not clear:
             return []
-        out: list[str | bytes] = [*self._events]
+        messages: list[str | bytes] = [*self._events]
         self._events.clear()
         if self._patch is not None:
-            out.append(self._patch)
+            messages.append(self._patch)
             self._patch = None
-        return out
+        return messages

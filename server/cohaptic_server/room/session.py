@@ -3,11 +3,11 @@
     AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
       |  |                    |                  |
       |  +---- error, or no hello in time, or refused ----> CLOSED
-      +--watch--> WATCHES, which is another state machine (`watch/watcher.py`)
+      +--watch--> WATCHES, continued by another state machine (`watch/watcher.py`)
 
-The shell feeds what came (`receive`), asks for events, writes `data_to_send`, and closes when
-`close` is set. A broken rule never raises at the shell: it becomes an error message to the client
-and a close code, and touches nobody else.
+The lobby passes each message to `receive` and handles the events; the shell writes the messages of
+`take`, and closes the connection when `close` is set. A violation of the protocol raises nothing:
+it becomes an error message to this client and a close code, and affects nobody else.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HELLO_TIMEOUT = 5.0  # s
 
 
 class State(Enum):
-    """Where a session is in its life."""
+    """State of a session."""
 
     AWAIT_HELLO = "waits for hello"
     GREETED = "waits for the room"
@@ -44,7 +44,7 @@ class State(Enum):
 
 Event = Hello | Watch | SetLaw | ContactSample | Bye
 
-# Which message may come in which state; everything else breaks the protocol.
+# Messages that a client may send in each state; all others violate the protocol.
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_HELLO: (Hello, Watch),
     State.GREETED: (),
@@ -58,11 +58,12 @@ class ServerSession:
     """The server's half of the protocol with one client.
 
     Args:
-        now: When the connection was made [s].
+        now: Time at which the connection was made [s].
 
     Attributes:
-        state: Where the session is.
-        close: Code and reason once the connection is to be closed.
+        state: Of the session.
+        close: Code and reason once the connection is to be closed; None before.
+        outbox: Messages that wait for the client.
         problem: Why the newest patch was left out; empty when it was not.
     """
 
@@ -76,7 +77,7 @@ class ServerSession:
         self._last_seq = 0
 
     def receive(self, data: str | bytes, now: float) -> None:
-        """Take one message from the client."""
+        """Handle one message from the client."""
         self.handle_timer(now)
         if self.state is State.CLOSED:
             return
@@ -86,7 +87,7 @@ class ServerSession:
             self.fail(error)
             return
         if isinstance(message, ContactSample):
-            # A stream keeps order, so a sequence number that falls is a client's mistake.
+            # A stream keeps order, so a decreasing sequence number is the client's error.
             if message.seq <= self._last_seq:
                 limit = f"more than the last one, {self._last_seq}"
                 self.fail(RemoteProtocolError("seq of a contact sample", message.seq, limit))
@@ -101,16 +102,16 @@ class ServerSession:
             self._end(1000, "bye")
 
     def events(self) -> list[Event]:
-        """What happened since the last call."""
+        """Messages for the room that arrived since the last call."""
         events, self._events = self._events, []
         return events
 
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
-        """The room has taken this client in.
+        """Join the client, once the room has accepted it.
 
         Args:
             welcome: To the client.
-            rest_mesh: Frame of the resting mesh, for a client of mesh patches.
+            rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches.
         """
         assert self.state is State.GREETED
         self.state = State.JOINED
@@ -132,11 +133,11 @@ class ServerSession:
 
     @property
     def hears_news(self) -> bool:
-        """Whether it is told who comes and goes."""
+        """Whether the client is told who joins and leaves."""
         return self.state is State.JOINED
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """What to write now: events, then a patch; nothing unless the path is `clear`."""
+        """Messages to write now: events, then a patch; none unless the path is `clear`."""
         return self.outbox.take(clear=clear)
 
     def send(self, message: ControlMessage) -> None:
@@ -149,9 +150,10 @@ class ServerSession:
             self._end(CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
-        """Offer the newest patch to the client; one that the wire cannot carry is left out.
+        """Queue the newest patch; one that the wire cannot carry is left out.
 
-        A body pushed out of the world by others, say: their victim stays, and its loop fades.
+        That happens, for example, when others push the body out of the range of coordinates. The
+        user stays in the room, and its client fades its force for want of patches.
         """
         if self.state is not State.JOINED:
             return
@@ -162,11 +164,11 @@ class ServerSession:
             self.problem = str(error)
 
     def next_deadline(self) -> float | None:
-        """When `handle_timer` is to be called at the latest [s]."""
+        """Time by which `handle_timer` must be called [s]; None without a deadline."""
         return self._deadline if self.state is State.AWAIT_HELLO else None
 
     def handle_timer(self, now: float) -> None:
-        """Notice that time has passed."""
+        """End the session if its deadline has passed."""
         if self.state is State.AWAIT_HELLO and now >= self._deadline:
             error = RemoteProtocolError(
                 "time without a hello",

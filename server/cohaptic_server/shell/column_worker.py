@@ -1,9 +1,9 @@
-"""A process that finds the columns a solid wants, beside the tick and behind everything in rank.
+"""A process of lowest priority that solves for the columns that a solid is missing.
 
-A process and not a thread: a thread of low rank that holds Python's lock while others of the
-machine run would hold up the tick with it. Requests and answers are a few bytes in a pipe, so that
-neither side can wait for the other; the columns themselves lie in memory that both see. One
-request at a time, and the newest wish wins: after each answer it is asked anew what is wanted.
+It is a process and not a thread: a thread of low priority that is preempted while it holds Python's
+global lock would hold up the tick. Requests and answers are a few bytes in a pipe, so that neither
+side blocks; the columns themselves are in shared memory. There is one request at a time, and each
+is made from the newest needs of the solid.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Ints
 
-BATCH = 24  # vertices in one solve; a fingertip covers so many on a mesh that resolves it
-_PATIENCE = 2.0  # s for the process to end by itself
+BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
+_PATIENCE = 2.0  # s for the process to end by itself, before it is killed
 
 
 class ColumnWorker:
-    """Brings columns to one solid while it is served.
+    """Delivers columns to one solid while it is served.
 
     Args:
-        body: It answers from its far field from now on until columns come.
+        body: Until a column is there, it answers from its far field.
     """
 
     def __init__(self, body: Solid) -> None:
@@ -44,7 +44,7 @@ class ColumnWorker:
         self._rows = context.RawArray("q", n)
         self._values = context.RawArray("f", BATCH * n * 9)
         self._pipe, theirs = context.Pipe()
-        # Half of the digits, for solves in half of the time.
+        # Single precision halves the time of a solve.
         factor = body.columns.factor.single()
         self._process = context.Process(
             target=_work,
@@ -55,14 +55,14 @@ class ColumnWorker:
         self._theirs = theirs
 
     def start(self) -> None:
-        """Begin."""
+        """Start the process."""
         self._process.start()
         self._theirs.close()
 
     def pump(self) -> None:
-        """Hand over what was found, and ask for what is wanted now; before each tick, in no time.
+        """Deliver solved columns and request missing ones; called before each tick, does not block.
 
-        A process that has died is no error: the far field still answers.
+        If the process has died, the solid goes on with its far field.
         """
         try:
             if self._asked and self._pipe.poll():
@@ -78,7 +78,7 @@ class ColumnWorker:
             self._asked = True
 
     def stop(self) -> None:
-        """End, after the batch at hand or without it."""
+        """End the process, after its present batch or in the middle of it."""
         self._pipe.close()
         self._process.join(_PATIENCE)
         if self._process.is_alive():
@@ -101,7 +101,7 @@ def _view(shared: Any, kind: type[Any]) -> npt.NDArray[Any]:
 
 
 def _work(pipe: Connection, factor: Factor, nodes: Ints, rows: Any, values: Any) -> None:
-    """The process: answer orders until the pipe closes."""
+    """Main function of the process: answer requests until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
     stand_back()
     with threadpool_limits(limits=1):

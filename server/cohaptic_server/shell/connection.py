@@ -1,4 +1,4 @@
-"""One websocket: writes without waiting, and holds messages back where latency is injected."""
+"""One websocket: writes without waiting, and delays messages where latency is injected."""
 
 from __future__ import annotations
 
@@ -11,34 +11,33 @@ from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import FrameKind
 from cohaptic_server.room.latency import Data, UserLatency
+from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
 
 
 class Connection:
-    """The shell round one session.
+    """The shell round one peer.
 
     Args:
         ws: The websocket.
-        session: What is said on it; a watcher takes over from the session that it began as.
+        peer: At the other end; its session holds the messages to it.
         clock: Of the server.
-        deliver: Called with each message that has come, delay included.
+        deliver: Called with each message at the end of its injected delay.
 
     Attributes:
-        user: Number in the room; None before it has joined, and for one who watches.
         ready: Whether it may be written to; not while the resting mesh goes out in fragments.
     """
 
     def __init__(
         self,
         ws: ServerConnection,
-        session: ServerSession | Watcher,
+        peer: Peer,
         clock: Clock,
         deliver: Callable[[Connection, Data], None],
     ) -> None:
         self.ws = ws
-        self.session = session
-        self.user: int | None = None
+        self.peer = peer
         self.ready = True
         self._clock = clock
         self._deliver = deliver
@@ -48,40 +47,45 @@ class Connection:
         self._running = False
 
     @property
+    def session(self) -> ServerSession | Watcher:
+        """Session of the peer."""
+        return self.peer.session
+
+    @property
+    def user(self) -> int | None:
+        """Number of the peer in the room; None if it has not joined."""
+        return self.peer.user
+
+    @property
     def clear(self) -> bool:
         """Whether all that was written has left the process."""
         transport = self.ws.transport
         return self.ready and not transport.is_closing() and transport.get_write_buffer_size() == 0
 
-    @property
-    def latency(self) -> tuple[float, float]:
-        """Injected delay and jitter, each way [s]."""
-        return (self._latency.delay, self._latency.jitter) if self._latency else (0.0, 0.0)
-
-    def set_latency(self, delay: float, jitter: float) -> None:
-        """Delay what comes and goes from now on [s]."""
+    def apply_latency(self) -> None:
+        """Delay messages in both directions by the peer's latency from now on."""
         if self._latency is None:
             self._latency = UserLatency(seed=self.user or 0)
-        self._latency.set(delay, jitter)
+        self._latency.set(*self.peer.latency)
         self._run()
 
     def receive(self, data: Data) -> None:
-        """A message from the peer, to be delivered now or when its delay is over."""
+        """Deliver a message from the peer, now or at the end of its injected delay."""
         if self._latency is None:
             self._deliver(self, data)
         else:
             self._push(self._latency.push_up, data)
 
     def flush(self) -> None:
-        """Write what may be written, without waiting; begin the close of an ended session."""
+        """Write without waiting as far as the path is clear; begin to close an ended session."""
         for data in self.session.take(clear=self.clear):
             if self._latency is None:
                 broadcast([self.ws], data)
             else:
                 self._push(self._latency.push_down, data)
         if self.session.close is not None and self._closing is None:
-            self._let_out()
-            # The close ends `recv` in the handler, which does the rest.
+            self._write_delayed()
+            # The close ends `recv` in the handler, which then removes the peer.
             closing = self.ws.close(*self.session.close)
             self._closing = asyncio.get_running_loop().create_task(closing)
 
@@ -91,7 +95,7 @@ class Connection:
         self.flush()
 
     def take_rest(self) -> None:
-        """The peer is gone: what it said before still counts."""
+        """Deliver messages that a peer sent before it disconnected and that are still delayed."""
         if self._timer is not None:
             self._timer.cancel()
         if self._latency is not None:
@@ -100,7 +104,7 @@ class Connection:
                 self._deliver(self, data)
 
     async def closed(self) -> None:
-        """Wait for a close that was begun to be over."""
+        """Wait for the end of a close that has begun."""
         if self._closing is not None:
             await self._closing
 
@@ -113,9 +117,9 @@ class Connection:
         self._run()
 
     def _run(self) -> None:
-        """Pass on what is due, and come back for what is not."""
+        """Pass on messages that are due, and set a timer for the others."""
         latency = self._latency
-        # What is delivered may bring an answer, which waits its turn behind the rest.
+        # Delivering a message may queue an answer; it is passed on by the outer call.
         if latency is None or self._running:
             return
         self._running = True
@@ -140,11 +144,11 @@ class Connection:
     def _write(self, data: Data) -> None:
         is_patch = isinstance(data, bytes) and data[1] == FrameKind.PATCH
         if is_patch and not self.clear:
-            return  # newest wins: the next one is a tick away
+            return  # a newer patch follows within a tick
         broadcast([self.ws], data)
 
-    def _let_out(self) -> None:
-        """What was said before the end comes before the close."""
+    def _write_delayed(self) -> None:
+        """Write the messages that are still delayed, since they precede the close."""
         if self._latency is not None:
             for data in self._latency.due_down(float("inf")):
                 broadcast([self.ws], data)

@@ -1,7 +1,7 @@
-"""Green's functions solved beside the tick, one at a time, and the newest of them kept.
+"""Green's functions, solved one at a time beside the tick and cached.
 
-A solve on a large solid takes longer than a tick. It runs in a thread of its own, and who asks
-waits; the tick does not.
+A solve on a large solid takes longer than a tick. It runs in a thread of its own, for which the
+request waits and the tick does not.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from concurrent.futures import ThreadPoolExecutor
 from cohaptic_server.http.green_functions import GreenSource, encode_block
 
 _KEPT_BYTES = 64 * 2**20
-_MAX_WAITING = 64  # solves that wait for their turn: more than a hand has vertices under it
+_MAX_WAITING = 64  # solves that are queued; more than the vertices under one hand
 
 
 class GreenBlocks:
-    """Blocks by vertex.
+    """Cache of encoded blocks by vertex; the least recently used are dropped first.
 
     Args:
         source: Of the functions.
-        kept_bytes: Memory for blocks.
+        kept_bytes: Size of the cache.
 
     Attributes:
-        solved: How many were solved for so far.
+        solved: Number of blocks solved so far.
     """
 
     def __init__(self, source: GreenSource, kept_bytes: int = _KEPT_BYTES) -> None:
@@ -36,7 +36,7 @@ class GreenBlocks:
         self.solved = 0
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
-        """The block of a vertex; None if it was not there within `patience` [s]."""
+        """Block of a vertex; None if it was not solved within `patience` [s]."""
         if vertex in self._kept:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]
@@ -47,7 +47,7 @@ class GreenBlocks:
             task = loop.run_in_executor(self._thread, self._solve, vertex)
             task.add_done_callback(lambda done: self._keep(vertex, done))
             self._solving[vertex] = task
-        # Who gives up leaves the solve to those who ask again.
+        # The solve goes on after a timeout, for the next request.
         waiting = asyncio.shield(self._solving[vertex])
         try:
             return await asyncio.wait_for(waiting, patience)
@@ -55,7 +55,7 @@ class GreenBlocks:
             return None
 
     def close(self) -> None:
-        """Solve for nothing more."""
+        """Cancel queued solves and accept no more."""
         self._thread.shutdown(wait=False, cancel_futures=True)
 
     def _solve(self, vertex: int) -> bytes:

@@ -1,4 +1,4 @@
-"""The shell of what the port serves besides websockets: from the library's requests and back."""
+"""The shell of the HTTP service: from requests of the websocket library to its responses."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.http.green_functions import green_source, model_name
 from cohaptic_server.http.origins import may_connect
 from cohaptic_server.http.page_files import load_page
-from cohaptic_server.http.routes import Answer, GreenWanted, Request, Site, green_block, text
+from cohaptic_server.http.routes import Answer, BlockNeeded, Request, Site, green_block, text
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.green_blocks import GreenBlocks
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
-_PATIENCE = 4.0  # s for a block to be solved, after which the page asks again
-_ALIVE = 2.0  # s since the last tick
+_PATIENCE = 4.0  # s for a block to be solved, after which the page must ask again
+_ALIVE = 2.0  # s since the last tick, within which the server counts as healthy
 
 
 class Web:
-    """Files, Green's functions, and who may open a websocket.
+    """HTTP service: files, Green's functions, and the check of a websocket's origin.
 
     Args:
-        body: Whose functions are served.
+        body: Whose Green's functions are served.
         settings: Of the server.
         clock: Of the server.
 
     Attributes:
-        model: Of the body's Green's functions; None if it has none.
-        ticked: When the last tick was [s].
+        model: Name of the body's Green's functions; None if it has none.
+        ticked: Time of the last tick [s].
     """
 
     def __init__(self, body: Body, settings: ServerSettings, clock: Clock) -> None:
@@ -46,9 +46,9 @@ class Web:
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Answer a request; None lets it become a websocket."""
         headers = request.headers
-        # Before version 17 the library refuses other methods itself, and does not name GET.
+        # Before version 17 the library accepts GET alone, and its requests have no method.
         method = str(getattr(request, "method", "GET"))
-        asked = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
+        plain_request = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
         if "Upgrade" in headers:
             origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
             if len(origins) <= 1 and may_connect(
@@ -58,19 +58,19 @@ class Web:
                 allowed=self._settings.allow_origins,
             ):
                 return None
-            words = "a page from elsewhere may not use this server; see --allow-origin\n"
-            return _response(text(asked, 403, "Forbidden", words))
-        # The library waits so long for the peer to have it all, then cuts it off.
+            message = "a page from elsewhere may not use this server; see --allow-origin\n"
+            return _response(text(plain_request, 403, "Forbidden", message))
+        # The library waits this long for the peer to take the whole response.
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
-        answer = self._site.answer(asked, ticking=ticking)
-        if isinstance(answer, GreenWanted):
+        answer = self._site.answer(plain_request, ticking=ticking)
+        if isinstance(answer, BlockNeeded):
             assert self._blocks is not None
-            answer = green_block(asked, await self._blocks.block(answer.vertex, _PATIENCE))
+            answer = green_block(plain_request, await self._blocks.block(answer.vertex, _PATIENCE))
         return _response(answer)
 
     def close(self) -> None:
-        """Solve for nothing more."""
+        """Cancel the solves that are queued."""
         if self._blocks is not None:
             self._blocks.close()
 

@@ -1,4 +1,4 @@
-"""The port: opened with the options of every websocket, or refused in a sentence."""
+"""Opening of the port, or an error that says how to get one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
-_EVERYWHERE = ("0.0.0.0", "::")
+_ALL_INTERFACES = ("0.0.0.0", "::")
 
 
 async def listen(
@@ -25,11 +25,11 @@ async def listen(
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
 ) -> tuple[Server, str]:
-    """Open the port; returns the listener and its URL.
+    """Open the port with the options of every websocket; returns the listener and its URL.
 
     Args:
-        handle: Takes care of a websocket until it returns.
-        process: Answers a request, or lets it become a websocket.
+        handle: Serves a websocket until it returns.
+        process: Answers an HTTP request; None lets it become a websocket.
         settings: Of the server.
 
     Raises:
@@ -44,7 +44,7 @@ async def listen(
             port,
             process_request=process,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
-            # A client without our subprotocol gets a sentence from the session, not a bare 400.
+            # A client without our subprotocol gets an error message from its session, not just 400.
             select_subprotocol=_select_subprotocol,
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
@@ -60,16 +60,16 @@ async def listen(
 
 
 def page_address(url: str) -> str:
-    """Where a browser on this machine finds the page of the server at `url`."""
+    """Address of the page of the server at `url`, for a browser on this machine."""
     scheme, _, rest = url.partition("://")
     host, _, port = rest.rpartition(":")
-    name = "localhost" if host.strip("[]") in _EVERYWHERE else host
+    name = "localhost" if host.strip("[]") in _ALL_INTERFACES else host
     return f"{scheme.replace('ws', 'http', 1)}://{name}:{port}/"
 
 
 def _select_subprotocol(
     _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Ours, or another version of it: a browser would not hear why it is refused otherwise."""
+    """Our subprotocol or another version of it; a browser that gets none hears no reason."""
     others = (name for name in offered if name.startswith(FAMILY))
     return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else next(others, None)

@@ -1,4 +1,8 @@
-"""Which forces the body gets in a tick, from what the users want: an act of the world."""
+"""From the forces that users request to those that the body gets in a tick (science 3.8).
+
+A request is limited, passes the room's lag, and is slowed down where it would move other hands too
+fast. A probe that jumps leaves its force behind, to fade where it was.
+"""
 
 from __future__ import annotations
 
@@ -9,151 +13,174 @@ import numpy as np
 
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.force_limits import EFFECT_RATE, behind, bounded, shares_of_change
+from cohaptic_server.world.force_limits import (
+    EFFECT_RATE,
+    allowed_shares,
+    limit_forces,
+    low_pass,
+)
 from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState, WorldState
 
-# Radii of a sphere as large as the body, in which nobody presses deeper: through it and half again.
-DEEPEST = 3.0
-GO = 0.1  # s; lag at most of the force of one who has left
+# Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
+# own; three radii are one and a half diameters, deeper than anybody presses on purpose.
+MAX_INDENTATION = 3.0
+MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
 
 
-def release(
-    state: WorldState, found: Sequence[UserState], step: float, *, jump: float
+def update_releases(
+    state: WorldState, tracked: Sequence[UserState], fade: float, *, max_move: float
 ) -> tuple[Release, ...]:
-    """What still fades where probes have left it, and what begins to, one for each user at most.
+    """Forces that fade where probes have left them: those still fading, and new ones.
 
     Args:
         state: The world after the last tick.
-        found: Everybody's contact in this tick.
-        step: By which a share falls in a tick.
-        jump: Way of a contact that no hand makes in a tick [m].
+        tracked: Users with their contacts in this tick.
+        fade: Decrease of a share in one tick.
+        max_move: Distance that a hand can move a contact in one tick [m].
+
+    Returns:
+        At most one release for each user.
     """
-    left = [
-        replace(old, share=old.share - step) for old in state.releases if old.share - step > 0.0
+    releases = [
+        replace(release, share=release.share - fade)
+        for release in state.releases
+        if release.share - fade > 0.0
     ]
-    fading = {old.user for old in left}
-    for user in found:
-        before = state.users.get(user.touch.user)
-        if before is None or before.force <= NEGLIGIBLE or user.touch.user in fading:
+    fading = {release.user for release in releases}
+    for user in tracked:
+        previous = state.users.get(user.touch.user)
+        if previous is None or previous.force <= NEGLIGIBLE or user.touch.user in fading:
             continue
-        if _is_elsewhere(state, user, jump):
-            left.append(Release(user.touch.user, before.press, 1.0))
-    return tuple(left)
+        if _has_jumped(state, user, max_move):
+            releases.append(Release(user.touch.user, previous.press, 1.0))
+    return tuple(releases)
 
 
-def let_in(
+def apply_forces(
     body: Body,
     state: WorldState,
-    found: Sequence[UserState],
-    elsewhere: Collection[int],
+    tracked: Sequence[UserState],
+    released: Collection[int],
     dt: float,
     *,
-    jump: float,
+    max_move: float,
 ) -> list[UserState]:
-    """The users with the forces that the body gets: bounded, behind the lag, not too fast.
+    """Decide the forces that the body gets, from those that users request.
 
     Args:
-        body: That is touched.
+        body: The deformable object.
         state: The world after the last tick.
-        found: Everybody's contact and what it wants.
-        elsewhere: Users whose force still fades where they were.
+        tracked: Users with their contacts and requested forces.
+        released: Users whose force still fades at a previous contact; they press nowhere else.
         dt: Simulation period N T [s].
-        jump: Way of a contact that no hand makes in a tick [m].
+        max_move: Distance that a hand can move a contact in one tick [m].
+
+    Returns:
+        The users with their applied forces, in the same order.
     """
-    if not found:
+    if not tracked:
         return []
-    C = _known(state, found, jump)
-    own = np.diag(C)
-    reach = DEEPEST * body.mesh.size
-    deepest = np.where(np.isfinite(own), reach / np.maximum(own, 1e-12), np.inf)
-    here = np.array([float(user.touch.user not in elsewhere) for user in found])
-    was = here * np.array([_before(state, user) for user in found])
-    wanted = here * np.array([user.wanted for user in found])
-    # Who has left lets go in the usual time, however slow the room is.
-    lag = np.array(
-        [state.room.lag if user.touch.fresh else min(state.room.lag, GO) for user in found]
-    )
-    asked = bounded(wanted, deepest)
-    normal = behind(was, asked, lag, dt)
-    along, along_was = _along(state, found, here, asked / np.maximum(wanted, 1e-300))
-    along = behind(along_was, along, lag[:, None], dt)
-    change = np.abs(normal - was) + np.linalg.norm(along - along_was, axis=1)
-    stiffness = np.array(
-        [
-            min(user.touch.max_stiffness, 1.0 / c if np.isfinite(c) else np.inf)
-            for user, c in zip(found, own.tolist(), strict=True)
-        ]
-    )
-    # Only a hand that feels something can be moved: who holds nothing asks nobody to wait.
-    C[np.maximum(was, asked) <= NEGLIGIBLE] = 0.0
-    share = shares_of_change(change, stiffness, C, EFFECT_RATE * dt)
-    normal = was + share * (normal - was)
-    along = along_was + share[:, None] * (along - along_was)
+    C = _previous_coupling(state, tracked, max_move)
+    c_ii = np.diag(C)
+    present = np.array([float(user.touch.user not in released) for user in tracked])
+    previous = present * np.array([_previous_force(state, user) for user in tracked])
+    requested = present * np.array([user.requested for user in tracked])
+    indentation = MAX_INDENTATION * body.mesh.size
+    max_force = np.where(np.isfinite(c_ii), indentation / np.maximum(c_ii, 1e-12), np.inf)
+    limited = limit_forces(requested, max_force)
+    scale = present * (limited / np.maximum(requested, 1e-300))
+    tangential, previous_tangential = _tangential_forces(state, tracked, present, scale)
+    lag = np.array([_lag_of(state, user) for user in tracked])
+    normal = low_pass(previous, limited, lag, dt)
+    tangential = low_pass(previous_tangential, tangential, lag[:, None], dt)
+
+    change = np.abs(normal - previous) + np.linalg.norm(tangential - previous_tangential, axis=1)
+    stiffness = _hand_stiffness(tracked, c_ii)
+    # A hand that feels no force cannot be moved, so nobody is slowed down for its sake.
+    C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
+    share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
+    normal = previous + share * (normal - previous)
+    tangential = previous_tangential + share[:, None] * (tangential - previous_tangential)
     return [
         replace(
             user,
             presence=user.presence * counts,
             force=force,
-            along=None if user.wanted_along is None else tangent,
+            tangential=None if user.requested_tangential is None else along,
         )
-        for user, counts, force, tangent in zip(
-            found, here.tolist(), normal.tolist(), along, strict=True
+        for user, counts, force, along in zip(
+            tracked, present.tolist(), normal.tolist(), tangential, strict=True
         )
     ]
 
 
-def _is_elsewhere(state: WorldState, user: UserState, jump: float) -> bool:
-    """Whether a contact is new, or too far from where it was for a hand to have gone there."""
-    before = state.users.get(user.touch.user)
-    if before is None:
+def _has_jumped(state: WorldState, user: UserState, max_move: float) -> bool:
+    """Whether a contact is new, or further from its previous one than a hand can move it."""
+    previous = state.users.get(user.touch.user)
+    if previous is None:
         return True
-    way = user.contact.foot - before.contact.foot
-    return float(way @ way) > jump * jump
+    move = user.contact.foot - previous.contact.foot
+    return float(move @ move) > max_move * max_move
 
 
-def _before(state: WorldState, user: UserState) -> float:
+def _lag_of(state: WorldState, user: UserState) -> float:
+    """Lag of a user's force [s]: the room's, and a short one for a user who has left."""
+    return state.room.lag if user.touch.fresh else min(state.room.lag, MAX_RELEASE_LAG)
+
+
+def _hand_stiffness(tracked: Sequence[UserState], c_ii: Floats) -> Floats:
+    """K of each hand, at most 1 / C_ii where that is known, shape (n,) [N/m]."""
+    return np.array(
+        [
+            min(user.touch.max_stiffness, 1.0 / c if np.isfinite(c) else np.inf)
+            for user, c in zip(tracked, c_ii.tolist(), strict=True)
+        ]
+    )
+
+
+def _previous_force(state: WorldState, user: UserState) -> float:
     """Normal force of a user that the body carried in the last tick [N]."""
-    before = state.users.get(user.touch.user)
-    return 0.0 if before is None else before.force
+    previous = state.users.get(user.touch.user)
+    return 0.0 if previous is None else previous.force
 
 
-def _along(
-    state: WorldState, found: Sequence[UserState], here: Floats, whole: Floats
+def _tangential_forces(
+    state: WorldState, tracked: Sequence[UserState], present: Floats, scale: Floats
 ) -> tuple[Floats, Floats]:
-    """Forces along the surface now and in the last tick, shape (n, 3) each [N].
+    """Tangential forces requested now, and those of the last tick, shape (n, 3) each [N].
 
     Args:
         state: The world after the last tick.
-        found: Everybody's contact and what it wants.
-        here: 1 for users whose force is where they are, 0 for the others.
-        whole: Share of its normal force that the body is asked to carry.
+        tracked: Users with their contacts and requested forces.
+        present: 1 for users who press at their contact, 0 for those whose force fades elsewhere.
+        scale: Factor of the requested tangential force, that of the limited normal force.
     """
-    now, was = np.zeros((len(found), 3)), np.zeros((len(found), 3))
-    for i, user in enumerate(found):
-        if user.wanted_along is None:
+    requested, previous = np.zeros((len(tracked), 3)), np.zeros((len(tracked), 3))
+    for i, user in enumerate(tracked):
+        if user.requested_tangential is None:
             continue
-        now[i] = here[i] * whole[i] * user.wanted_along
+        requested[i] = scale[i] * user.requested_tangential
         before = state.users.get(user.touch.user)
-        if before is not None and before.along is not None:
-            # The surface turns under a contact that slides; its force turns with it.
+        if before is not None and before.tangential is not None:
+            # Under a sliding contact the tangent plane turns, and the force is projected onto it.
             n = user.contact.normal
-            was[i] = here[i] * (before.along - (before.along @ n) * n)
-    return now, was
+            previous[i] = present[i] * (before.tangential - (before.tangential @ n) * n)
+    return requested, previous
 
 
-def _known(state: WorldState, found: Sequence[UserState], jump: float) -> Floats:
-    """C between users as the last tick found it, shape (n, n) [m/N].
+def _previous_coupling(state: WorldState, tracked: Sequence[UserState], max_move: float) -> Floats:
+    """C between users in the last tick, shape (n, n) [m/N].
 
-    What a user does to others is infinite where it was not there yet, or somewhere else; what they
-    do to it is none, for it holds nothing there yet.
+    For a user who was not at its contact then, it is not known. The effect of such a user on others
+    is set to infinity; the effect of others on it to zero, since it holds no force there yet.
     """
     row = {number: i for i, number in enumerate(state.users)}
-    at = np.array(
-        [-1 if _is_elsewhere(state, user, jump) else row[user.touch.user] for user in found]
+    index = np.array(
+        [-1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked]
     )
-    C = np.full((len(found), len(found)), np.inf)
-    C[at < 0] = 0.0
+    C = np.full((len(tracked), len(tracked)), np.inf)
+    C[index < 0] = 0.0
     np.fill_diagonal(C, np.inf)
-    seen = np.flatnonzero(at >= 0)
-    C[np.ix_(seen, seen)] = state.coupling[np.ix_(at[seen], at[seen])]
+    known = np.flatnonzero(index >= 0)
+    C[np.ix_(known, known)] = state.coupling[np.ix_(index[known], index[known])]
     return C

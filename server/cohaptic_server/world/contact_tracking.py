@@ -1,4 +1,4 @@
-"""Where a user touches in this tick, and with what force."""
+"""The contact of one user in this tick, and the force that it requests there."""
 
 from __future__ import annotations
 
@@ -9,117 +9,123 @@ from cohaptic.control.friction import stretch_of, tangential
 from cohaptic.vec import scale
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world.contact import REACH, locate
-from cohaptic_server.world.displacement_field import Field, FreeOf, Still, Window
-from cohaptic_server.world.state import Touch, UserState, WorldState
+from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT, locate
+from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
+from cohaptic_server.world.state import TickTime, Touch, UserState, WorldState
 
-_AT_ONCE = 0.001  # s between two samples that say nothing of a velocity
-_SMOOTHING = 0.3  # share of a new velocity in the running mean
-# Share of the way that the surface on which a contact is found follows the body in a tick. Several
-# contacts that each slide to where the last tick's forces took the surface would throw each other
-# to and fro, on a body that softens under load; `equilibrium` takes half steps as well.
-FOLLOW = 0.5
+_MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
+_VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
+# Relaxation factor of the surface on which a contact is tracked: the share of the body's change of
+# one tick that it follows. If it followed all of it, several contacts on a body that softens under
+# load would each slide to where the last tick's forces took the surface and push each other to and
+# fro; `equilibrium` takes half steps for the same reason.
+RELAXATION = 0.5
 
 
-def place(
-    body: Body, state: WorldState, touch: Touch, presence: float, *, now: float, dt: float
+def track_contact(
+    body: Body, state: WorldState, touch: Touch, presence: float, time: TickTime
 ) -> UserState:
-    """Find the contact on the surface of the last tick, and the force that is wanted there.
+    """Find the contact on the surface of the last tick, and the force requested there.
 
     Args:
-        body: That is touched.
+        body: The deformable object.
         state: The world after the last tick.
-        touch: Newest of this user.
-        presence: Share of its force that counts, from 0 to 1.
-        now: Time of this tick on the server's clock [s].
-        dt: Simulation period N T [s].
+        touch: Newest sample of this user.
+        presence: Share of its force that counts, 0 to 1.
+        time: Of this tick.
+
+    Returns:
+        The user with its requested force; the applied force is zero until `apply_forces`.
     """
     probe = np.array(touch.probe)
-    before = state.users.get(touch.user)
-    free = _free_before(state, before)
+    previous = state.users.get(touch.user)
+    free = _previous_free_field(state, previous)
     surface: Field = free
-    followed: Window | None = None
-    if before is not None and before.surface is not None and before.free is not None:
-        surface = followed = _follow(before.surface, before.free)
-    elif before is not None:
-        followed = before.free
+    followed: CachedField | None = None
+    if previous is not None and previous.surface is not None and previous.free is not None:
+        surface = followed = _follow(previous.surface, previous.free)
+    elif previous is not None:
+        followed = previous.free
     contact = locate(
         body.mesh,
-        probe - _over_material(touch, before),
+        probe - _tangential_stretch(touch, previous),
         surface,
         radius=body.contact_radius,
-        hint=None if before is None else before.contact,
+        hint=None if previous is None else previous.contact,
     )
     height = contact.normal @ (probe - contact.moved(free))
     pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
-    wanted = presence * pressed if height < REACH else 0.0
-    along: Floats | None = None
+    requested = presence * pressed if height < MAX_CONTACT_HEIGHT else 0.0
+    friction: Floats | None = None
     if touch.friction:
-        along = np.array(tangential(scale(touch.force, presence), vec3(contact.normal), wanted))
+        weighted = scale(touch.force, presence)
+        friction = np.array(tangential(weighted, vec3(contact.normal), requested))
     return UserState(
-        touch,
-        contact,
-        presence,
-        0.0,  # until `letting_in.let_in`
-        None,
-        wanted,
-        along,
-        _measure(state, before, touch, now=now, dt=dt),
-        _velocity(before, touch),
-        followed,
+        touch=touch,
+        contact=contact,
+        presence=presence,
+        force=0.0,
+        requested=requested,
+        requested_tangential=friction,
+        delay=_loop_delay(state, previous, touch, time),
+        velocity=_velocity(previous, touch),
+        surface=followed,
     )
 
 
-def _over_material(touch: Touch, before: UserState | None) -> Floats:
-    """How far the tip is from the material that it touches, on the free surface, shape (3,) [m].
+def _tangential_stretch(touch: Touch, previous: UserState | None) -> Floats:
+    """Vector from the material point under a finger to its tip, on the free surface, (3,) [m].
 
-    A force along the surface takes the material with it, which the free surface does not show: a
-    finger that sticks stays on its material, however far the two have gone together (science 3.10).
+    A tangential force carries the material with it, which the free surface does not show. A finger
+    that sticks must stay on its material point however far both have moved (science 3.10).
     """
-    if not touch.friction or before is None or before.compliance is None:
+    if not touch.friction or previous is None or previous.compliance is None:
         return np.zeros(3)
-    return np.array(stretch_of(touch.force, vec3(before.contact.normal), before.compliance))
+    return np.array(stretch_of(touch.force, vec3(previous.contact.normal), previous.compliance))
 
 
-def _velocity(before: UserState | None, touch: Touch) -> Floats:
-    """Of the probe after the newest sample, shape (3,) [m/s]: where its patch has to reach."""
-    if before is None:
+def _velocity(previous: UserState | None, touch: Touch) -> Floats:
+    """Smoothed velocity of the probe, shape (3,) [m/s]; it tells how far a patch has to reach."""
+    if previous is None:
         return np.zeros(3)
-    passed = touch.t_client - before.touch.t_client
-    if passed < _AT_ONCE:
-        return before.velocity if touch.fresh else np.zeros(3)
-    new = (np.array(touch.probe) - np.array(before.touch.probe)) / passed
-    return np.asarray(before.velocity + _SMOOTHING * (new - before.velocity))
+    interval = touch.t_client - previous.touch.t_client
+    if interval < _MIN_SAMPLE_INTERVAL:
+        return previous.velocity if touch.fresh else np.zeros(3)
+    newest = (np.array(touch.probe) - np.array(previous.touch.probe)) / interval
+    return np.asarray(previous.velocity + _VELOCITY_SMOOTHING * (newest - previous.velocity))
 
 
-def _measure(
-    state: WorldState, before: UserState | None, touch: Touch, *, now: float, dt: float
+def _loop_delay(
+    state: WorldState, previous: UserState | None, touch: Touch, time: TickTime
 ) -> LoopDelay:
-    """The user's loop delay in this tick: the age of the patch that its force answers.
+    """Loop delay of a user in this tick: the age of the patch that its force answers.
 
-    A force that is held because no newer one comes grows older tick by tick, and its delay with it.
+    A force that is held because no newer sample arrives grows older tick by tick, and so does the
+    delay.
     """
-    delay = LoopDelay() if before is None else before.delay
+    delay = LoopDelay() if previous is None else previous.delay
     if not touch.fresh or touch.tick > state.tick:
         return delay
     if touch.tick > 0:
-        return delay.measured((state.tick + 1 - touch.tick) * dt, now)
-    # Before its first patch a client can name none. One that presses on and still does not is told
-    # nothing by ours: its loop may have any delay.
-    late = before is not None and before.presence >= 1.0
-    return delay.measured(UNKNOWN, now) if late else delay
+        return delay.measured((time.number - touch.tick) * time.period, time.now)
+    # Before its first patch a client can name none. If it names none after a full fade-in, it does
+    # not answer our patches at all, and its loop may have any delay.
+    late = previous is not None and previous.presence >= 1.0
+    return delay.measured(UNKNOWN, time.now) if late else delay
 
 
-def _follow(surface: Window, free: Window) -> Window:
-    """The surface that a contact is found on, a part of the way after the body."""
-    was = surface[free.vertices]
-    return Window(free.vertices, was + FOLLOW * (free.values - was), free.beyond)
+def _follow(surface: CachedField, free: CachedField) -> CachedField:
+    """The tracking surface after one relaxation step towards the free surface of the body."""
+    current = surface[free.vertices]
+    return CachedField(
+        free.vertices, current + RELAXATION * (free.values - current), free.elsewhere
+    )
 
 
-def _free_before(state: WorldState, before: UserState | None) -> Field:
+def _previous_free_field(state: WorldState, previous: UserState | None) -> Field:
     """Displacement of the last tick without the user's own force."""
-    if before is not None and before.free is not None:
-        return before.free
+    if previous is not None and previous.free is not None:
+        return previous.free
     if state.response is None:
-        return Still()
-    return FreeOf(state.response, np.zeros(0), slice(0, 0))
+        return ZeroField()
+    return FreeField(state.response, np.zeros(0), slice(0, 0))

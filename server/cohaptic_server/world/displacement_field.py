@@ -1,8 +1,8 @@
-"""A displacement of the surface, given where somebody asks.
+"""Displacement of the surface, evaluated only at the vertices that are asked for.
 
-A tick looks at the surface round its contacts only, so that its cost does not grow with the mesh.
-What is near a contact is found at once for all of its readers (`Window`); what lies outside is
-still there, and costs its own way.
+A tick evaluates the surface round its contacts only, so that its cost does not grow with the mesh.
+Vertices near a contact are evaluated once for all readers (`CachedField`); others are evaluated
+each time that they are asked for.
 """
 
 from __future__ import annotations
@@ -17,29 +17,30 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class Field(Protocol):
-    """Displacement of vertices by their number; an array of shape (n, 3) is one."""
+    """Displacement by vertex number; an array of shape (n, 3) is such a field."""
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Of some vertices, in an array of any shape (...); shape (..., 3) [m]."""
+        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
         ...
 
 
-class Still:
-    """A body that nobody has touched yet."""
+class ZeroField:
+    """Displacement of a body that nobody has touched yet."""
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Nothing is displaced."""
+        """Zeros, shape (..., 3) [m]."""
         return np.zeros((*vertices.shape, 3))
 
 
 @dataclass(frozen=True, eq=False)
-class FreeOf:
-    """The surface without one user's own force (science 3.3).
+class FreeField:
+    """Displacement of the surface without one user's own force (science 3.3).
 
     Args:
         response: Of the body to everybody.
-        forces: The user's own, one for each of its loads, shape (k,) [N].
-        loads: Which of the response's loads are its own; none gives the surface as it is.
+        forces: Magnitudes of the user's own loads, shape (k,) [N].
+        loads: Position of these loads among the response's; an empty slice gives the displacement
+            with every force.
     """
 
     response: Response
@@ -47,39 +48,39 @@ class FreeOf:
     loads: slice
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Of some vertices, shape (..., 3) [m]."""
-        where = np.unique(vertices)
-        return np.asarray(self.on(where)[np.searchsorted(where, vertices)])
+        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
+        ascending = np.unique(vertices)
+        return np.asarray(self.on(ascending)[np.searchsorted(ascending, vertices)])
 
     def on(self, vertices: Ints) -> Floats:
-        """Of vertices that rise, shape (k, 3) [m]."""
+        """Displacement at vertices in ascending order, shape (k, 3) [m]."""
         return self.response.without(self.loads, self.forces, vertices)
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
-    """A field whose values round a contact are known.
+class CachedField:
+    """A field with known values round a contact.
 
     Args:
-        vertices: That are known, rising, shape (k,).
+        vertices: Whose values are known, ascending, shape (k,).
         values: Their displacement, shape (k, 3) [m].
-        beyond: The field elsewhere.
+        elsewhere: Field that answers for all other vertices.
     """
 
     vertices: Ints
     values: Floats
-    beyond: Field
+    elsewhere: Field
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Of some vertices, shape (..., 3) [m]."""
+        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
         if vertices is self.vertices:
             return self.values
         if not len(self.vertices):
-            return self.beyond[vertices]
-        # Takes that clip, since half of a tick's time is spent here and in the like of it.
-        place = self.vertices.searchsorted(vertices)
-        missing = self.vertices.take(place, mode="clip") != vertices
-        found = self.values.take(place, 0, mode="clip")
+            return self.elsewhere[vertices]
+        # `take` with clipping is the fastest lookup: half of a tick's time is spent in such ones.
+        position = self.vertices.searchsorted(vertices)
+        missing = self.vertices.take(position, mode="clip") != vertices
+        displacement = self.values.take(position, 0, mode="clip")
         if missing.any():
-            found[missing] = self.beyond[vertices[missing]]
-        return np.asarray(found)
+            displacement[missing] = self.elsewhere[vertices[missing]]
+        return np.asarray(displacement)

@@ -1,8 +1,8 @@
-"""The truth that a session is measured against: body and hands in equilibrium, without a network.
+"""Reference solution for a session: body and hands in equilibrium, without a network.
 
-Each hand is a spring between its intention and its tip; the body is what the server owns, touched
-through the same contacts. No law, no gain, no delay: forces f_i >= 0 such that every tip lies on
-the surface it presses,
+Each hand is a spring between its intention and its tip; the body is the one that the server
+simulates, touched through the same contacts. There is no law, gain or delay, only forces f_i >= 0
+such that every tip lies on the surface that it presses,
 
     n_i . (x_o,i(f) - intention_i - f_i n_i / k_i) = 0    wherever f_i > 0.
 """
@@ -20,11 +20,12 @@ from cohaptic_server.bodies.body import Body, Response
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, locate
 
-_TOLERANCE = 1e-5  # N; and a hundred-thousandth of a millimetre of the tips
-# m along the surface, which others may tilt by a third: a contact that stayed where a tick leaves
-# it would leave its tip a fiftieth of a millimetre off the surface.
-_EXACT = 1e-6
-_NEARLY = 1e-2  # N; from here on contacts are found to that
+_TOLERANCE = 1e-5  # N; and 1e-8 m of the tips
+# m along the surface. At the tolerance of a tick, on a surface that others tilt by a third, a tip
+# would be left 0.02 mm off the surface.
+_CONTACT_TOLERANCE = 1e-6
+_REFINE_BELOW = 1e-2  # N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less
+_MAX_ITERATIONS = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class RestingHand:
     """A hand that holds still.
 
     Args:
-        intention: Where it wants its tip [m].
+        intention: Position that the hand wants for its tip [m].
         stiffness: Of the hand [N/m].
     """
 
@@ -42,11 +43,11 @@ class RestingHand:
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """What each hand feels in the end.
+    """Forces of hands in equilibrium with the body.
 
     Args:
         force: Normal force on each hand, shape (c,) [N].
-        alone: Force that each hand would meet at the same place if nobody else touched, (c,) [N].
+        alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
         tip: Of each hand, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
     """
@@ -65,11 +66,11 @@ class Equilibrium:
 def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
     """Find the equilibrium of a body and hands.
 
-    For contacts held fixed the problem is a linear complementarity problem with a positive definite
-    matrix, solved exactly; the contacts then follow the tips, until both agree.
+    For given contacts this is a linear complementarity problem with a positive definite matrix,
+    which is solved exactly; then contacts are located anew at the tips, until both agree.
 
     Raises:
-        BodyError: Contacts and forces do not settle.
+        BodyError: Contacts and forces do not converge.
     """
     n = len(hands)
     intention = np.array([hand.intention for hand in hands])
@@ -80,53 +81,59 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
     every = np.arange(len(body.mesh.vertices))
     contacts: list[Contact | None] = [None] * n
     response: Response | None = None
-    exact: float | None = None
-    for _ in range(200):
-        now = [
+    tolerance: float | None = None
+    for _ in range(_MAX_ITERATIONS):
+        located = [
             locate(
                 body.mesh,
                 tip[i],
                 free[i],
                 radius=body.contact_radius,
                 hint=contacts[i],
-                exact=exact,
+                tolerance=tolerance,
             )
             for i in range(n)
         ]
-        response = body.respond([c.load(f) for c, f in zip(now, force, strict=True)], response)
+        response = body.respond([c.load(f) for c, f in zip(located, force, strict=True)], response)
         # Depth of each intention below the resting surface, seen along the normal.
-        bias = np.array([_lag(c, response, i, force) for i, c in enumerate(now)])
-        depth = np.array([c.normal @ (c.point - intention[i]) for i, c in enumerate(now)]) - bias
+        bias = np.array([_nonlinearity(c, response, i, force) for i, c in enumerate(located)])
+        depth = (
+            np.array([c.normal @ (c.point - intention[i]) for i, c in enumerate(located)]) - bias
+        )
         solved = complementarity(response.compliance + hand_compliance, depth)
         change = _largest(solved - force)
         force = solved
-        response = body.respond([c.load(f) for c, f in zip(now, force, strict=True)], response)
-        normals = np.array([c.normal for c in now])
+        response = body.respond([c.load(f) for c, f in zip(located, force, strict=True)], response)
+        normals = np.array([c.normal for c in located])
         stretch = force / np.array([hand.stiffness for hand in hands])
         pushed: Floats = intention + normals * stretch[:, None]
-        # Half steps: with many neighbours the contacts slide to and fro over a face otherwise.
+        # Half steps; with full ones, contacts among many neighbours oscillate across a face.
         tip = 0.5 * (tip + pushed)
         free = [
-            0.5 * (was + response.without(slice(i, i + 1), force[i : i + 1], every))
-            for i, was in enumerate(free)
+            0.5 * (previous + response.without(slice(i, i + 1), force[i : i + 1], every))
+            for i, previous in enumerate(free)
         ]
-        contacts = list(now)
-        if change < _NEARLY and exact is None:
-            exact = _EXACT
+        contacts = list(located)
+        if change < _REFINE_BELOW and tolerance is None:
+            tolerance = _CONTACT_TOLERANCE
         elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
             C = response.compliance
-            at_rest = np.array([c.normal @ (c.point - t) for c, t in zip(now, tip, strict=True)])
-            alone = np.maximum(0.0, at_rest) / np.diag(C)
-            return Equilibrium(force, alone, tip, C)
+            return Equilibrium(force, _forces_alone(located, tip, C), tip, C)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
+
+
+def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:
+    """Force on each hand if it held its tip there and nobody else touched, shape (c,) [N]."""
+    depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
+    return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
 
 def _largest(change: Floats) -> float:
     return float(np.abs(change).max(initial=0.0))
 
 
-def _lag(contact: Contact, response: Response, i: int, force: Floats) -> float:
-    """What a body beyond the linear one displaces, over C f, along the normal of contact i [m]."""
+def _nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
+    """Displacement along the normal of contact i, less C f; zero on a linear body [m]."""
     moved = contact.normal @ (contact.moved(response.displacement) - contact.point)
     return float(-moved - response.compliance[i] @ force)
 
@@ -134,7 +141,7 @@ def _lag(contact: Contact, response: Response, i: int, force: Floats) -> float:
 def complementarity(M: Floats, q: Floats) -> Floats:
     """Solve f >= 0, M f - q >= 0, f . (M f - q) = 0 for symmetric positive definite M.
 
-    Projected Gauss-Seidel to close by, then the active set exactly.
+    Projected Gauss-Seidel finds the active set, on which the system is then solved exactly.
 
     Args:
         M: Shape (n, n).

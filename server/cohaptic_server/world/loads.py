@@ -1,7 +1,8 @@
-"""The loads that users put on a body, and C between users.
+"""The loads that users put on a body, and the compliance C between users.
 
-A user without friction is one load, along the normal. One with friction is three, along the normal
-and two tangents: the body then answers with the 3x3 compliance of the contact (`control.friction`).
+A user without friction is one load, along the normal. A user with friction is three, along the
+normal and two tangents, so that the body answers with the 3x3 compliance of the contact
+(`control.friction`).
 """
 
 from __future__ import annotations
@@ -18,89 +19,96 @@ from cohaptic_server.bodies.body import Load
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact
 
+# Smallest eigenvalue of a contact's 3x3 compliance over its trace: a direction that hardly gives
+# way must still be resolved in the 32 bits of the wire.
+MIN_EIGENVALUE_SHARE = 1e-4
+_UPPER_TRIANGLE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of `Compliance3`
+
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """What one user does to a body.
+    """Contact and force of one user on the body.
 
     Args:
-        contact: Where.
-        force: Normal [N].
-        along: Force on the hand along the surface, shape (3,) [N]; None without friction.
+        contact: On the surface.
+        force: Normal force [N].
+        tangential: Tangential force on the hand, shape (3,) [N]; None without friction.
     """
 
     contact: Contact
     force: float
-    along: Floats | None = None
+    tangential: Floats | None = None
 
     @property
     def axes(self) -> Floats:
         """Normal, and with friction two tangents; unit vectors, shape (1 or 3, 3)."""
         n = self.contact.normal
-        if self.along is None:
+        if self.tangential is None:
             return n[None]
         one, two = tangents((float(n[0]), float(n[1]), float(n[2])))
         return np.array([n, one, two])
 
     def loads(self) -> list[Load]:
-        """One load for each of `axes`; the body gets the opposite of what the hand gets."""
-        where = self.contact
-        if self.along is None:
-            return [where.load(self.force)]
-        forces = [self.force, *(self.axes[1:] @ self.along).tolist()]
+        """One load for each of `axes`; the body gets the opposite of the force on the hand."""
+        contact = self.contact
+        if self.tangential is None:
+            return [contact.load(self.force)]
+        axes = self.axes
+        forces = [self.force, *(axes[1:] @ self.tangential).tolist()]
         return [
-            Load(where.vertices, where.weights, -axis, force)
-            for axis, force in zip(self.axes, forces, strict=True)
+            Load(contact.vertices, contact.weights, -axis, force)
+            for axis, force in zip(axes, forces, strict=True)
         ]
 
 
-def spans(presses: Sequence[Press]) -> list[slice]:
-    """Which of all loads are whose."""
-    ends = np.cumsum([0] + [1 if press.along is None else 3 for press in presses]).tolist()
-    return [slice(a, b) for a, b in itertools.pairwise(ends)]
+def load_spans(loads: Sequence[Sequence[Load]]) -> list[slice]:
+    """Position of each user's loads among those of all users, concatenated."""
+    ends = np.cumsum([0] + [len(own) for own in loads]).tolist()
+    return [slice(start, stop) for start, stop in itertools.pairwise(ends)]
 
 
-def compliance_between(compliance: Floats, where: Sequence[slice]) -> Floats:
-    """C between users as gains see it, shape (users, users) [m/N].
+def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
+    """C between users for the choice of gains, shape (users, users) [m/N].
 
-    On the diagonal the normal compliance. Off it the largest sum of |C| from any direction of the
-    one to all directions of the other, in the share that the direction's own compliance has: a gain
-    that is safe by this row is safe for every direction of a contact.
+    On the diagonal stands the normal compliance of each contact. Off it stands the largest sum of
+    |C| from any direction of the one contact to all directions of the other, scaled by normal
+    compliance over that direction's own: a gain that is safe by this row is safe for every
+    direction of a contact.
 
     Args:
         compliance: Between all loads of the users, shape (loads, loads) [m/N].
-        where: Which loads are whose.
+        spans: Loads of each user.
     """
-    if not where:
+    if not spans:
         return np.zeros((0, 0))
     own = np.maximum(np.diag(compliance), 1e-300)
-    first = np.array([mine.start for mine in where])
-    owner = np.repeat(np.arange(len(where)), [mine.stop - mine.start for mine in where])
+    first = np.array([span.start for span in spans])
+    owner = np.repeat(np.arange(len(spans)), [span.stop - span.start for span in spans])
     share = own[first[owner]] / own
     sums = np.add.reduceat(np.abs(compliance), first, axis=1)  # (loads, users)
     rows = np.maximum.reduceat(share[:, None] * sums, first, axis=0)
-    rows[np.diag_indices(len(where))] = own[first]
+    rows[np.diag_indices(len(spans))] = own[first]
     return np.asarray(rows)
 
 
-def floored(compliance: Floats, where: Sequence[slice]) -> Floats:
-    """C of all loads of the users, with `MIN_COMPLIANCE` on the diagonal of what gives way less.
+def floored(compliance: Floats, spans: Sequence[slice]) -> Floats:
+    """C of all loads of the users, its diagonal raised to at least `MIN_COMPLIANCE` [m/N].
 
-    What is held or hard is then a contact like any other, definite, and as stiff as the device. In
-    three directions the smallest eigenvalue counts.
+    A contact on a fixed or very stiff place then has a positive definite compliance like any other,
+    and is as stiff as a device can show. In three directions the smallest eigenvalue is raised.
 
     Args:
         compliance: Between all loads, shape (loads or more, loads or more) [m/N].
-        where: Which loads are whose.
+        spans: Loads of each user.
     """
-    loads = where[-1].stop if where else 0
+    loads = spans[-1].stop if spans else 0
     C = np.array(compliance[:loads, :loads])
-    for span in where:
+    for span in spans:
         block = C[span, span]
         lack = MIN_COMPLIANCE - float(np.diag(block).min())
         if len(block) > 1:
-            least = max(MIN_COMPLIANCE, LEAST_SHARE * float(np.trace(block)))
-            lack = least - float(np.linalg.eigvalsh(block)[0])
+            floor = max(MIN_COMPLIANCE, MIN_EIGENVALUE_SHARE * float(np.trace(block)))
+            lack = floor - float(np.linalg.eigvalsh(block)[0])
         if lack > 0.0:
             C[span, span] += lack * np.eye(span.stop - span.start)
     return C
@@ -114,12 +122,8 @@ def contact_compliance(compliance: Floats, press: Press, span: slice) -> Complia
         press: Of the user.
         span: Its loads.
     """
-    if press.along is None:
+    if press.tangential is None:
         return None
     axes = press.axes
     C = axes.T @ compliance[span, span] @ axes
-    return Compliance3(*(float(C[i, j]) for i, j in _ENTRIES))
-
-
-LEAST_SHARE = 1e-4  # of the trace: a direction that hardly gives way, in 32 bits on the wire
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return Compliance3(*(float(C[i, j]) for i, j in _UPPER_TRIANGLE))

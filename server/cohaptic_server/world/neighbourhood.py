@@ -1,8 +1,8 @@
-"""What of the free surface a mesh patch carries: what the probe can reach before the next news.
+"""The part of the free surface that a mesh patch carries: all that the probe can reach in time.
 
-The vertices of the touch mesh (`touch_mesh.py`) round the contact, and ahead of a hand that slides:
-along its way over the surface for as long as this patch will be in use. Nearest first, as many as a
-frame holds.
+These are the vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that
+slides, along its path over the surface for as long as the patch will be in use. If a frame cannot
+hold all of them, the nearest are taken.
 """
 
 from __future__ import annotations
@@ -15,33 +15,34 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.touch_mesh import TouchMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.displacement_field import Window
+from cohaptic_server.world.displacement_field import CachedField
 
-# Round the contact, and the width of the client's weights on top.
-REACH = 0.04  # m
-SPEEDING_UP = 0.15  # m/s that a hand may be faster before the next news than it was
-_WIDTH = 1.8  # distances between vertices (`mesh_surface.SUPPORT`)
-_FURTHEST = 0.3  # m ahead of the contact
-_ROOMY = 1.3  # over the disc of as many vertices as a frame holds: they may lie further apart
+MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
+SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
+_SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_surface.SUPPORT`)
+_MAX_PATH = 0.3  # m ahead of the contact
+# Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
+# than the mean spacing.
+_DISC_MARGIN = 1.3
 
 
-def _beside(mesh: TouchMesh, horizon: float) -> float:
-    """How far from the way of a contact: what is reached, or what a frame holds if it is less [m].
+def _half_width(mesh: TouchMesh, horizon: float) -> float:
+    """Largest distance of a vertex from the path of the contact [m].
 
-    A disc of `MAX_VERTICES` is the widest that can be sent.
+    It covers all that can be reached, or the disc of `MAX_VERTICES` if that is smaller.
     """
-    apart = mesh.spacing
-    widest = _ROOMY * apart * math.sqrt(MAX_VERTICES / math.pi)
-    return min(max(REACH, SPEEDING_UP * horizon) + _WIDTH * apart, widest)
+    spacing = mesh.spacing
+    widest = _DISC_MARGIN * spacing * math.sqrt(MAX_VERTICES / math.pi)
+    return min(max(MIN_RADIUS, SPEEDING_UP * horizon) + _SUPPORT * spacing, widest)
 
 
-def cut_neighbourhood(touched_body: TouchedBody, free: Window, touched: Ints) -> Neighbourhood:
+def cut_neighbourhood(touched_body: TouchedBody, free: CachedField, touched: Ints) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:
         touched_body: The deformable object and its touch mesh.
         free: Displacement round the contact without this user's own force.
-        touched: Vertices of the touch mesh, as of `choose_vertices`.
+        touched: Vertices of the touch mesh, from `choose_vertices`.
     """
     vertices = touched_body.mesh.vertices[touched]
     compliance = touched_body.vertex_compliance[vertices]
@@ -49,10 +50,10 @@ def cut_neighbourhood(touched_body: TouchedBody, free: Window, touched: Ints) ->
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
-    """`Neighbourhood.of` for arrays, which a tick has not the time to take apart.
+    """`Neighbourhood.of` for arrays, without a Python loop over the vertices.
 
     Args:
-        vertices: Rising, shape (k,).
+        vertices: Ascending, shape (k,).
         displacement: Shape (k, 3) [m].
         c_ii: Shape (k,) [m/N].
     """
@@ -70,59 +71,64 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
     )
 
 
-def choose_vertices(mesh: TouchMesh, at: Floats, slide: Floats, horizon: float) -> Ints:
-    """Which vertices are nearest to the way of a sliding contact, all of it at rest.
+def choose_vertices(mesh: TouchMesh, x_contact: Floats, velocity: Floats, horizon: float) -> Ints:
+    """Choose the vertices nearest to the path of a sliding contact, on the resting surface.
 
     Args:
-        mesh: That is touched.
-        at: Contact point, shape (3,) [m].
-        slide: Velocity along the surface, shape (3,) [m/s].
-        horizon: How long the way is [s].
+        mesh: Touch mesh of the body.
+        x_contact: Contact point, shape (3,) [m].
+        velocity: Along the surface, shape (3,) [m/s].
+        horizon: Duration of the path [s].
 
     Returns:
-        As `TouchMesh` numbers them, rising, at most `MAX_VERTICES`.
+        Numbers in the touch mesh, ascending, at most `MAX_VERTICES`.
     """
-    beside = _beside(mesh, horizon)
-    length = min(_FURTHEST, math.sqrt(slide @ slide) * horizon)
-    near = mesh.near(at, length + beside)
+    half_width = _half_width(mesh, horizon)
+    length = min(_MAX_PATH, math.sqrt(velocity @ velocity) * horizon)
+    near = mesh.near(x_contact, length + half_width)
     if not len(near):
         return near
     points = mesh.points[near]
-    # Points of the way as far apart as vertices leave no gap between the discs round them.
-    stops = way(points, mesh.normals[near], at, slide, length, mesh.spacing)
+    # Path points no further apart than vertices leave no gap between the discs round them.
+    path = slide_path(points, mesh.normals[near], x_contact, velocity, length, mesh.spacing)
     squares = (
         np.einsum("ni,ni->n", points, points)[:, None]
-        + np.einsum("wi,wi->w", stops, stops)
-        - 2.0 * (points @ stops.T)
+        + np.einsum("wi,wi->w", path, path)
+        - 2.0 * (points @ path.T)
     ).min(axis=1)
-    most = min(MAX_VERTICES, len(squares))
-    nearest = np.argpartition(squares, most - 1)[:most]
-    return np.sort(near[nearest[squares[nearest] <= beside**2]])
+    count = min(MAX_VERTICES, len(squares))
+    nearest = np.argpartition(squares, count - 1)[:count]
+    return np.sort(near[nearest[squares[nearest] <= half_width**2]])
 
 
-def way(
-    points: Floats, normals: Floats, at: Floats, slide: Floats, length: float, step: float
+def slide_path(
+    points: Floats,
+    normals: Floats,
+    start: Floats,
+    direction: Floats,
+    length: float,
+    step: float,
 ) -> Floats:
     """Points along the surface from a contact in the direction of its slide, shape (w, 3) [m].
 
     Args:
-        points: Of the surface round the contact, shape (k, 3) [m].
-        normals: There, shape (k, 3).
-        at: Contact point, shape (3,) [m].
-        slide: Its direction, of any length, shape (3,).
-        length: Of the way [m].
-        step: Between two points [m].
+        points: Vertices round the contact, shape (k, 3) [m].
+        normals: At these vertices, shape (k, 3).
+        start: Contact point, shape (3,) [m].
+        direction: Of the slide, of any length, shape (3,).
+        length: Of the path [m].
+        step: Between two points of the path [m].
     """
-    here, found, heading = at, [at], slide
+    point, path, heading = start, [start], direction
     squares = np.einsum("ni,ni->n", points, points)
     for _ in range(math.ceil(length / step - 1e-9)):
         stride = min(step, length)
         length -= stride
-        here = here + (stride / max(1e-12, math.sqrt(heading @ heading))) * heading
-        # Back onto the surface, and along it, by the vertex nearest to here.
-        k = int((squares - 2.0 * (points @ here)).argmin())
+        point = point + (stride / max(1e-12, math.sqrt(heading @ heading))) * heading
+        # Project point and heading onto the tangent plane of the nearest vertex.
+        k = int((squares - 2.0 * (points @ point)).argmin())
         n = normals[k]
-        here = here + ((points[k] - here) @ n) * n
+        point = point + ((points[k] - point) @ n) * n
         heading = heading - (heading @ n) * n
-        found.append(here)
-    return np.array(found)
+        path.append(point)
+    return np.array(path)

@@ -1,4 +1,4 @@
-"""The patch of one user: where the free surface is, how stiff the body, which gains."""
+"""The patch of one user: the free surface at its contact, the body's stiffness there, the gains."""
 
 from __future__ import annotations
 
@@ -8,72 +8,74 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.gains import choose_gains
 from cohaptic.control.room import RoomLag
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world.contact import REACH
-from cohaptic_server.world.state import NEGLIGIBLE, UserState
+from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
+from cohaptic_server.world.patch_geometry import with_geometry
+from cohaptic_server.world.state import NEGLIGIBLE, TickTime, UserState, UserTick
 
-NEAR = 0.005  # m above the surface: from here on a probe counts fully as a neighbour
+NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a neighbour
 
 
-def nearness(user: UserState, point: Floats) -> float:
-    """How much a user counts as a neighbour: 1 in contact or about to be, 0 out of reach."""
-    height = float(user.contact.normal @ (np.array(user.touch.probe) - point))
-    fade = (REACH - height) / (REACH - NEAR)
+def nearness(user: UserState, x_free: Floats) -> float:
+    """Weight of a user as a neighbour: 1 in contact or about to be, 0 out of reach.
+
+    Args:
+        user: With the force of this tick.
+        x_free: Its contact point on the surface free of its own force, shape (3,) [m].
+    """
+    height = float(user.contact.normal @ (np.array(user.touch.probe) - x_free))
+    fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
     return 1.0 if user.force > NEGLIGIBLE else min(1.0, max(0.0, fade))
 
 
-def cut(
-    user: UserState,
-    x_free: Floats,
-    row: list[float],
-    i: int,
+def build_patch(
+    touched_body: TouchedBody,
+    user: UserTick,
+    row: Floats,
     compliance: Compliance3 | None,
     room: RoomLag,
-    *,
-    tick: int,
-    now: float,
-    dt: float,
+    time: TickTime,
 ) -> Patch:
-    """The patch of one user.
+    """Build the patch of one user, with the geometry that it asked for.
 
     Args:
-        user: Whose it is.
-        x_free: Its contact point on the surface free of its own force, shape (3,) [m].
-        row: Of C between the users, as its gains see it [m/N].
-        i: Its place in the row.
-        compliance: Of its contact in all directions; None without friction.
+        touched_body: The deformable object and its touch mesh.
+        user: Whose patch it is.
+        row: Its row of C between users, each other user weighted by nearness, shape (n,) [m/N].
+        compliance: 3x3 compliance of its contact; None without friction.
         room: Lag of the room.
-        tick: Number of this tick.
-        now: Time of this tick on the server's clock [s].
-        dt: Simulation period N T [s].
+        time: Of this tick.
     """
-    touch, contact = user.touch, user.contact
-    c_ii = row[i]
+    state = user.state
+    touch, contact = state.touch, state.contact
+    c_row = row.tolist()
     gains = choose_gains(
         touch.law,
-        row,
-        i,
+        c_row,
+        user.index,
         max_stiffness=touch.max_stiffness,
-        loop_delay=user.delay.value + room.lag,  # the lag is in the loop of the paper's laws
-        simulation_period=dt,
+        loop_delay=state.delay.value + room.lag,  # the lag is in the loop of the paper's laws
+        simulation_period=time.period,
         fixed=touch.fixed_gains,
     )
-    return Patch(
-        tick=tick,
+    plane = Patch(
+        tick=time.number,
         seq=touch.seq,
-        t_server=now,
+        t_server=time.now,
         t_client=touch.t_client,
-        sample_wait=max(0.0, now - touch.arrived),
-        geometry=Geometry.PLANE,  # until `with_shape`
+        sample_wait=max(0.0, time.now - touch.arrived),
+        geometry=Geometry.PLANE,
         law=touch.law,
-        x_free=vec3(x_free),
+        x_free=vec3(user.x_free),
         normal=vec3(contact.normal),
         curvature=0.0,
-        c_ii=c_ii,
+        c_ii=c_row[user.index],
         k_h=gains.k_h,
         integral_gain=gains.integral_gain,
-        own_force=vec3(user.carried),
-        u_others=vec3(x_free - contact.point),
+        own_force=vec3(state.applied),
+        u_others=vec3(user.x_free - contact.point),
         room=room,
         compliance=compliance,
     )
+    return with_geometry(plane, touched_body, user.window, user.free)

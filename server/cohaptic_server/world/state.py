@@ -1,4 +1,4 @@
-"""What the world remembers between two ticks. Frozen values."""
+"""State of the world between two ticks, and of one user within a tick. Frozen values."""
 
 from __future__ import annotations
 
@@ -17,34 +17,50 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Response
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact
-from cohaptic_server.world.displacement_field import Window
+from cohaptic_server.world.displacement_field import CachedField
 from cohaptic_server.world.loads import Press
-from cohaptic_server.world.patch_geometry import Sight
+from cohaptic_server.world.patch_geometry import ContactWindow
 
-# N; a force that is less is none. Behind a lag a force that was let go never quite ends.
+# N; a smaller force counts as none. Behind the room's lag a released force decays exponentially and
+# never quite reaches zero.
 NEGLIGIBLE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
-    """The newest that is known of one user.
+class TickTime:
+    """Number and time of one tick.
 
     Args:
-        user: Its number.
-        law: Local model it runs.
+        number: Of the tick; 1 for the first.
+        now: Time of the tick on the server's clock [s].
+        period: Simulation period N T [s].
+    """
+
+    number: int
+    now: float
+    period: float
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The newest sample of one user, with the settings that it joined with.
+
+    Args:
+        user: Number of the user.
+        law: Control law of its client's local model.
         max_stiffness: Of its device [N/m].
         max_force: Of its device [N].
-        damping_budget: What its passivity layer may damp [N s/m].
-        probe: Tip [m].
+        damping_budget: Damping that its passivity layer may add [N s/m].
+        probe: Position of the tip [m].
         force: On the hand [N].
-        seq: Of the sample; 0 before the first.
-        tick: Of the patch that the sample was made with; 0 for none.
-        t_client: Stamp of the sample, on the client's clock [s].
-        arrived: When the sample came, on the server's clock [s].
-        fresh: Whether samples still come; the force of a stale one is let go.
-        fixed_gains: That the user chose itself, where the server allows it.
-        geometry: Of the patches that it wants.
-        friction: Whether its force may have a part along the surface.
+        seq: Number of the sample; 0 before the first.
+        tick: Of the patch that the sample answers; 0 for none.
+        t_client: Time stamp of the sample on the client's clock [s].
+        arrived: Arrival of the sample on the server's clock [s].
+        fresh: Whether samples still arrive; a stale user's force is released.
+        fixed_gains: Gains that the user chose itself, where the server allows it.
+        geometry: Of the patches that the user asked for.
+        friction: Whether its force may have a tangential part.
     """
 
     user: int
@@ -66,23 +82,25 @@ class Touch:
 
 @dataclass(frozen=True, slots=True)
 class UserState:
-    """What the world remembers of a user between ticks.
+    """One user after a tick.
 
     Args:
-        touch: Its newest sample.
-        contact: Where it was.
-        presence: Share of its force that is let in, from 0 to 1.
+        touch: Newest sample.
+        contact: On the surface.
+        presence: Share of the user's force that counts, 0 to 1.
         force: Normal force that the body carries, behind the room's lag [N].
-        along: Force along the surface that it carries, shape (3,) [N]; None without friction.
-        wanted: Normal force that it would carry without lag and limits [N].
-        wanted_along: The same along the surface; None without friction.
-        delay: Of its loop, as measured.
-        velocity: Of its probe, smoothed, shape (3,) [m/s].
-        surface: The free surface that its contact was found on; None before the first contact.
-        free: Displacement without its own force; None until the tick is over.
-        sight: What `free` is known of; None until the tick is over.
-        compliance: Of the contact in all directions; None without friction or before the first
-            tick is over.
+        tangential: Tangential force that it carries, shape (3,) [N]; None without friction.
+        requested: Normal force of the user before lag and limits [N].
+        requested_tangential: Tangential force before lag and limits, shape (3,) [N]; None without
+            friction.
+        delay: Measured delay of the user's loop.
+        velocity: Of the probe, smoothed, shape (3,) [m/s].
+        surface: Relaxed free surface on which the contact is tracked; None before the first
+            contact.
+        free: Displacement without the user's own force; None until the tick is over.
+        window: Vertices at which `free` is known; None until the tick is over.
+        compliance: 3x3 compliance of the contact; None without friction or before the first tick
+            is over.
         k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| (science 3.2) [N/m].
     """
 
@@ -90,37 +108,60 @@ class UserState:
     contact: Contact
     presence: float
     force: float
-    along: Floats | None = None
-    wanted: float = 0.0
-    wanted_along: Floats | None = None
+    tangential: Floats | None = None
+    requested: float = 0.0
+    requested_tangential: Floats | None = None
     delay: LoopDelay = field(default_factory=LoopDelay)
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
-    surface: Window | None = None
-    free: Window | None = None
-    sight: Sight | None = None
+    surface: CachedField | None = None
+    free: CachedField | None = None
+    window: ContactWindow | None = None
     compliance: Compliance3 | None = None
     k_o_coupled: float = 0.0
 
     @property
-    def carried(self) -> Floats:
-        """Force on the hand that the body carries, its opposite, shape (3,) [N]."""
-        force = self.force * self.contact.normal
-        return force if self.along is None else np.asarray(force + self.along)
+    def applied(self) -> Floats:
+        """Force on the hand, the opposite of the force that the body carries, shape (3,) [N]."""
+        normal = self.force * self.contact.normal
+        return normal if self.tangential is None else np.asarray(normal + self.tangential)
 
     @property
     def press(self) -> Press:
-        """What the user does to the body."""
-        return Press(self.contact, self.force, self.along)
+        """Contact and force of the user on the body."""
+        return Press(self.contact, self.force, self.tangential)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class UserTick:
+    """One user within a tick, once the body has responded to everybody.
+
+    Args:
+        state: Contact and applied force of this tick.
+        index: Row and column of the user in C between users.
+        loads: Position of the user's loads among those of the response.
+        window: Vertices round the contact.
+        free: Displacement without the user's own force, known in the window.
+        x_free: Contact point on that free surface, shape (3,) [m].
+        nearness: Weight of the user as a neighbour, 0 to 1.
+    """
+
+    state: UserState
+    index: int
+    loads: slice
+    window: ContactWindow
+    free: CachedField
+    x_free: Floats
+    nearness: float
 
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """What is left of a contact whose probe is elsewhere all of a sudden: it fades where it was.
+    """A force that fades at the contact from which its probe has jumped away.
 
     Args:
-        user: Whose it was.
-        press: As it was when the probe left.
-        share: Of it that the body still carries, 1 to 0.
+        user: Whose force it was.
+        press: Contact and force when the probe jumped.
+        share: Share of that force that the body still carries, 1 to 0.
     """
 
     user: int
@@ -129,8 +170,12 @@ class Release:
 
     def faded(self) -> Press:
         """The press that the body carries now."""
-        along = None if self.press.along is None else self.share * self.press.along
-        return Press(self.press.contact, self.share * self.press.force, along)
+        tangential = self.press.tangential
+        return Press(
+            self.press.contact,
+            self.share * self.press.force,
+            None if tangential is None else self.share * tangential,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,9 +185,9 @@ class WorldState:
     Args:
         tick: Number of the last tick; 0 before the first.
         users: By number, in the order of the response's loads.
-        response: Of the body at that tick.
-        releases: Contacts that fade where their probes have left them.
-        room: Lag of the room and what it comes from.
+        response: Of the body at that tick; None before the first.
+        releases: Forces that fade where their probes have left them.
+        room: Lag of the room, with the coupling and margin that it comes from.
         coupling: C between the users, in their order, shape (n, n) [m/N].
     """
 

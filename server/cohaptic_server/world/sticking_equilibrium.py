@@ -1,13 +1,13 @@
-"""The truth of hands that stick: body and hands in equilibrium, in all three directions at once.
+"""Reference solution for hands that stick: body and hands in equilibrium, in three directions.
 
-A finger with enough friction keeps the material that it first touched. Its tip is then where that
-material is, wherever the forces of everybody have taken it,
+A finger with enough friction keeps the material point that it first touched. Its tip is then where
+the forces of all users have displaced that point,
 
     intention_i + f_i / k_i = point_i + u_i(f),    u(f) = -C f on a linear body,
 
 with f the force on each hand and C the compliance of all contacts in 3x3 blocks (science 3.10): a
-linear system, solved directly, without network, law or gain. A body beyond the linear one is solved
-by Newton's method on its tangent.
+linear system, solved directly, without network, law or gain. For a nonlinear body, Newton's method
+is applied to its tangent.
 """
 
 from __future__ import annotations
@@ -22,12 +22,14 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, locate, turned
-from cohaptic_server.world.displacement_field import Field, FreeOf, Still
-from cohaptic_server.world.loads import Press, spans
+from cohaptic_server.world.displacement_field import Field, FreeField, ZeroField
+from cohaptic_server.world.loads import Press, load_spans
 
-_TOLERANCE = 1e-7  # N
-_NEWTON = 50
-_CLOSE = 1e-7  # m between the tip and the surface that it has come down to
+_TOLERANCE = 1e-7  # N; largest change of a force in the last step
+_MAX_ITERATIONS = 50  # of Newton's method
+_MAX_TOUCH_DOWN_STEPS = 200
+_GAP_TOLERANCE = 1e-7  # m between a tip and the surface on which it has landed
+_MIN_FACING = 0.1  # cosine between the path and the inward normal; below it the path only grazes
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +37,9 @@ class StickingHand:
     """A hand that holds still, with a finger that does not slip.
 
     Args:
-        intention: Where it wants its tip [m].
+        intention: Position that the hand wants for its tip [m].
         stiffness: Of the hand, in every direction [N/m].
-        contact: The material that it sticks to.
+        contact: Material point that it sticks to.
     """
 
     intention: Vec3
@@ -46,13 +48,13 @@ class StickingHand:
 
 
 @dataclass(frozen=True, eq=False)
-class Stuck:
-    """What each hand feels in the end.
+class StickingEquilibrium:
+    """Forces of hands that stick, in equilibrium with the body.
 
     Args:
         force: On each hand, shape (n, 3) [N].
         normal: Outward, of the surface free of each hand's own force, shape (n, 3).
-        response: Of the body.
+        response: Of the body; None without hands.
     """
 
     force: Floats
@@ -72,61 +74,63 @@ class Stuck:
         return np.asarray(np.linalg.norm(along, axis=1) / pressed)
 
 
-def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> Stuck:
-    """Find the equilibrium of a body and hands that stick, every one of them.
+def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilibrium:
+    """Find the equilibrium of a body and hands that all stick.
 
     Raises:
-        BodyError: Newton's method found none.
+        BodyError: Newton's method does not converge.
     """
     n = len(hands)
     force = np.zeros((n, 3))
     if not hands:
-        return Stuck(force, force, None)
+        return StickingEquilibrium(force, force, None)
     response: Response | None = None
-    for _ in range(_NEWTON):
+    for _ in range(_MAX_ITERATIONS):
         presses = [_press(h.contact, f) for h, f in zip(hands, force, strict=True)]
         response = body.respond([load for p in presses for load in p.loads()], response)
-        tip_off = _tips(hands, force) - np.array([_moved(hand.contact, response) for hand in hands])
+        residual = _tips(hands, force) - np.array(
+            [_displaced(hand.contact, response) for hand in hands]
+        )
         C = _in_space(response.compliance, presses)
         C += np.diag(np.repeat([1.0 / hand.stiffness for hand in hands], 3))
-        change = -np.linalg.solve(C, tip_off.ravel()).reshape(n, 3)
+        change = -np.linalg.solve(C, residual.ravel()).reshape(n, 3)
         if np.abs(change).max() < _TOLERANCE:
-            return Stuck(force, _normals(body, hands, presses, response), response)
+            return StickingEquilibrium(force, _normals(body, hands, presses, response), response)
         force = force + change
     raise BodyError("body and hands that stick found no equilibrium")
 
 
 def compliance_of(body: Body, hands: Sequence[StickingHand]) -> Floats:
-    """C of the contacts of hands on a body at rest, in space, shape (n, 3, n, 3) [m/N]."""
+    """C of the contacts of hands on a body at rest, in world axes, shape (n, 3, n, 3) [m/N]."""
     presses = [_press(hand.contact, np.zeros(3)) for hand in hands]
     response = body.respond([load for press in presses for load in press.loads()])
     return _in_space(response.compliance, presses).reshape(len(hands), 3, len(hands), 3)
 
 
-def touch_down(body: Body, start: Floats, inward: Floats, others: Stuck) -> Contact:
-    """The material that a hand meets on its straight way in.
+def touch_down(body: Body, start: Floats, inward: Floats, others: StickingEquilibrium) -> Contact:
+    """The material point that a hand meets on a straight path into the body.
 
     Args:
-        body: That is touched.
-        start: Somewhere on the way, outside the body, shape (3,) [m].
-        inward: Unit vector of the way, shape (3,).
-        others: Who hold the body meanwhile.
+        body: The deformable object.
+        start: Point of the path outside the body, shape (3,) [m].
+        inward: Unit vector of the path, shape (3,).
+        others: Equilibrium of the hands that already touch the body.
 
     Raises:
-        BodyError: There is no surface on the way.
+        BodyError: The path meets no surface.
     """
-    field: Field = Still()
+    field: Field = ZeroField()
     if others.response is not None:
-        field = FreeOf(others.response, np.zeros(0), slice(0, 0))
+        field = FreeField(others.response, np.zeros(0), slice(0, 0))
     tip = np.array(start, dtype=np.float64)
     contact: Contact | None = None
-    for _ in range(200):
+    for _ in range(_MAX_TOUCH_DOWN_STEPS):
         contact = locate(body.mesh, tip, field, radius=body.contact_radius)
         height = float(contact.normal @ (tip - contact.moved(field)))
         facing = -float(contact.normal @ inward)
-        if abs(height) < _CLOSE:
+        if abs(height) < _GAP_TOLERANCE:
             return contact
-        if facing <= 0.1 or not np.isfinite(height):
+        if facing <= _MIN_FACING or not np.isfinite(height):
             break
         tip = tip + height / facing * inward
     raise BodyError("a hand found no surface on its way in")
@@ -138,18 +142,18 @@ def _press(contact: Contact, force: Floats) -> Press:
 
 
 def _tips(hands: Sequence[StickingHand], force: Floats) -> Floats:
-    """Where each hand's tip is under its force, shape (n, 3) [m]."""
-    soft = np.array([1.0 / hand.stiffness for hand in hands])
-    return np.asarray(np.array([hand.intention for hand in hands]) + soft[:, None] * force)
+    """Position of each hand's tip under its force, shape (n, 3) [m]."""
+    compliance = np.array([1.0 / hand.stiffness for hand in hands])
+    return np.asarray(np.array([hand.intention for hand in hands]) + compliance[:, None] * force)
 
 
-def _moved(contact: Contact, response: Response) -> Floats:
-    """Where the material of a contact is, shape (3,) [m]."""
+def _displaced(contact: Contact, response: Response) -> Floats:
+    """Position of the material point of a contact, shape (3,) [m]."""
     return np.asarray(contact.point + contact.weights @ response.at(contact.vertices))
 
 
 def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:
-    """C between the forces of contacts in space instead of along their axes, (3 n, 3 n) [m/N]."""
+    """C between contact forces in world axes, from C along their own axes, (3 n, 3 n) [m/N]."""
     axes = np.zeros(compliance.shape)
     for i, press in enumerate(presses):
         axes[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = press.axes
@@ -159,9 +163,11 @@ def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:
 def _normals(
     body: Body, hands: Sequence[StickingHand], presses: Sequence[Press], response: Response
 ) -> Floats:
-    """Of the surface free of each hand's own force, shape (n, 3)."""
-    found: list[Floats] = []
-    for hand, press, span in zip(hands, presses, spans(presses), strict=True):
-        own = np.array([load.force for load in press.loads()])
-        found.append(turned(body.mesh, hand.contact, FreeOf(response, own, span)).normal)
-    return np.array(found)
+    """Normals of the surface free of each hand's own force, shape (n, 3)."""
+    normals: list[Floats] = []
+    loads = [press.loads() for press in presses]
+    for hand, own, span in zip(hands, loads, load_spans(loads), strict=True):
+        forces = np.array([load.force for load in own])
+        free = FreeField(response, forces, span)
+        normals.append(turned(body.mesh, hand.contact, free).normal)
+    return np.array(normals)

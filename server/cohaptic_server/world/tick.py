@@ -1,10 +1,15 @@
-"""The world advances by one simulation period: forces in, patches out. No I/O.
+"""One simulation period of the world: forces in, patches out. No I/O.
 
-Order within a tick: find each contact on the surface free of its own force (`placing.py`), let in
-what the body may get of everybody's force (`letting_in.py`), let the body respond to all of it at
-once, look at the free surface round each contact (`field.py`), then cut one patch per user
-(`cutting.py`). A user who is gone, or whose samples stopped, lets go over `RELEASE_TIME`: nobody
-else's force jumps because a cable was pulled.
+A tick has five steps:
+
+1. track each contact on the surface free of its own force (`contact_tracking.py`);
+2. decide which forces the body gets of those that users request (`applied_forces.py`);
+3. let the body respond to all of them at once;
+4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
+5. choose the room's lag (`room_lag.py`) and build one patch per user (`patch.py`).
+
+The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
+a pulled cable makes nobody else's force jump.
 """
 
 from __future__ import annotations
@@ -17,23 +22,38 @@ from types import MappingProxyType
 import numpy as np
 
 from cohaptic.protocol.patch import Patch
-from cohaptic_server.bodies.body import Body, Prefetching
+from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.numeric import Ints
-from cohaptic_server.world.applied_forces import let_in, release
-from cohaptic_server.world.contact_tracking import place
-from cohaptic_server.world.displacement_field import FreeOf, Window
-from cohaptic_server.world.loads import compliance_between, contact_compliance, floored, spans
-from cohaptic_server.world.patch import cut, nearness
-from cohaptic_server.world.patch_geometry import Sight, look, with_shape
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.applied_forces import apply_forces, update_releases
+from cohaptic_server.world.contact_tracking import track_contact
+from cohaptic_server.world.displacement_field import CachedField, FreeField
+from cohaptic_server.world.loads import (
+    compliance_between,
+    contact_compliance,
+    floored,
+    load_spans,
+)
+from cohaptic_server.world.patch import build_patch, nearness
+from cohaptic_server.world.patch_geometry import choose_window
 from cohaptic_server.world.room_lag import find_lag
-from cohaptic_server.world.state import NEGLIGIBLE, Touch, UserState, WorldState
+from cohaptic_server.world.state import (
+    NEGLIGIBLE,
+    TickTime,
+    Touch,
+    UserState,
+    UserTick,
+    WorldState,
+)
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
-AHEAD = 0.2  # s that a body is told of what will be touched before it is
-# Contact radii on the way of that time: with less a finger presses where it is, with more it is
-# gone before anybody could have used the news.
-_CREEPS, _RUNS = 0.1, 1.0
+PREFETCH_TIME = 0.2  # s; a body is told of vertices this long before a finger reaches them
+# Contact radii that a finger slides within `PREFETCH_TIME`. Below the range it presses where it
+# is; above it, it has moved on before the body could have used the news.
+_SLOWEST_SLIDE, _FASTEST_SLIDE = 0.1, 1.0
+# A contact that moves further than both of these in a tick was not moved by a hand.
+_MAX_STEP = 0.03  # m
+_MAX_SPEED = 1.5  # m/s, the speed at which a client's safety layer lets go
 
 
 def advance(
@@ -44,116 +64,154 @@ def advance(
     now: float,
     dt: float,
 ) -> tuple[WorldState, dict[int, Patch]]:
-    """One simulation tick.
+    """Advance the world by one simulation tick.
 
     Args:
         touched_body: The deformable object and its touch mesh.
         state: The world after the last tick.
-        touches: Of every user who is here.
+        touches: One for every connected user who has sent a sample.
         now: Time of this tick on the server's clock [s].
         dt: Simulation period N T [s].
 
     Returns:
-        The world after this tick, and a patch for each of `touches`.
+        The world after this tick, and a patch for each of `touches`, by user.
     """
     body = touched_body.body
-    here = {touch.user: touch for touch in touches}
-    step = dt / RELEASE_TIME
-    present = _carry_over(state, here, step)
-    found = [place(body, state, p.touch, p.presence, now=now, dt=dt) for p in present]
-    releases = release(state, found, step, jump=_jump(body, dt))
-    placed = let_in(body, state, found, {r.user for r in releases}, dt, jump=_jump(body, dt))
-    presses = [user.press for user in placed]
-    where = spans(presses)
-    loads = [load for press in presses for load in press.loads()]
-    loads += [load for left in releases for load in left.faded().loads()]
+    time = TickTime(state.tick + 1, now, dt)
+    connected = {touch.user: touch for touch in touches}
+    fade, max_move = dt / RELEASE_TIME, _max_contact_move(body, dt)
+
+    taking_part = _participants(state, connected, fade)
+    tracked = [track_contact(body, state, p.touch, p.presence, time) for p in taking_part]
+    releases = update_releases(state, tracked, fade, max_move=max_move)
+    released = {release.user for release in releases}
+    users = apply_forces(body, state, tracked, released, dt, max_move=max_move)
+
+    own_loads = [user.press.loads() for user in users]
+    fading_loads = [release.faded().loads() for release in releases]
     if isinstance(body, Prefetching):
-        body.prefetch(_ahead(body, placed))
-    response = body.respond(loads, state.response)
-    # In use until the patch after the next sample is here, and while the loop moves on.
-    horizons = [user.delay.value + 2.0 * dt for user in placed]
-    windows: list[Window] = []
-    sights: list[Sight] = []
-    for user, press, span, horizon in zip(placed, presses, where, horizons, strict=True):
-        forces = np.array([load.force for load in press.loads()])
-        before = state.users.get(user.touch.user)
-        sight = look(
-            touched_body,
-            user.touch.geometry,
-            user.contact,
-            user.velocity,
-            horizon,
-            None if before is None else before.sight,
-        )
-        sights.append(sight)
-        beyond = FreeOf(response, forces, span)
-        windows.append(Window(sight.vertices, beyond.on(sight.vertices), beyond))
-    free = [user.contact.moved(window) for user, window in zip(placed, windows, strict=True)]
-    near = np.array([nearness(u, point) for u, point in zip(placed, free, strict=True)])
-    compliance = floored(response.compliance, where)
-    coupling = compliance_between(compliance, where)
-    rows = coupling * near
-    rows[np.diag_indices(len(rows))] = np.diag(coupling)  # itself in full
-    room = find_lag(placed, compliance, where, near, state.room, dt)
-    tick = state.tick + 1
+        body.prefetch(_vertices_ahead(body, users))
+    response = body.respond(_flat([*own_loads, *fading_loads]), state.response)
+
+    observed = _observe(touched_body, state, users, own_loads, response, dt)
+    spans = [user.loads for user in observed]
+    compliance = floored(response.compliance, spans)
+    coupling = compliance_between(compliance, spans)
+    weight = np.array([user.nearness for user in observed])
+    room = find_lag(users, compliance, spans, weight, state.room, dt)
+
     patches: dict[int, Patch] = {}
     after: dict[int, UserState] = {}
-    for i, user in enumerate(placed):
-        number, row = user.touch.user, rows[i]
-        whole = contact_compliance(compliance, presses[i], where[i])
-        if number in here:
-            patch = cut(user, free[i], row.tolist(), i, whole, room, tick=tick, now=now, dt=dt)
-            patches[number] = with_shape(patch, touched_body, sights[i], windows[i])
+    for user, row in zip(observed, _weighted_rows(coupling, weight), strict=True):
+        number = user.state.touch.user
+        own = contact_compliance(compliance, user.state.press, user.loads)
+        if number in connected:
+            patches[number] = build_patch(touched_body, user, row, own, room, time)
         after[number] = replace(
-            user,
-            free=windows[i],
-            sight=sights[i],
-            compliance=whole,
+            user.state,
+            free=user.free,
+            window=user.window,
+            compliance=own,
             k_o_coupled=1.0 / float(np.abs(row).sum()),
         )
-    users = MappingProxyType(after)
-    return WorldState(tick, users, response, releases, room, coupling), patches
-
-
-def _jump(body: Body, dt: float) -> float:
-    """Way of a contact in one tick that no hand makes [m]: it is elsewhere, not further on."""
-    return max(_LEAP, _FASTEST * dt) + body.contact_radius
-
-
-_LEAP, _FASTEST = 0.03, 1.5  # m; m/s, the speed at which a client's safety layer lets go
-
-
-def _ahead(body: Body, users: Sequence[UserState]) -> Ints:
-    """Vertices that fingers will press after `AHEAD` if they slide on, shape (k,)."""
-    found = [np.zeros(0, dtype=np.int64)]
-    for user in users:
-        n = user.contact.normal
-        along = AHEAD * (user.velocity - (user.velocity @ n) * n)
-        way = math.sqrt(along @ along) / body.contact_radius
-        if _CREEPS < way < _RUNS:
-            found.append(body.mesh.near(user.contact.foot + along, body.contact_radius))
-    return np.concatenate(found)
+    world = WorldState(time.number, MappingProxyType(after), response, releases, room, coupling)
+    return world, patches
 
 
 @dataclass(frozen=True, slots=True)
-class _Present:
+class _Participant:
     touch: Touch
     presence: float
 
 
-def _carry_over(state: WorldState, here: Mapping[int, Touch], step: float) -> list[_Present]:
-    """Who takes part in this tick: those heard, rising to full presence; the others, falling."""
-    fading = {left.user for left in state.releases}
-    present: list[_Present] = []
+def _participants(
+    state: WorldState, connected: Mapping[int, Touch], fade: float
+) -> list[_Participant]:
+    """Users who take part in this tick, with the share of their force that counts.
+
+    The share of those who are heard rises towards 1 by `fade`; that of all others falls to 0.
+    """
+    fading = {release.user for release in state.releases}
+    participants: list[_Participant] = []
     for number, user in state.users.items():
-        touch = here.get(number, replace(user.touch, fresh=False))
+        touch = connected.get(number, replace(user.touch, fresh=False))
         rises = touch.fresh and not user.delay.too_long
-        presence = user.presence + (step if rises else -step)
+        presence = user.presence + (fade if rises else -fade)
         if number in fading:
-            presence = 0.0  # until it is gone where it was
-        if number in here or presence > 0.0 or user.force > NEGLIGIBLE:
-            present.append(_Present(touch, min(1.0, max(0.0, presence))))
-    present += [
-        _Present(touch, min(1.0, step)) for n, touch in here.items() if n not in state.users
+            presence = 0.0  # until the force at its previous contact has faded
+        if number in connected or presence > 0.0 or user.force > NEGLIGIBLE:
+            participants.append(_Participant(touch, min(1.0, max(0.0, presence))))
+    participants += [
+        _Participant(touch, min(1.0, fade))
+        for number, touch in connected.items()
+        if number not in state.users
     ]
-    return present
+    return participants
+
+
+def _max_contact_move(body: Body, dt: float) -> float:
+    """Distance that a hand can move a contact in one tick [m]; beyond it, the contact is new."""
+    return max(_MAX_STEP, _MAX_SPEED * dt) + body.contact_radius
+
+
+def _vertices_ahead(body: Body, users: Sequence[UserState]) -> Ints:
+    """Vertices that fingers will press in `PREFETCH_TIME` if they slide on, shape (k,)."""
+    vertices = [np.zeros(0, dtype=np.int64)]
+    for user in users:
+        n = user.contact.normal
+        slide = PREFETCH_TIME * (user.velocity - (user.velocity @ n) * n)
+        radii = math.sqrt(slide @ slide) / body.contact_radius
+        if _SLOWEST_SLIDE < radii < _FASTEST_SLIDE:
+            vertices.append(body.mesh.near(user.contact.foot + slide, body.contact_radius))
+    return np.concatenate(vertices)
+
+
+def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
+    """Rows of C as gains see them: each other user by its nearness, the user itself in full."""
+    rows = coupling * weight
+    rows[np.diag_indices(len(rows))] = np.diag(coupling)
+    return rows
+
+
+def _flat(loads: Sequence[Sequence[Load]]) -> list[Load]:
+    return [load for several in loads for load in several]
+
+
+def _observe(
+    touched_body: TouchedBody,
+    state: WorldState,
+    users: Sequence[UserState],
+    own_loads: Sequence[Sequence[Load]],
+    response: Response,
+    dt: float,
+) -> list[UserTick]:
+    """Evaluate the surface round each contact, free of that user's own force (science 3.3).
+
+    Args:
+        touched_body: The deformable object and its touch mesh.
+        state: The world after the last tick.
+        users: With the forces of this tick.
+        own_loads: Loads of each user, in the order in which the body got them.
+        response: Of the body to everybody.
+        dt: Simulation period N T [s].
+    """
+    observed: list[UserTick] = []
+    for user, loads, span in zip(users, own_loads, load_spans(own_loads), strict=True):
+        previous = state.users.get(user.touch.user)
+        window = choose_window(
+            touched_body,
+            user.touch.geometry,
+            user.contact,
+            user.velocity,
+            # A patch is used until the one that answers the next sample has arrived, and for one
+            # more period, in which the client's loop moves over to that one.
+            user.delay.value + 2.0 * dt,
+            None if previous is None else previous.window,
+        )
+        forces: Floats = np.array([load.force for load in loads])
+        surface = FreeField(response, forces, span)
+        free = CachedField(window.vertices, surface.on(window.vertices), surface)
+        x_free = user.contact.moved(free)
+        near = nearness(user, x_free)
+        observed.append(UserTick(user, len(observed), span, window, free, x_free, near))
+    return observed

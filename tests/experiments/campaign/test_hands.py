@@ -38,12 +38,12 @@ from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.spring import Spring, SpringSettings
-from cohaptic_server.world.force_limits import bounded, shares_of_change
+from cohaptic_server.world.force_limits import allowed_shares, limit_forces
 
 OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)
 FAST_FRICTION = compiled(friction_step)
-FAST_SHARES, FAST_BOUNDED = compiled(shares_of_change), compiled(bounded)
+FAST_SHARES, FAST_BOUNDED = compiled(allowed_shares), compiled(limit_forces)
 
 
 def two_on_a_plate(law: Law, delay: float) -> Trial:
@@ -128,9 +128,9 @@ def test_compiled_limits_are_the_servers(demands: list[float], k: float) -> None
     change, n = np.array(demands), len(demands)
     C = np.full((n, n), 0.5 / k) + 0.5 / k * np.eye(n)
     taken = (change, np.full(n, k), C, 1.0)
-    assert FAST_SHARES(*taken) == pytest.approx(shares_of_change(*taken), rel=1e-12)
+    assert FAST_SHARES(*taken) == pytest.approx(allowed_shares(*taken), rel=1e-12)
     whole = (change, np.full(n, np.inf))
-    assert FAST_BOUNDED(*whole) == pytest.approx(bounded(*whole), rel=1e-12)
+    assert FAST_BOUNDED(*whole) == pytest.approx(limit_forces(*whole), rel=1e-12)
 
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))

@@ -13,7 +13,7 @@ from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.drag import RIGHT, reference_drag
 from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
-from cohaptic_server.room.room import describe
+from cohaptic_server.room.body_frames import describe
 
 
 def blank(name: str, t: Floats) -> Recording:

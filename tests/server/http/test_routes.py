@@ -12,7 +12,7 @@ from cohaptic_server.http.routes import (
     NOT_BUILT,
     POLICY,
     Answer,
-    GreenWanted,
+    BlockNeeded,
     Request,
     Site,
     green_block,
@@ -73,7 +73,7 @@ def test_every_answer_is_whole_and_guarded(
     method: str, target: str, accepts: str, ticking: bool
 ) -> None:
     answer = SITE.answer(Request(method, target, accepts), ticking=ticking)
-    if isinstance(answer, GreenWanted):
+    if isinstance(answer, BlockNeeded):
         assert 0 <= answer.vertex < 42
         answer = green_block(Request(method, target), b"block")
     assert header(answer, "Content-Security-Policy") == POLICY
@@ -124,7 +124,7 @@ def test_other_methods_are_refused() -> None:
 
 def test_blocks() -> None:
     request = Request("GET", f"/v1/models/{MODEL}/green/41")
-    assert SITE.answer(request, ticking=True) == GreenWanted(41)
+    assert SITE.answer(request, ticking=True) == BlockNeeded(41)
     there = green_block(request, b"numbers")
     assert (there.status, there.body) == (200, b"numbers")
     assert header(there, "Cache-Control") == "public, max-age=31536000, immutable"

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,10 +9,10 @@ from cohaptic.control.stability.room_lag import FULL_BUDGET
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.messages import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
-from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.room import REPLACE_AFTER, STALE_AFTER, Room, describe
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.room import REPLACE_AFTER, STALE_AFTER, Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
 from tests.server.peers import hello, sample
@@ -37,13 +36,6 @@ def test_a_welcome_says_what_a_client_needs(small_balloon: Balloon) -> None:
     second, _, _ = here.join(hello("right"), 0.0)
     assert second.users == ("left",)
     assert second.user != first.user
-
-
-def test_the_sphere_of_a_body_holds_it_and_touches_it(small_balloon: Balloon) -> None:
-    info = describe(small_balloon)
-    distances = np.linalg.norm(small_balloon.mesh.vertices - np.array(info.center), axis=1)
-    assert distances.max() == pytest.approx(info.radius, rel=1e-12)
-    assert (info.name, info.contact_radius) == ("balloon", small_balloon.contact_radius)
 
 
 def test_a_name_in_use_is_refused_with_those_that_are_taken(small_balloon: Balloon) -> None:
@@ -206,26 +198,18 @@ def test_ticks_count_one_by_one_whatever_happens_between_them(
     small_balloon: Balloon, happenings: list[int]
 ) -> None:
     here, users = room(small_balloon, max_users=8), list[int]()
-    for number, what in enumerate(happenings, start=1):
+    for number, event in enumerate(happenings, start=1):
         now = number / 60.0
-        if what == 0 and len(users) < 8:
+        if event == 0 and len(users) < 8:
             users.append(enter(here, f"user{number}", now))
-        elif what == 1 and users:
+        elif event == 1 and users:
             here.leave(users.pop(0))
         elif users:
-            here.sample(users[what % len(users)], sample(number), now)
+            here.sample(users[event % len(users)], sample(number), now)
         patches = here.tick(now)
         assert set(patches) <= set(users)
         assert {patch.tick for patch in patches.values()} <= {number}
     assert here.world.tick == len(happenings)
-
-
-def test_the_rest_mesh_is_the_bodys_surface_and_made_once(small_balloon: Balloon) -> None:
-    where = room(small_balloon)
-    mesh = RestMesh.decode(where.rest_mesh())
-    assert np.array(mesh.vertices) == pytest.approx(small_balloon.mesh.vertices, abs=1e-8)
-    assert (np.array(mesh.faces) == small_balloon.mesh.faces).all()
-    assert where.rest_mesh() is where.rest_mesh()
 
 
 def test_each_user_gets_the_geometry_that_it_asked_for(small_balloon: Balloon) -> None:
@@ -240,7 +224,7 @@ def test_each_user_gets_the_geometry_that_it_asked_for(small_balloon: Balloon) -
 def test_a_body_with_too_many_vertices_has_no_mesh_patches(
     small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cohaptic_server.room.room.MAX_VERTICES", 100)
+    monkeypatch.setattr("cohaptic_server.room.body_frames.MAX_VERTICES", 100)
     where = room(small_balloon)
     asked = hello().model_copy(update={"geometry": "mesh"})
     with pytest.raises(RemoteProtocolError, match="plane or sphere: the body has 162 vertices"):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -12,7 +13,12 @@ from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.room import RoomLag
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.applied_forces import DEEPEST, GO, let_in, release
+from cohaptic_server.world.applied_forces import (
+    MAX_INDENTATION,
+    MAX_RELEASE_LAG,
+    apply_forces,
+    update_releases,
+)
 from cohaptic_server.world.force_limits import EFFECT_RATE, MAX_SUM
 from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState, WorldState
 from tests.server.touches import contact_at, side, touch, user_of
@@ -31,6 +37,13 @@ def world(users: list[UserState], *, lag: float = 0.0, coupled: float = 0.0) -> 
     C = SOFT * ((1.0 - coupled) * np.eye(n) + coupled * np.ones((n, n)))
     there = MappingProxyType({user.touch.user: user for user in users})
     return WorldState(1, there, None, (), RoomLag(lag, coupled, 1.0), C)
+
+
+def apply(
+    body: Balloon, state: WorldState, users: list[UserState], released: Collection[int]
+) -> list[UserState]:
+    """The users with the forces that the body gets in one tick."""
+    return apply_forces(body, state, users, released, DT, max_move=0.06)
 
 
 def along(user: UserState, size: float) -> Floats:
@@ -54,7 +67,7 @@ def test_a_contact_that_no_hand_has_moved_so_far_stays_where_it_was_and_fades(
 ) -> None:
     was, now = at(small_balloon, 0.0, force), at(small_balloon, angle, 0.0)
     way = float(np.linalg.norm(now.contact.foot - was.contact.foot))
-    found = release(world([was]), [now], STEP, jump=JUMP)
+    found = update_releases(world([was]), [now], STEP, max_move=JUMP)
     if way > JUMP and force > 0.01:
         (left,) = found
         assert (left.user, left.share) == (1, 1.0)
@@ -70,7 +83,7 @@ def test_a_fade_ends_and_a_new_one_begins_only_then(small_balloon: Balloon) -> N
     here, there = at(small_balloon, 0.0, 2.0), at(small_balloon, 2.0, 2.0)
     state, shares = world([here]), list[float]()
     for k in range(2 * round(1.0 / STEP)):
-        found = release(state, [there if k % 2 == 0 else here], STEP, jump=JUMP)
+        found = update_releases(state, [there if k % 2 == 0 else here], STEP, max_move=JUMP)
         assert len(found) <= 1
         shares.append(found[0].share if found else 0.0)
         state = replace(world([here if k % 2 else there]), releases=found)
@@ -83,11 +96,11 @@ def test_a_fade_ends_and_a_new_one_begins_only_then(small_balloon: Balloon) -> N
 
 def test_friction_fades_with_the_rest(small_balloon: Balloon) -> None:
     user = at(small_balloon, 0.0, 2.0)
-    rough = replace(user, along=along(user, 0.6))
+    rough = replace(user, tangential=along(user, 0.6))
     faded = Release(1, rough.press, 0.25).faded()
     assert faded.force == 0.5
-    assert faded.along == pytest.approx(along(user, 0.15))
-    assert Release(1, user.press, 0.25).faded().along is None
+    assert faded.tangential == pytest.approx(along(user, 0.15))
+    assert Release(1, user.press, 0.25).faded().tangential is None
 
 
 # What is let in
@@ -101,17 +114,19 @@ def test_one_alone_is_let_in_behind_the_lag_and_no_slower(
     """Whatever it does: nobody is there to be moved."""
     rubbed = mu * wanted
     of = touch(friction=True)
-    was = user_of(of, contact_at(small_balloon, of), force=before, along=np.zeros(3))
-    now = replace(was, force=0.0, along=None, wanted=wanted, wanted_along=along(was, rubbed))
-    (found,) = let_in(small_balloon, world([was], lag=lag), [now], (), DT, jump=0.06)
+    was = user_of(of, contact_at(small_balloon, of), force=before, tangential=np.zeros(3))
+    now = replace(
+        was, force=0.0, tangential=None, requested=wanted, requested_tangential=along(was, rubbed)
+    )
+    (found,) = apply(small_balloon, world([was], lag=lag), [now], ())
     share = DT / (lag + DT)
     assert found.force == pytest.approx(before + share * (wanted - before))
-    assert found.along == pytest.approx(share * along(was, rubbed))
+    assert found.tangential == pytest.approx(share * along(was, rubbed))
     assert found.presence == 1.0
-    (smooth,) = let_in(
-        small_balloon, world([was], lag=lag), [replace(now, wanted_along=None)], (), DT, jump=0.06
+    (smooth,) = apply(
+        small_balloon, world([was], lag=lag), [replace(now, requested_tangential=None)], ()
     )
-    assert smooth.along is None
+    assert smooth.tangential is None
 
 
 @given(st.lists(st.tuples(forces, forces), min_size=2, max_size=5), st.floats(0.0, 0.99), lags)
@@ -120,8 +135,8 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
     small_balloon: Balloon, hands: list[tuple[float, float]], coupled: float, lag: float
 ) -> None:
     was = [at(small_balloon, 1.2 * i, f, i) for i, (f, _) in enumerate(hands, start=1)]
-    now = [replace(u, force=0.0, wanted=w) for u, (_, w) in zip(was, hands, strict=True)]
-    found = let_in(small_balloon, world(was, lag=lag, coupled=coupled), now, (), DT, jump=0.06)
+    now = [replace(u, force=0.0, requested=w) for u, (_, w) in zip(was, hands, strict=True)]
+    found = apply(small_balloon, world(was, lag=lag, coupled=coupled), now, ())
     asked = [f + DT / (lag + DT) * (w - f) for f, w in hands]
     change = np.array([a.force - b.force for a, b in zip(found, was, strict=True)])
     for i, (held, pressed) in enumerate(hands):
@@ -142,21 +157,21 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
 def test_strangers_do_not_hold_up_a_press(small_balloon: Balloon) -> None:
     """Whoever comes anew, hovers, or rests in the air feels nothing that a press could move."""
     was = at(small_balloon, 0.0, 2.0)
-    now = replace(was, force=0.0, wanted=8.0)
-    new = replace(at(small_balloon, 2.0, 0.0, 2), wanted=1.0)
+    now = replace(was, force=0.0, requested=8.0)
+    new = replace(at(small_balloon, 2.0, 0.0, 2), requested=1.0)
     hovers = at(small_balloon, 1.0, 0.0, 3)
     state = world([was, hovers], coupled=0.9)
-    found = let_in(small_balloon, state, [now, new, hovers], (), DT, jump=0.06)
+    found = apply(small_balloon, state, [now, new, hovers], ())
     assert found[0].force == 8.0
 
 
 def test_who_is_elsewhere_all_at_once_moves_nobody_fast(small_balloon: Balloon) -> None:
     """Its coupling was that of another place, though it carried nothing there."""
-    holds = replace(at(small_balloon, 0.0, 2.0), wanted=2.0)
+    holds = replace(at(small_balloon, 0.0, 2.0), requested=2.0)
     there = at(small_balloon, 1.5, 0.0, 2)
-    beside = replace(at(small_balloon, 0.2, 0.0, 2), wanted=10.0)
+    beside = replace(at(small_balloon, 0.2, 0.0, 2), requested=10.0)
     state = world([holds, there], coupled=0.01)
-    found = let_in(small_balloon, state, [holds, beside], (), DT, jump=0.06)
+    found = apply(small_balloon, state, [holds, beside], ())
     assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
 
@@ -165,8 +180,8 @@ def test_a_newcomer_whose_coupling_is_not_known_yet_moves_nobody_fast(
 ) -> None:
     """It could be at the place of the other."""
     old = at(small_balloon, 0.0, 2.0)
-    new = replace(at(small_balloon, 2.0, 0.0, 2), wanted=10.0)
-    found = let_in(small_balloon, world([old]), [replace(old, wanted=2.0), new], (), DT, jump=0.06)
+    new = replace(at(small_balloon, 2.0, 0.0, 2), requested=10.0)
+    found = apply(small_balloon, world([old]), [replace(old, requested=2.0), new], ())
     assert found[0].force == 2.0
     assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
@@ -178,14 +193,16 @@ def test_along_and_normal_are_let_in_in_one_share(
 ) -> None:
     rubbed = mu * pressed
     of = touch(friction=True)
-    rough = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
-    still = replace(at(small_balloon, 2.0, 1.0, 2), wanted=1.0)
-    now = replace(rough, along=None, wanted=pressed, wanted_along=along(rough, rubbed))
+    rough = user_of(of, contact_at(small_balloon, of), tangential=np.zeros(3))
+    still = replace(at(small_balloon, 2.0, 1.0, 2), requested=1.0)
+    now = replace(
+        rough, tangential=None, requested=pressed, requested_tangential=along(rough, rubbed)
+    )
     state = world([rough, still], coupled=0.9)
-    found = let_in(small_balloon, state, [now, still], (), DT, jump=0.06)[0]
-    assert found.along is not None
-    assert found.along * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
-    moved = found.force + float(np.linalg.norm(found.along))
+    found = apply(small_balloon, state, [now, still], ())[0]
+    assert found.tangential is not None
+    assert found.tangential * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
+    moved = found.force + float(np.linalg.norm(found.tangential))
     assert 0.9 * moved <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
 
@@ -195,14 +212,14 @@ def test_a_body_carries_no_more_than_sixteen_hands_give_along_the_surface_either
     users: list[UserState] = []
     for i in range(20):
         of = touch(i + 1, at=side(0.3 * i), friction=True)
-        user = user_of(of, contact_at(small_balloon, of), along=np.zeros(3))
-        users.append(replace(user, wanted=10.0, wanted_along=along(user, 5.0)))
+        user = user_of(of, contact_at(small_balloon, of), tangential=np.zeros(3))
+        users.append(replace(user, requested=10.0, requested_tangential=along(user, 5.0)))
     state = world(users)
-    found = let_in(small_balloon, state, users, (), DT, jump=0.06)
+    found = apply(small_balloon, state, users, ())
     assert sum(user.force for user in found) == pytest.approx(MAX_SUM)
     for user in found:
-        assert user.along is not None
-        assert np.linalg.norm(user.along) == pytest.approx(0.5 * user.force)
+        assert user.tangential is not None
+        assert np.linalg.norm(user.tangential) == pytest.approx(0.5 * user.force)
 
 
 def test_a_force_that_would_go_through_the_body_is_cut_to_that(
@@ -210,8 +227,8 @@ def test_a_force_that_would_go_through_the_body_is_cut_to_that(
 ) -> None:
     user = at(small_balloon, 0.0, 0.0)
     soft = replace(world([user]), coupling=np.array([[1.0]]))
-    (found,) = let_in(small_balloon, soft, [replace(user, wanted=10.0)], (), DT, jump=0.06)
-    assert found.force == pytest.approx(DEEPEST * small_balloon.mesh.size)
+    (found,) = apply(small_balloon, soft, [replace(user, requested=10.0)], ())
+    assert found.force == pytest.approx(MAX_INDENTATION * small_balloon.mesh.size)
     assert found.force < 10.0
 
 
@@ -219,9 +236,9 @@ def test_who_is_elsewhere_is_not_there_until_its_old_force_has_faded(
     small_balloon: Balloon,
 ) -> None:
     user = at(small_balloon, 0.0, 2.0)
-    (found,) = let_in(small_balloon, world([user]), [replace(user, wanted=2.0)], {1}, DT, jump=0.06)
+    (found,) = apply(small_balloon, world([user]), [replace(user, requested=2.0)], {1})
     assert (found.force, found.presence) == (0.0, 0.0)
-    (back,) = let_in(small_balloon, world([found]), [replace(user, wanted=2.0)], (), DT, jump=0.06)
+    (back,) = apply(small_balloon, world([found]), [replace(user, requested=2.0)], ())
     assert (back.force, back.presence) == (2.0, 1.0)
 
 
@@ -231,9 +248,9 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
 ) -> None:
     user = at(small_balloon, 0.0, 2.0)
     user = replace(user, touch=replace(user.touch, fresh=fresh))
-    now = replace(user, wanted=0.0)
-    (found,) = let_in(small_balloon, world([user], lag=5.0), [now], (), DT, jump=0.06)
-    lag = 5.0 if fresh else GO
+    now = replace(user, requested=0.0)
+    (found,) = apply(small_balloon, world([user], lag=5.0), [now], ())
+    lag = 5.0 if fresh else MAX_RELEASE_LAG
     assert found.force == pytest.approx(2.0 * lag / (lag + DT))
 
 
@@ -242,14 +259,14 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
 def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: float) -> None:
     """What the body carries never pulls at a surface that has turned under the hand."""
     was = at(small_balloon, 0.0, 2.0)
-    was = replace(was, touch=replace(was.touch, friction=True), along=along(was, 1.0))
+    was = replace(was, touch=replace(was.touch, friction=True), tangential=along(was, 1.0))
     moved = at(small_balloon, angle, 0.0)
-    now = replace(moved, touch=was.touch, wanted=2.0, wanted_along=np.zeros(3))
-    (found,) = let_in(small_balloon, world([was], lag=1.0), [now], (), DT, jump=0.06)
-    assert found.along is not None
-    assert float(found.along @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
-    assert np.linalg.norm(found.along) <= 1.0 + 1e-12
+    now = replace(moved, touch=was.touch, requested=2.0, requested_tangential=np.zeros(3))
+    (found,) = apply(small_balloon, world([was], lag=1.0), [now], ())
+    assert found.tangential is not None
+    assert float(found.tangential @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(found.tangential) <= 1.0 + 1e-12
 
 
 def test_nobody_is_let_in_where_nobody_is(small_balloon: Balloon) -> None:
-    assert let_in(small_balloon, WorldState(), [], (), DT, jump=0.06) == []
+    assert apply(small_balloon, WorldState(), [], ()) == []

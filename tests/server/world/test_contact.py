@@ -14,7 +14,7 @@ from cohaptic_server.mesh.nearest import nearest_on_triangles
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.world.contact import Contact, locate, turned
-from cohaptic_server.world.displacement_field import Still
+from cohaptic_server.world.displacement_field import ZeroField
 
 RADIUS = 0.1  # m, of the balloon
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
@@ -97,13 +97,13 @@ def test_a_contact_can_be_found_exactly(
     next to which a tick would have let it stay.
     """
     mesh, d = balloon.mesh, np.array(direction) / np.linalg.norm(direction)
-    other = locate(mesh, np.array([0.1, 0.0, 0.0]), Still(), radius=0.02)
+    other = locate(mesh, np.array([0.1, 0.0, 0.0]), ZeroField(), radius=0.02)
     free = balloon.respond([other.load(3.0)]).displacement
     probe, hint = (0.1 - depth) * d, None
     if hinted:
         beside = probe + 4e-5 * np.cross(d, [0.3, 0.5, 0.8])
-        hint = locate(mesh, beside, free, radius=0.02, exact=1e-6)
-    contact = locate(mesh, probe, free, radius=0.02, hint=hint, exact=1e-6)
+        hint = locate(mesh, beside, free, radius=0.02, tolerance=1e-6)
+    contact = locate(mesh, probe, free, radius=0.02, hint=hint, tolerance=1e-6)
     off = probe - contact.moved(free)
     assert np.abs(off - (off @ contact.normal) * contact.normal).max() < 1e-6
     usual = locate(mesh, probe, free, radius=0.02, hint=hint)
@@ -121,9 +121,9 @@ def test_a_deep_probe_behind_an_edge_is_followed_as_closely_as_any() -> None:
         probe = np.array([RADIUS - depth, 0.0, 0.0])
         for k in range(200):  # it comes to rest, in ever smaller steps
             probe[2] = beside + 0.01 * math.exp(-k / 20)
-            contact = locate(rim, probe, Still(), radius=0.01, hint=contact)
+            contact = locate(rim, probe, ZeroField(), radius=0.01, hint=contact)
         assert contact is not None
-        exact = locate(rim, probe, Still(), radius=0.01, exact=1e-8)
+        exact = locate(rim, probe, ZeroField(), radius=0.01, tolerance=1e-8)
         # 60 um are what a contact may stay beside its place.
         assert np.linalg.norm(contact.point - exact.point) < 8e-5
 
@@ -141,7 +141,7 @@ def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
 def test_a_contact_may_be_seen_on_another_surface(small_balloon: Balloon) -> None:
     """Its place stays, and its normal is that of the displaced surface: a rigid turn turns it."""
     mesh = small_balloon.mesh
-    contact = locate(mesh, np.array([0.1, 0.0, 0.02]), Still(), radius=0.03)
+    contact = locate(mesh, np.array([0.1, 0.0, 0.02]), ZeroField(), radius=0.03)
     angle = 0.3
     turn = np.array(
         [

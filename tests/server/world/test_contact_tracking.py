@@ -12,7 +12,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.displacement_field import Still
+from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.sticking_equilibrium import StickingHand, compliance_of
 from cohaptic_server.world.tick import RELEASE_TIME, advance
@@ -56,7 +56,7 @@ def test_a_finger_that_sticks_stays_on_its_material(
 ) -> None:
     """It takes the material along with its own force, as far as the body's 3x3 compliance says."""
     start = np.array([RADIUS, 0.0, 0.0])
-    contact = locate(small_balloon.mesh, start, Still(), radius=small_balloon.contact_radius)
+    contact = locate(small_balloon.mesh, start, ZeroField(), radius=small_balloon.contact_radius)
     force = np.array([pressed, aside, up])
     C = compliance_of(small_balloon, [StickingHand(vec3(start), 400.0, contact)])[0, :, 0, :]
     tip = contact.point - C @ force

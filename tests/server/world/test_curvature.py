@@ -10,7 +10,7 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.curvature import fit_curvature, reach
+from cohaptic_server.world.curvature import fit_curvature, fit_radius
 
 seeds = st.integers(0, 2**32 - 1)
 OUT = np.array([0.0, 0.0, 1.0])
@@ -70,7 +70,7 @@ def test_a_ball_has_the_curvature_of_its_radius_everywhere(radius: float) -> Non
         d /= np.linalg.norm(d)
         contact = locate(mesh, 0.95 * radius * d, free, radius=0.2 * radius)
         at = contact.moved(free)
-        c = fit_curvature(mesh.vertices + free, at, contact.normal, reach(mesh, 0.2 * radius))
+        c = fit_curvature(mesh.vertices + free, at, contact.normal, fit_radius(mesh, 0.2 * radius))
         assert c == pytest.approx(1.0 / radius, rel=0.02)
 
 
@@ -87,7 +87,7 @@ def test_a_pressed_balloon_is_flatter_under_the_hand_and_elsewhere_as_it_was(
         contact = locate(balloon.mesh, probe, displacement, radius=0.02)
         at = contact.moved(displacement)
         points = balloon.mesh.vertices + displacement
-        return fit_curvature(points, at, contact.normal, reach(balloon.mesh, 0.02))
+        return fit_curvature(points, at, contact.normal, fit_radius(balloon.mesh, 0.02))
 
     assert curvature(0.0, at_rest) == pytest.approx(10.0, rel=0.03)
     assert curvature(0.0, pressed) < 6.0

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.displacement_field import FreeOf, Still, Window
+from cohaptic_server.world.displacement_field import CachedField, FreeField, ZeroField
 
 vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
 
@@ -31,7 +31,7 @@ def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
     values = np.random.default_rng(1).normal(size=(162, 3))
     field = Counted(values)
     at_once = np.unique(known)
-    window = Window(at_once, field[at_once], field)
+    window = CachedField(at_once, field[at_once], field)
     field.asked = 0
     at = np.array(asked)
     assert (window[at] == values[at]).all()
@@ -42,12 +42,12 @@ def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
 
 def test_an_empty_window_asks_for_everything() -> None:
     values = np.random.default_rng(1).normal(size=(9, 3))
-    window = Window(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), values)
+    window = CachedField(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), values)
     assert (window[np.array([3, 1])] == values[[3, 1]]).all()
 
 
 def test_a_body_that_nobody_touched_is_still() -> None:
-    assert (Still()[np.array([[0, 1], [2, 5]])] == np.zeros((2, 2, 3))).all()
+    assert (ZeroField()[np.array([[0, 1], [2, 5]])] == np.zeros((2, 2, 3))).all()
 
 
 @given(st.floats(0.0, 3.0), st.floats(0.0, 8.0), st.floats(0.0, 8.0), vertices)
@@ -63,7 +63,7 @@ def test_free_of_one_user_is_the_body_under_the_others(
     both = small_balloon.respond([one.load(mine), two.load(theirs)])
     alone = small_balloon.respond([two.load(theirs)]).displacement
     at = np.array(asked)
-    free = FreeOf(both, np.array([mine]), slice(0, 1))[at]
+    free = FreeField(both, np.array([mine]), slice(0, 1))[at]
     assert np.abs(free - alone[at]).max() < 1e-12
-    whole = FreeOf(both, np.zeros(0), slice(0, 0))[at]
+    whole = FreeField(both, np.zeros(0), slice(0, 0))[at]
     assert np.abs(whole - both.displacement[at]).max() < 1e-15

@@ -49,7 +49,7 @@ def height_over(body: Balloon, found: Equilibrium, i: int) -> float:
     height = np.nan
     for _ in range(12):  # contacts follow the surface that follows them
         contacts = [
-            locate(body.mesh, tip, field, radius=body.contact_radius, exact=EXACT)
+            locate(body.mesh, tip, field, radius=body.contact_radius, tolerance=EXACT)
             for tip, field in zip(found.tip, free, strict=True)
         ]
         response = body.respond([c.load(f) for c, f in zip(contacts, found.force, strict=True)])

@@ -11,12 +11,12 @@ from hypothesis.extra import numpy as hnp
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.force_limits import (
     EFFECT_RATE,
+    MAX_COUPLING_RATIO,
     MAX_SUM,
-    MOST_COUPLED,
-    behind,
-    bounded,
-    level,
-    shares_of_change,
+    allowed_shares,
+    fair_cap,
+    limit_forces,
+    low_pass,
 )
 
 ROUNDING = 1e-9  # relative
@@ -29,7 +29,7 @@ totals = st.floats(0.01, 500.0)
 
 @given(demands, totals)
 def test_what_is_cut_to_the_level_is_all_that_there_is(wanted: Floats, total: float) -> None:
-    cut = np.minimum(wanted, level(wanted, total))
+    cut = np.minimum(wanted, fair_cap(wanted, total))
     assert cut.sum() == pytest.approx(min(total, wanted.sum()), rel=ROUNDING)
 
 
@@ -38,7 +38,7 @@ def test_what_is_below_the_level_is_left_whole_and_nobody_above_it_gets_more_tha
     wanted: Floats, total: float
 ) -> None:
     """As water fills vessels; nobody is cut where all can have what they want."""
-    at = level(wanted, total)
+    at = fair_cap(wanted, total)
     if wanted.sum() <= total:
         assert at == math.inf
         return
@@ -53,12 +53,12 @@ def test_who_asks_for_still_more_lowers_nobody(
     wanted: Floats, total: float, times: float, data: st.DataObject
 ) -> None:
     """Once cut, a greater demand changes nothing."""
-    at = level(wanted, total)
+    at = fair_cap(wanted, total)
     above = np.flatnonzero(wanted > at)
     if len(above) > 0:
         more = wanted.copy()
         more[data.draw(st.sampled_from(above.tolist()))] *= times
-        assert level(more, total) == pytest.approx(at, rel=ROUNDING)
+        assert fair_cap(more, total) == pytest.approx(at, rel=ROUNDING)
 
 
 # Forces
@@ -68,7 +68,7 @@ def test_who_asks_for_still_more_lowers_nobody(
 def test_a_body_carries_no_more_than_it_can(wanted: Floats, data: st.DataObject) -> None:
     n = len(wanted)
     deepest = data.draw(hnp.arrays(np.float64, n, elements=st.floats(0.0, 100.0)))
-    carried = bounded(wanted, deepest)
+    carried = limit_forces(wanted, deepest)
     assert carried.sum() <= MAX_SUM * (1.0 + ROUNDING)
     assert (carried <= np.minimum(wanted, deepest)).all()
     asked = np.minimum(wanted, deepest)
@@ -99,7 +99,7 @@ def rooms(draw: st.DrawFn) -> tuple[Floats, Floats, Floats]:
 
 def effects(change: Floats, stiffness: Floats, C: Floats) -> Floats:
     """How each (row) is moved by each other (column) [N]."""
-    effect = np.minimum(stiffness[:, None] * np.abs(C), MOST_COUPLED) * change
+    effect = np.minimum(stiffness[:, None] * np.abs(C), MAX_COUPLING_RATIO) * change
     return np.asarray(effect * (1.0 - np.eye(len(change))))
 
 
@@ -108,7 +108,7 @@ def test_nobody_is_moved_faster_than_that_by_all_others_together(
     room: tuple[Floats, Floats, Floats], most: float
 ) -> None:
     change, stiffness, C = room
-    shares = shares_of_change(change, stiffness, C, most)
+    shares = allowed_shares(change, stiffness, C, most)
     assert ((0.0 <= shares) & (shares <= 1.0)).all()
     felt = effects(shares * change, stiffness, C).sum(axis=1)
     assert (felt <= most * (1.0 + ROUNDING)).all()
@@ -121,8 +121,8 @@ def test_who_moves_nobody_much_is_not_held_back_whatever_others_do(
     """Cut is who is above the level of a hand that is moved too fast: the one who shakes pays."""
     change, stiffness, C = room
     effect = effects(change, stiffness, C)
-    at = np.array([level(row, most) for row in effect])
-    shares = shares_of_change(change, stiffness, C, most)
+    at = np.array([fair_cap(row, most) for row in effect])
+    shares = allowed_shares(change, stiffness, C, most)
     for j in range(len(change)):
         untouched = (effect[:, j] <= at).all()
         assert (shares[j] == 1.0) == untouched
@@ -137,9 +137,9 @@ def test_nobody_is_held_back_further_than_is_needed(
 ) -> None:
     """Whoever is cut has a hand that feels as much as may be."""
     change, stiffness, C = room
-    shares = shares_of_change(change, stiffness, C, most)
+    shares = allowed_shares(change, stiffness, C, most)
     effect = effects(change, stiffness, C)
-    cut = [np.minimum(row, level(row, most)) for row in effect]
+    cut = [np.minimum(row, fair_cap(row, most)) for row in effect]
     for j in np.flatnonzero(shares < 1.0):
         tightest = min(cut[i][j] / effect[i, j] for i in np.flatnonzero(effect[:, j] > 0.0))
         assert shares[j] == pytest.approx(tightest)
@@ -150,14 +150,14 @@ def test_a_press_as_hands_press_is_untouched_and_a_blow_is_not() -> None:
     C, stiffness, dt = np.full((2, 2), 0.004), np.full(2, 250.0), 1.0 / 60.0
     most = EFFECT_RATE * dt
     press = np.array([6.0 / 0.1 * dt, 0.0])
-    assert shares_of_change(press, stiffness, C, most).tolist() == [1.0, 1.0]
+    assert allowed_shares(press, stiffness, C, most).tolist() == [1.0, 1.0]
     blow = np.array([10.0, 0.0])
-    assert shares_of_change(blow, stiffness, C, most) == pytest.approx([most / 10.0, 1.0])
+    assert allowed_shares(blow, stiffness, C, most) == pytest.approx([most / 10.0, 1.0])
 
 
 def test_alone_nobody_is_held_back() -> None:
     one = np.array([1.0])
-    assert shares_of_change(100.0 * one, one, np.array([[np.inf]]), 1e-3).tolist() == [1.0]
+    assert allowed_shares(100.0 * one, one, np.array([[np.inf]]), 1e-3).tolist() == [1.0]
 
 
 # The lag
@@ -176,7 +176,7 @@ def test_forces_come_in_each_behind_its_lag(
 ) -> None:
     """tau f~' = f - f~, an implicit step; at once without a lag."""
     before, now, lag = (np.array(column) for column in zip(*forces, strict=True))
-    found = behind(before, now, lag, dt)
+    found = low_pass(before, now, lag, dt)
     assert lag * (found - before) / dt == pytest.approx(now - found, abs=1e-6)
     assert (found[lag == 0.0] == now[lag == 0.0]).all()
     assert (found >= np.minimum(before, now) - 1e-12).all()

@@ -10,8 +10,13 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.displacement_field import Window
-from cohaptic_server.world.neighbourhood import REACH, choose_vertices, cut_neighbourhood, way
+from cohaptic_server.world.displacement_field import CachedField
+from cohaptic_server.world.neighbourhood import (
+    MIN_RADIUS,
+    choose_vertices,
+    cut_neighbourhood,
+    slide_path,
+)
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])
@@ -24,11 +29,11 @@ def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
     return float(np.linalg.norm(mesh.vertices[left] - at, axis=1).min())
 
 
-def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> Window:
+def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> CachedField:
     """All of a surface as one window, at rest unless a displacement is given."""
     still = np.zeros_like(mesh.vertices)
     values = still if field is None else field
-    return Window(np.arange(len(mesh.vertices)), values, values)
+    return CachedField(np.arange(len(mesh.vertices)), values, values)
 
 
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
@@ -51,7 +56,7 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
     chosen = choose(balloon, at, slide, horizon)
     assert 0 < len(chosen) <= MAX_VERTICES
     assert (np.diff(chosen) > 0).all()
-    # Whatever the way, there is room for the client's weights on both sides of it.
+    # Whatever the slide_path, there is room for the client's weights on both sides of it.
     length = speed * horizon
     assert gap(mesh, chosen, at) > 0.027
     for share in (0.5, 1.0):
@@ -62,13 +67,14 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
 def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
     at = RADIUS * OUT
     chosen = choose(balloon, at, np.zeros(3), 0.2)
-    assert gap(balloon.mesh, chosen, at) > REACH + 0.02
+    assert gap(balloon.mesh, chosen, at) > MIN_RADIUS + 0.02
     assert len(chosen) < MAX_VERTICES
 
 
 def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
     mesh = balloon.mesh
-    stops = way(mesh.vertices, mesh.normals, RADIUS * OUT, np.array([0.0, 0.3, 0.0]), 0.15, 0.014)
+    ahead = np.array([0.0, 0.3, 0.0])
+    stops = slide_path(mesh.vertices, mesh.normals, RADIUS * OUT, ahead, 0.15, 0.014)
     assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
     assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)
     assert np.abs(stops[:, 2]).max() < 0.005

@@ -18,11 +18,11 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.patch_geometry import look
+from cohaptic_server.world.patch_geometry import choose_window
 from cohaptic_server.world.state import Touch
 from tests.server.fields import free_of
 from tests.server.touches import RADIUS, side, touch
-from tests.server.world.test_tick import play
+from tests.server.world.worlds import play
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -55,19 +55,19 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
 ) -> None:
     """Also where another hand has bent the surface, and away from the contact of the patch."""
     hand, other = touch(1, force=2.0), touch(2, at=side(beside), force=pressed)
-    mesh = RestMesh.decode(Room(balloon, ServerSettings()).touch_mesh())
+    mesh = RestMesh.decode(Room(balloon, ServerSettings()).frames.touch_mesh())
     surface = SurfaceMaker(mesh)(patches(balloon, hand, other)[Geometry.MESH])
     state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
     assert state.response is not None
     free = free_of(state.response, 0, state.users[1].force)
     probe = scale(side(slid), RADIUS - depth)
     contact = locate(balloon.mesh, np.array(probe), free, radius=balloon.contact_radius)
-    truth = float(contact.normal @ (contact.moved(free) - np.array(probe)))
+    reference = float(contact.normal @ (contact.moved(free) - np.array(probe)))
     c_ii = balloon.respond([contact.load(0.0)]).compliance[0, 0]
     sight = surface.look(probe)
     # On a surface bent by 15 mm over 4 cm the vertices and the mean under the pressure differ a
     # little, and so do the normals there from those at rest, along which the table's c_ii are.
-    assert sight.depth == pytest.approx(truth, abs=2e-5 + 0.0003 * pressed)
+    assert sight.depth == pytest.approx(reference, abs=2e-5 + 0.0003 * pressed)
     assert sight.c_ii == pytest.approx(c_ii, rel=0.01 + 0.015 * pressed)
     assert dot(sight.normal, tuple(contact.normal.tolist())) > 0.99
 
@@ -110,29 +110,29 @@ def test_a_hand_that_says_impossible_times_gets_patches_all_the_same(balloon: Ba
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
 @settings(max_examples=20, deadline=None)
-def test_what_a_tick_looks_at_stays_while_a_finger_hardly_moves(
+def test_a_window_is_kept_while_a_finger_hardly_moves(
     balloon: Balloon, slid: float, first: float, later: float
 ) -> None:
-    """It stays at rest, and it is what a fresh look would see as soon as something has changed."""
+    """It stays at rest, and is the one that is chosen anew as soon as something has changed."""
     still = np.zeros_like(balloon.mesh.vertices)
     contacts = [
         locate(balloon.mesh, np.array(side(a)) * 0.099, still, radius=balloon.contact_radius)
         for a in (0.0, slid)
     ]
-    velocity = np.zeros(3)
-    was = look(TouchedBody(balloon), Geometry.MESH, contacts[0], velocity, first, None)
-    assert look(TouchedBody(balloon), Geometry.MESH, contacts[0], velocity, first, was) is was
-    now = look(TouchedBody(balloon), Geometry.MESH, contacts[1], velocity, later, was)
-    if now is not was:
-        fresh = look(TouchedBody(balloon), Geometry.MESH, contacts[1], velocity, later, None)
+    body, velocity = TouchedBody(balloon), np.zeros(3)
+    previous = choose_window(body, Geometry.MESH, contacts[0], velocity, first, None)
+    assert choose_window(body, Geometry.MESH, contacts[0], velocity, first, previous) is previous
+    now = choose_window(body, Geometry.MESH, contacts[1], velocity, later, previous)
+    if now is not previous:
+        fresh = choose_window(body, Geometry.MESH, contacts[1], velocity, later, None)
         assert (now.touched == fresh.touched).all()
         assert (now.vertices == fresh.vertices).all()
     elif slid != 0.0:
         assert abs(slid) < 0.05
-    quick = look(
-        TouchedBody(balloon), Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, was
+    quick = choose_window(
+        body, Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, previous
     )
-    assert quick is not was
-    other = look(TouchedBody(balloon), Geometry.PLANE, contacts[0], velocity, first, was)
-    assert set(other.vertices.tolist()) <= set(was.vertices.tolist())
+    assert quick is not previous
+    other = choose_window(body, Geometry.PLANE, contacts[0], velocity, first, previous)
+    assert set(other.vertices.tolist()) <= set(previous.vertices.tolist())
     assert not len(other.touched)

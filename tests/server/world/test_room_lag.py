@@ -16,7 +16,7 @@ from cohaptic.control.stability.room_lag import FULL_BUDGET, choose_lag, lag_nee
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.room_lag import FALL, find_lag, room_coupling, stiffness_of
+from cohaptic_server.world.room_lag import FALL_RATE, find_lag, hand_stiffness, room_coupling
 from cohaptic_server.world.state import UserState
 from tests.server.touches import touch, user_of
 
@@ -126,7 +126,7 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     users, C, where, _ = room
     i = data.draw(st.integers(0, len(users) - 1))
     own, limit = C[where[i], where[i]], users[i].touch.max_stiffness
-    K = stiffness_of(users[i], own)
+    K = hand_stiffness(users[i], own)
     # One share of the object's stiffness in all directions, of which the law has the normal's.
     share = min(1.0, limit * own[0, 0])
     assert pytest.approx(share * np.eye(len(own)), abs=1e-9) == K @ own
@@ -135,14 +135,15 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     paper = replace(users[i], touch=replace(users[i].touch, law=Law.PI))
     share = min(limit, 1.0 / (own[0, 0] + others)) * own[0, 0]
     assert (
-        pytest.approx(share * np.eye(len(own)), abs=1e-9) == stiffness_of(paper, own, others) @ own
+        pytest.approx(share * np.eye(len(own)), abs=1e-9)
+        == hand_stiffness(paper, own, others) @ own
     )
-    assert (stiffness_of(users[i], own, others) == K).all()
+    assert (hand_stiffness(users[i], own, others) == K).all()
     fixed = Gains(data.draw(st.floats(1.0, 1e5)), 0.0)
     told = replace(users[i], touch=replace(users[i].touch, fixed_gains=fixed))
     chosen: float = min(limit, fixed.k_h)
     share = chosen * float(own[0, 0])
-    assert pytest.approx(share * np.eye(len(own)), abs=1e-6) == stiffness_of(told, own) @ own
+    assert pytest.approx(share * np.eye(len(own)), abs=1e-6) == hand_stiffness(told, own) @ own
 
 
 # The lag
@@ -173,7 +174,7 @@ def test_hands_held_still_are_stable_with_it(room: Room, delay: float) -> None:
     ]
     found = find_lag(users, C, where, near, NO_LAG, DT)
     assert found.margin > 1.0
-    K = [stiffness_of(user, C[w, w]) for user, w in zip(users, where, strict=True)]
+    K = [hand_stiffness(user, C[w, w]) for user, w in zip(users, where, strict=True)]
     root = np.zeros_like(C)
     for w, k in zip(where, K, strict=True):
         root[w, w] = np.linalg.cholesky(k)
@@ -216,14 +217,14 @@ def test_it_rises_at_once_and_falls_slowly(room: Room, before: float) -> None:
     assert found.lag >= chosen.lag
     assert found.coupling == chosen.coupling
     if found.lag > chosen.lag:
-        assert before - found.lag == pytest.approx(max(FALL, before) * DT)
+        assert before - found.lag == pytest.approx(max(FALL_RATE, before) * DT)
     # And it is said how far the room is from the edge with the lag that it has.
     assert found.margin >= chosen.margin
 
 
 def test_it_falls_to_what_is_needed() -> None:
     lag = RoomLag(2.0, 1.0, 1.0)
-    for _ in range(math.ceil((1.0 + 1.0 / FALL) / DT)):
+    for _ in range(math.ceil((1.0 + 1.0 / FALL_RATE) / DT)):
         lag = find_lag([], np.zeros((0, 0)), [], np.zeros(0), lag, DT)
     assert lag == NO_LAG
 

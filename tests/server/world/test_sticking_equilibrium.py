@@ -14,22 +14,22 @@ from cohaptic_server.bodies.body import Load
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact
 from cohaptic_server.world.sticking_equilibrium import (
+    StickingEquilibrium,
     StickingHand,
-    Stuck,
     solve_sticking,
     touch_down,
 )
 
 RADIUS = 0.1  # m, of the balloons
 HAND = 400.0  # N/m
-NOBODY = Stuck(np.zeros((0, 3)), np.zeros((0, 3)), None)
+NOBODY = StickingEquilibrium(np.zeros((0, 3)), np.zeros((0, 3)), None)
 
 
 def out(angle: float) -> Floats:
     return np.array([math.cos(angle), math.sin(angle), 0.0])
 
 
-def meet(body: Balloon, angle: float, others: Stuck = NOBODY) -> Contact:
+def meet(body: Balloon, angle: float, others: StickingEquilibrium = NOBODY) -> Contact:
     return touch_down(body, (RADIUS + 0.01) * out(angle), -out(angle), others)
 
 

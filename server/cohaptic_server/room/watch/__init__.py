@@ -1,1 +1,1 @@
-"""What pages get that watch: one scene a tick, encoded once for all of them."""
+"""Pages that watch a room: one scene per tick, encoded once for all of them."""

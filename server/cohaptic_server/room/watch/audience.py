@@ -1,4 +1,4 @@
-"""Everybody who watches one room, and the one scene that all of them are shown. No I/O."""
+"""The watchers of one room, and the scene that all of them are shown. No I/O."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
-from cohaptic_server.room.room import Room, describe
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.world.state import WorldState
 
 
-class Gallery:
-    """Who watches.
+class Audience:
+    """All watchers of a room.
 
     Args:
         room: That is watched.
-        model: Of the body's Green's functions; None where its surface is no sum of them.
+        model: Name of the body's Green's functions; None where its displacement is no sum of them.
 
     Attributes:
-        watchers: Who is in.
-        came: How many ever were.
-        slow: How often one fell behind.
+        watchers: At present.
+        came: Number of watchers since the start.
+        slow: How often a watcher fell behind.
         problem: Why the newest scene could not be sent; None if it could.
     """
 
@@ -41,16 +42,17 @@ class Gallery:
         self._encoder = SceneEncoder(traversal, follows_records=model is not None)
 
     def enter(self, watcher: Watcher, to_wall: float) -> None:
-        """Take one in.
+        """Add a watcher.
 
         Raises:
-            RemoteProtocolError: It is full, or the body has too many vertices to be shown.
+            RemoteProtocolError: There are too many watchers, or the body has too many vertices to
+                be shown.
         """
         settings = self.room.settings
         if len(self.watchers) >= settings.max_watchers:
             number, limit = len(self.watchers) + 1, f"at most {settings.max_watchers}"
             raise RemoteProtocolError("number of watchers", number, limit, CloseCode.ROOM_FULL)
-        self.room.check_watchable()
+        self.room.frames.check_watchable()
         self.watchers.add(watcher)
         self.came += 1
         members = self.room.members.values()
@@ -67,11 +69,11 @@ class Gallery:
         )
 
     def leave(self, watcher: Watcher) -> None:
-        """One is gone, or was never in."""
+        """Remove a watcher, if it is one of the audience."""
         self.watchers.discard(watcher)
 
     def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:
-        """Take the world after a tick; costs nothing while nobody watches.
+        """Take the world after a tick as the newest scene; costs nothing while nobody watches.
 
         Args:
             world: After the tick.
@@ -88,10 +90,10 @@ class Gallery:
             )
 
     def show(self, watcher: Watcher, now: float, *, clear: bool) -> None:
-        """Give one the newest scene if it is due.
+        """Queue the newest scene for a watcher if it is due.
 
         Args:
-            watcher: Who.
+            watcher: Who is shown the scene.
             now: Time [s].
             clear: Whether all that was written to it before has left the process.
         """
@@ -102,8 +104,9 @@ class Gallery:
                 self.problem = None
                 watcher.put_scene(frame, encoder.tick, encoder.version, now)
             except LocalProtocolError as error:
-                # A body pushed out of the world, say: what is touched goes on.
+                # For example, the body was pushed out of the range of coordinates. Users are not
+                # affected.
                 self.problem = str(error)
-        was = watcher.slow
+        was_slow = watcher.slow
         watcher.handle_timer(now)
-        self.slow += watcher.slow and not was
+        self.slow += watcher.slow and not was_slow

@@ -1,7 +1,7 @@
-"""One tick's scene as bytes, made once for all who want it the same way, and only if somebody does.
+"""One tick's scene as bytes, encoded on demand and once per encoding.
 
-It also decides what is news: a scene in which nobody has moved by more than a screen shows, or
-pressed harder than a plot shows, is the scene before.
+A scene counts as changed only if somebody has moved further than a screen can show, or pressed
+harder than a plot can show; otherwise the previous scene stands.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.numeric import Floats
 
-# Two of them are on their way to a watcher, which shall not cost more than 256 kB.
+# Two of them may be in flight to a watcher, which must not cost more than 256 kB.
 MAX_SURFACE_BYTES = 96 * 1024
-_COARSER = 4.0  # times the unit of displacements, if a surface is too long
+_COARSER = 4.0  # factor on the unit of displacements while an encoded surface is too long
 
-# What counts as a change: 10 um, 1 mN, 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
+# Smallest change of each number of a record that is shown, in the order of `_key`: 10 um, 1 mN,
+# 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
 _STEPS = np.array(
     [1e-5] * 6 + [1e-3] * 3 + [1e-6, 1.0, 1.0, 10.0, 1e-3] + [1e-3] * 3 + [1e-2, 0.1] + [1e-5] * 3
 )
@@ -31,12 +32,12 @@ class SceneEncoder:
 
     Args:
         traversal: Of the rest mesh.
-        follows_records: Whether the surface follows from the records: that of a body without
-            memory, which is at rest when nobody's record changes.
+        follows_records: Whether the surface is a function of the records, as that of a body without
+            memory is.
 
     Attributes:
         tick: Of the newest scene; 0 before the first.
-        version: Rises with every scene that is news.
+        version: Number of scenes so far that differed from the one before.
     """
 
     def __init__(self, traversal: Traversal, *, follows_records: bool) -> None:
@@ -64,11 +65,11 @@ class SceneEncoder:
         """Take the scene after a tick.
 
         Args:
-            tick: Its number.
-            now: Its time [s].
+            tick: Number of the tick.
+            now: Time of the tick [s].
             records: Of the users.
-            surface: Gives the displacement of all vertices, shape (n, 3) [m]; called if needed.
-            room: Its lag.
+            surface: Returns the displacement of all vertices, shape (n, 3) [m]; called if needed.
+            room: Lag of the room.
         """
         self.tick, self._now, self._records, self._surface = tick, now, records, surface
         self._room = room
@@ -86,10 +87,10 @@ class SceneEncoder:
             self._key = key
 
     def frame(self, *, surface: bool) -> bytes:
-        """The newest scene, with the surface or without; made by the first who asks.
+        """Frame of the newest scene, with the surface or without; encoded at the first call.
 
         Raises:
-            LocalProtocolError: The wire cannot carry it: something is out of the world.
+            LocalProtocolError: A number of it is out of the range of the wire.
         """
         if surface not in self._frames:
             records = b"".join(record.encode() for record in self._records)
@@ -109,7 +110,7 @@ class SceneEncoder:
 
 
 def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
-    """What of the records can be seen; equal keys look the same."""
+    """Records rounded to the smallest change that can be seen; equal keys look the same."""
     numbers = [
         (
             *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
@@ -118,7 +119,7 @@ def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
         for r in records
     ]  # fmt: skip
     table = np.rint(np.array(numbers).reshape(-1, len(_STEPS)) / _STEPS)
-    # Added to zero, because -0 and 0 look the same and have other bytes.
+    # Adding zero turns -0 into 0, which look the same but differ in their bytes.
     words = [(r.user, r.law, r.geometry, r.fresh, r.friction) for r in records]
     return ((table + 0.0).tobytes(), *words)
 

@@ -1,10 +1,10 @@
 """One connection that watches, as a state machine without I/O.
 
-    due?  --yes--> a frame goes out, unacknowledged --ack--> drawn
+    due?  --yes--> a frame is sent, unacknowledged --ack--> drawn
           --two are unacknowledged, or the path is full--> nothing; the next tick asks again
 
-No frame waits here: what may not go out now is made newer instead. So a slow page gets fewer
-frames and never older ones, and costs two frames of memory whatever it does.
+No frame waits here: one that cannot be sent now is replaced by a newer one. So a slow page gets
+fewer frames and never older ones, and costs two frames of memory at most.
 """
 
 from __future__ import annotations
@@ -25,23 +25,24 @@ from cohaptic.protocol.watch_messages import (
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
 
-IN_FLIGHT = 2  # scenes that may be unacknowledged: one on its way, one being drawn
-SLOW_AFTER = 2.0  # s
-DROPPED_AFTER = 10.0  # s
-_MAX_LATENCIES = 64  # as many as can touch at once
+IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, one being drawn
+SLOW_AFTER = 2.0  # s behind, after which a watcher counts as slow
+DROPPED_AFTER = 10.0  # s behind, after which it is disconnected
+_MAX_LATENCIES = 64  # most users of a room
 
 
 class Watcher:
-    """The server's half of the protocol with one who watches.
+    """The server's half of the protocol with one watcher.
 
     Args:
-        watch: What it said first.
-        has_model: Whether the body's surface can be made of forces; else it gets it in frames.
+        watch: First message of the watcher.
+        has_model: Whether the page can compute the surface from forces; if not, every scene
+            carries the surface.
 
     Attributes:
-        close: Code and reason once the connection is to be closed.
-        outbox: What is to be written now.
-        slow: Whether it has been too far behind for `SLOW_AFTER`.
+        close: Code and reason once the connection is to be closed; None before.
+        outbox: Messages to be written.
+        slow: Whether it has been behind for `SLOW_AFTER`.
     """
 
     def __init__(self, watch: Watch, *, has_model: bool) -> None:
@@ -62,7 +63,7 @@ class Watcher:
         self._behind_since: float | None = None
 
     def receive(self, data: str | bytes, now: float) -> None:
-        """Take one message from the client."""
+        """Handle one message from the client."""
         del now
         if self.close is not None:
             return
@@ -72,8 +73,8 @@ class Watcher:
                 return
             message = decode_client_message(data)
             if not isinstance(message, SetView | SetLatency):
-                what = type(message).__name__
-                raise RemoteProtocolError("message", what, "Ack or SetView or SetLatency: watches")
+                kind = type(message).__name__
+                raise RemoteProtocolError("message", kind, "Ack or SetView or SetLatency: watches")
         except ProtocolError as error:
             self.fail(error)
             return
@@ -84,32 +85,32 @@ class Watcher:
             self._events.append(message)
 
     def events(self) -> list[SetLatency]:
-        """What it asked of the server since the last call."""
+        """Requests to the server since the last call."""
         events, self._events = self._events, []
         return events
 
     def accept(self, watching: Watching) -> None:
-        """The gallery has taken it in."""
+        """Welcome the watcher, once the audience has accepted it."""
         self._accepted = True
         self.send(watching)
 
     @property
     def hears_news(self) -> bool:
-        """Whether it is told who comes and goes."""
+        """Whether the watcher is told who joins and leaves."""
         return self._accepted and self.close is None
 
     @property
     def wants_surface(self) -> bool:
-        """Whether the next scene has the surface."""
+        """Whether the next scene must carry the surface."""
         return self._wants or self._encoding == "frames" or not self._has_model
 
     def due(self, version: int, now: float, *, clear: bool) -> bool:
-        """Whether the newest scene goes out now; to be asked at every tick.
+        """Whether the newest scene is to be sent now; call it at every tick.
 
         Args:
             version: Of the newest scene.
             now: Time [s].
-            clear: Whether all that was written before has left the process.
+            clear: Whether all earlier writes have left the process.
         """
         if not self.hears_news:
             return False
@@ -119,20 +120,21 @@ class Watcher:
         elif self._behind_since is None:
             self._behind_since = now
         lacks_surface = self.wants_surface and not self._sent_surface
-        news = version > self._sent_version or (version > 0 and lacks_surface)
-        return news and clear and not full and now >= self._next
+        changed = version > self._sent_version or (version > 0 and lacks_surface)
+        return changed and clear and not full and now >= self._next
 
     def put_scene(self, frame: bytes, tick: int, version: int, now: float) -> None:
-        """Send the newest scene, with the surface if `wants_surface`."""
+        """Queue the newest scene, with the surface if `wants_surface`."""
         self.outbox.put_patch(frame)
         self._in_flight.append(tick)
         self._sent_tick, self._sent_version = tick, version
         self._sent_surface = self.wants_surface
-        # On average the rate; after a rest the next one still keeps its distance.
+        # This keeps the mean rate; after a pause, the scene after the next one may follow three
+        # quarters of a period later instead of a whole one.
         self._next = max(self._next, now - 0.25 / self._rate) + 1.0 / self._rate
 
     def handle_timer(self, now: float) -> None:
-        """Notice that time has passed."""
+        """Update `slow`, and end the session if the watcher is too far behind."""
         if self._behind_since is None or self.close is not None:
             return
         behind = now - self._behind_since
@@ -149,20 +151,21 @@ class Watcher:
             self.close = self.close or (CloseCode.TOO_SLOW.value, reason)
 
     def tell_latency(self, latency: Latency) -> None:
-        """Say that a user's latency is another; of each user only the newest waits."""
+        """Queue the news of a user's latency, in place of older news of the same user."""
         self._latencies.pop(latency.user, None)
         self._latencies[latency.user] = latency
         while len(self._latencies) > _MAX_LATENCIES:
             self._latencies.pop(next(iter(self._latencies)))
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """What to write now: events, latencies, then a scene."""
-        out = self.outbox.take(clear=clear)
+        """Messages to write now: events, latencies, then a scene."""
+        messages = self.outbox.take(clear=clear)
         if clear and self._latencies:
-            at = len(out) - (1 if out and isinstance(out[-1], bytes) else 0)
-            out[at:at] = [encode_control(latency) for latency in self._latencies.values()]
+            ends_with_scene = bool(messages) and isinstance(messages[-1], bytes)
+            at = len(messages) - int(ends_with_scene)
+            messages[at:at] = [encode_control(latency) for latency in self._latencies.values()]
             self._latencies.clear()
-        return out
+        return messages
 
     def fail(self, error: ProtocolError) -> None:
         """End the session because of `error` and tell the client."""

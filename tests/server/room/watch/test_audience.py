@@ -23,7 +23,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Gallery
+from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
@@ -36,11 +36,11 @@ from tests.server.room.watch.hands import PERIOD, motion, touches
 MODEL = "0" * 32
 
 
-def gallery(body: Body, model: str | None = MODEL, max_watchers: int = 5) -> Gallery:
-    return Gallery(Room(body, ServerSettings(max_watchers=max_watchers)), model)
+def gallery(body: Body, model: str | None = MODEL, max_watchers: int = 5) -> Audience:
+    return Audience(Room(body, ServerSettings(max_watchers=max_watchers)), model)
 
 
-def come(shown: Gallery, encoding: EncodingName = "frames", rate: float = 60.0) -> Watcher:
+def come(shown: Audience, encoding: EncodingName = "frames", rate: float = 60.0) -> Watcher:
     watch = Watch(protocol=PROTOCOL_VERSION, encoding=encoding, rate=rate)
     watcher = Watcher(watch, has_model=shown.model is not None)
     shown.enter(watcher, 0.0)
@@ -176,7 +176,7 @@ def test_who_is_taken_in_is_told_what_is_here_and_who_is_too_many_why(
 ) -> None:
     room = Room(small_balloon, ServerSettings(max_watchers=2, allow_latency=True))
     room.join(hello("ann"), 0.0)
-    shown = Gallery(room, MODEL)
+    shown = Audience(room, MODEL)
     (text,) = come(shown).take(clear=True)
     watching = decode_watch_control(str(text))
     assert isinstance(watching, Watching)

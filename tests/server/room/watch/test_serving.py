@@ -43,7 +43,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.http.page_files import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
-from tests.server.shell.test_server import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
+from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
 
 AGES = 6.0 * PATIENCE  # s; for a test that moves the clock
 BOUND = 256 * 1024  # bytes that one who watches may cost
@@ -238,7 +238,7 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
     async def play() -> tuple[int, int]:
         async with serving(balloon) as served, pressing(served), watching(served.url) as good:
             server = served.server
-            known = set(server.gallery.watchers)
+            known = set(server.audience.watchers)
             # A window of a few kB, as of one who is far away; then it reads nothing any more.
             narrow = socket.socket()
             narrow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
@@ -246,7 +246,7 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
             narrow.connect((host, int(port)))
             narrow.setblocking(False)
             async with watching(served.url, sock=narrow) as bad:
-                (watcher,) = set(server.gallery.watchers) - known
+                (watcher,) = set(server.audience.watchers) - known
                 peers = [c for c in server.connections if c.session is watcher]
                 bad.ws.transport.pause_reading()
                 most = 0

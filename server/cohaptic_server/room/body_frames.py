@@ -1,0 +1,103 @@
+"""A body as the protocol describes it: its bounding sphere, and the frames of its meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sized
+
+from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.messages import BodyInfo
+from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.numeric import Floats, Ints, vec3
+
+
+def describe(body: Body) -> BodyInfo:
+    """Name and size of a body for a welcome; its sphere is centred on its bounding box."""
+    x = body.mesh.vertices
+    center = 0.5 * (x.min(axis=0) + x.max(axis=0))
+    radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
+    return BodyInfo(
+        name=body.name, center=vec3(center), radius=radius, contact_radius=body.contact_radius
+    )
+
+
+class BodyFrames:
+    """Frames of a body's resting mesh and touch mesh, each encoded once.
+
+    Args:
+        touched_body: The deformable object and its touch mesh.
+    """
+
+    def __init__(self, touched_body: TouchedBody) -> None:
+        self._touched_body = touched_body
+        self._rest_mesh: bytes | None = None
+        self._touch_mesh: bytes | None = None
+
+    @property
+    def has_rest_mesh(self) -> bool:
+        """Whether the body is small enough to be shown."""
+        mesh = self._touched_body.body.mesh
+        return _fits(mesh.vertices, mesh.faces)
+
+    @property
+    def has_touch_mesh(self) -> bool:
+        """Whether the body is small enough for mesh patches."""
+        mesh = self._touched_body.mesh
+        return _fits(mesh.vertices, mesh.faces)
+
+    def check_watchable(self) -> None:
+        """Raise RemoteProtocolError if the body is too large to be shown."""
+        if not self.has_rest_mesh:
+            mesh = self._touched_body.body.mesh
+            reason = _too_large(mesh.vertices, mesh.faces)
+            raise RemoteProtocolError("message", "Watch", f"Hello alone: {reason}")
+
+    def check_geometry(self, geometry: str) -> None:
+        """Raise RemoteProtocolError if the body is too large for patches of this geometry."""
+        if geometry == "mesh" and not self.has_touch_mesh:
+            mesh = self._touched_body.mesh
+            limit = f"plane or sphere: {_too_large(mesh.vertices, mesh.faces)}"
+            raise RemoteProtocolError("geometry", geometry, limit)
+
+    def rest_mesh(self) -> bytes:
+        """Frame of the resting mesh, for a watcher."""
+        if self._rest_mesh is None:
+            mesh = self._touched_body.body.mesh
+            self._rest_mesh = _encode(mesh.vertices, mesh.faces)
+        return self._rest_mesh
+
+    def touch_mesh(self) -> bytes:
+        """Frame of the touch mesh, for a user of mesh patches.
+
+        All else that mesh patches need is computed as well, since a tick has no time for that.
+        """
+        if self._touch_mesh is None:
+            _ = self._touched_body.vertex_compliance
+            mesh = self._touched_body.mesh
+            self._touch_mesh = _encode(mesh.points, mesh.faces)
+        return self._touch_mesh
+
+    def prepare(self) -> None:
+        """Encode the frames that the body can have, before users are there to wait for them."""
+        if self.has_rest_mesh:
+            self.rest_mesh()
+        if self.has_touch_mesh:
+            self.touch_mesh()
+
+
+def _fits(vertices: Sized, faces: Sized) -> bool:
+    return len(vertices) <= MAX_VERTICES and len(faces) <= MAX_FACES
+
+
+def _too_large(vertices: Sized, faces: Sized) -> str:
+    return (
+        f"the body has {len(vertices)} vertices and {len(faces)} faces,"
+        f" a frame can number {MAX_VERTICES} and {MAX_FACES}"
+    )
+
+
+def _encode(vertices: Floats, faces: Ints) -> bytes:
+    points, corners = vertices.tolist(), faces.tolist()
+    mesh = RestMesh(tuple((x, y, z) for x, y, z in points), tuple((a, b, c) for a, b, c in corners))
+    return mesh.encode()

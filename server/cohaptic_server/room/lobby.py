@@ -1,0 +1,266 @@
+"""Joining, watching, laws and injected latency of one room, as a state machine without I/O.
+
+The shell reports connections, messages and the time, and carries out the `Outcome` of each. The
+messages themselves, and the closing of a connection, wait in the session of each peer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
+from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
+from cohaptic_server.room.latency import Data
+from cohaptic_server.room.peer import LogLine, Outcome, Peer
+from cohaptic_server.room.room import REPLACE_AFTER, Room
+from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.watch.watcher import Watcher
+
+MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
+
+
+class Lobby:
+    """All peers of one room.
+
+    Args:
+        room: The users.
+        audience: The watchers.
+
+    Attributes:
+        peers: In the order in which they connected.
+    """
+
+    def __init__(self, room: Room, audience: Audience) -> None:
+        self.room = room
+        self.audience = audience
+        self.peers: list[Peer] = []
+        self._ticked = 0.0
+        self._scene_problem: str | None = None
+
+    def connect(self, now: float, subprotocol: str | None, offered: str | None) -> Peer:
+        """Add a new connection.
+
+        Args:
+            now: Time [s].
+            subprotocol: That was chosen for the websocket.
+            offered: All that the client offered; None without any.
+        """
+        session = ServerSession(now)
+        if subprotocol != SUBPROTOCOL:
+            session.fail(wrong_version(offered or "not named as a subprotocol"))
+        peer = Peer(session)
+        self.peers.append(peer)
+        return peer
+
+    def receive(self, peer: Peer, data: Data, now: float, to_wall: float) -> Outcome:
+        """Handle one message.
+
+        Args:
+            peer: From whom it is.
+            data: The message.
+            now: Time [s].
+            to_wall: Offset of that time to the machine's wall clock [s].
+        """
+        outcome = Outcome()
+        session = peer.session
+        session.receive(data, now)
+        if isinstance(session, Watcher):
+            for change in session.events():
+                self._set_latency(peer, change, outcome)
+        else:
+            self._handle_events(peer, session, now, to_wall, outcome)
+        outcome.flush.append(peer)
+        return outcome
+
+    def tick(self, now: float) -> None:
+        """Advance the world by one period."""
+        self._ticked = now
+        self.room.tick(now)
+
+    def serve(self, peer: Peer, now: float) -> Outcome:
+        """Queue the newest patch of a user, and check its session's deadline."""
+        outcome = Outcome([peer])
+        session = peer.session
+        assert isinstance(session, ServerSession)
+        patch = None if peer.user is None else self.room.patches.get(peer.user)
+        if peer.user is not None and patch is not None:
+            previous_problem = session.problem
+            session.send_patch(patch)
+            if session.problem and not previous_problem:
+                name = self.room.members[peer.user].hello.name
+                outcome.log.append(LogLine(f"{name} gets no patch: {session.problem}", True))
+        session.handle_timer(now)
+        return outcome
+
+    def update_scene(self) -> None:
+        """Take the world of the newest tick as the scene for all watchers."""
+        self.audience.see(self.room.world, self.room.patches, self._ticked)
+
+    def show(self, peer: Peer, now: float, *, clear: bool) -> Outcome:
+        """Queue the newest scene for a watcher, if it is due.
+
+        Args:
+            peer: Who watches.
+            now: Time [s].
+            clear: Whether all that was written to it has left the process.
+        """
+        outcome = Outcome([peer])
+        watcher = peer.session
+        assert isinstance(watcher, Watcher)
+        was_slow = watcher.slow
+        self.audience.show(watcher, now, clear=clear)
+        if watcher.slow and not was_slow:
+            line = "one who watches is slow: its scenes are not acknowledged"
+            outcome.log.append(LogLine(line))
+        return outcome
+
+    def report_scene(self) -> Outcome:
+        """Log once why the scene cannot be shown to anybody."""
+        outcome = Outcome()
+        problem = self.audience.problem
+        if problem is not None and problem != self._scene_problem:
+            outcome.log.append(LogLine(f"the scene cannot be shown: {problem}", True))
+        self._scene_problem = problem
+        return outcome
+
+    def begin_mesh(self, peer: Peer) -> bytes:
+        """Frame of the resting mesh for a new watcher; the room's latencies wait behind it."""
+        peer.needs_mesh = False
+        assert isinstance(peer.session, Watcher)
+        for latency in self._latencies():
+            peer.session.tell_latency(latency)
+        return self.room.frames.rest_mesh()
+
+    def finish_mesh(self, peer: Peer, now: float, *, taken: bool, clear: bool) -> Outcome:
+        """Show the scene to a watcher that has the mesh.
+
+        Args:
+            peer: Who watches.
+            now: Time [s].
+            taken: Whether it took all of the mesh within `MESH_TIMEOUT`.
+            clear: Whether all that was written to it has left the process.
+        """
+        if not taken:
+            limit = f"all of it taken within {MESH_TIMEOUT:g} s"
+            error = RemoteProtocolError("rest mesh", "not taken", limit, CloseCode.TOO_SLOW)
+            peer.session.fail(error)
+        self.update_scene()
+        return self.show(peer, now, clear=clear)
+
+    def disconnect(self, peer: Peer, reason: str) -> Outcome:
+        """Remove a connection that has ended.
+
+        Args:
+            peer: Who was connected.
+            reason: That it gave for closing; empty without one.
+        """
+        outcome = Outcome()
+        self.peers.remove(peer)
+        close = peer.session.close
+        reason = reason or (close[1] if close else "connection lost")
+        if isinstance(peer.session, Watcher):
+            self.audience.leave(peer.session)
+            outcome.log.append(LogLine(f"one who watches left: {reason}"))
+        elif peer.user is None:
+            outcome.log.append(LogLine(f"a client was refused: {reason}"))
+        else:
+            left = self.room.leave(peer.user, reason)
+            if left is not None:
+                outcome.log.append(LogLine(f"{left.name} left: {reason}"))
+                self._tell_others(peer, left, outcome)
+        return outcome
+
+    def stop(self) -> Outcome:
+        """End every session because the server stops."""
+        for peer in self.peers:
+            peer.session.stop()
+        return Outcome(list(self.peers))
+
+    def _handle_events(
+        self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
+    ) -> None:
+        for event in session.events():
+            match event:
+                case Hello():
+                    self._join(peer, session, event, now, to_wall, outcome)
+                case Watch():
+                    self._watch(peer, event, to_wall)
+                case ContactSample() if peer.user is not None:
+                    self.room.sample(peer.user, event, now)
+                case SetLaw() if peer.user is not None:
+                    self._set_law(peer, peer.user, event)
+                case _:
+                    pass
+
+    def _join(
+        self,
+        peer: Peer,
+        session: ServerSession,
+        hello: Hello,
+        now: float,
+        to_wall: float,
+        outcome: Outcome,
+    ) -> None:
+        try:
+            welcome, joined, replaced = self.room.join(hello, now)
+        except ProtocolError as error:
+            session.fail(error)
+            return
+        if replaced is not None:
+            limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
+            for other in self.peers:
+                if other.user == replaced:
+                    other.session.fail(ProtocolError("silent user", hello.name, limit))
+            left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
+            self._tell_others(peer, left, outcome)
+        peer.user = welcome.user
+        mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
+        session.accept(welcome.model_copy(update={"to_wall": to_wall}), mesh)
+        outcome.log.append(LogLine(f"{hello.name} joined with {hello.law.value}"))
+        self._tell_others(peer, joined, outcome)
+
+    def _watch(self, peer: Peer, watch: Watch, to_wall: float) -> None:
+        watcher = Watcher(watch, has_model=self.audience.model is not None)
+        peer.session = watcher
+        try:
+            self.audience.enter(watcher, to_wall)
+        except ProtocolError as error:
+            watcher.fail(error)
+            return
+        peer.needs_mesh = True
+
+    def _set_law(self, peer: Peer, user: int, change: SetLaw) -> None:
+        try:
+            self.room.set_law(user, change)
+        except ProtocolError as error:
+            peer.session.fail(error)
+
+    def _set_latency(self, peer: Peer, change: SetLatency, outcome: Outcome) -> None:
+        if not self.room.settings.allow_latency:
+            limit = "none: start the server with --allow-latency to inject latency"
+            peer.session.fail(RemoteProtocolError("message", "SetLatency", limit))
+            return
+        latency = (change.delay, change.jitter)
+        for other in self.peers:
+            if other.user == change.user and other.latency != latency:
+                other.latency = latency
+                outcome.delayed.append(other)
+                news = Latency(user=change.user, delay=change.delay, jitter=change.jitter)
+                for watcher in self.audience.watchers:
+                    watcher.tell_latency(news)
+
+    def _latencies(self) -> Iterator[Latency]:
+        for peer in self.peers:
+            delay, jitter = peer.latency
+            if peer.user is not None and (delay, jitter) != (0.0, 0.0):
+                yield Latency(user=peer.user, delay=delay, jitter=jitter)
+
+    def _tell_others(self, peer: Peer, news: ServerControl, outcome: Outcome) -> None:
+        for other in self.peers:
+            if other is not peer and other.session.hears_news:
+                other.session.send(news)
+                outcome.flush.append(other)

@@ -1,0 +1,58 @@
+"""The peers of a room, and the tasks that an event at one of them leaves to the shell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.watch.watcher import Watcher
+
+
+@dataclass(eq=False)
+class Peer:
+    """The client at the other end of one connection.
+
+    Attributes:
+        session: Its half of the protocol; a watcher replaces the session that it began as.
+        user: Number in the room; None before it has joined, and for a watcher.
+        latency: Injected delay and jitter, each way [s].
+        needs_mesh: Whether the resting mesh must be sent next.
+    """
+
+    session: ServerSession | Watcher
+    user: int | None = None
+    latency: tuple[float, float] = (0.0, 0.0)
+    needs_mesh: bool = False
+
+    @property
+    def watches(self) -> bool:
+        """Whether it is a watcher."""
+        return isinstance(self.session, Watcher)
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """A line for the server's log.
+
+    Args:
+        text: Of the line.
+        warning: Whether it tells of a problem.
+    """
+
+    text: str
+    warning: bool = False
+
+
+@dataclass(slots=True)
+class Outcome:
+    """Tasks of the shell after an event.
+
+    Attributes:
+        flush: Peers whose sessions have something to write or to close, in order.
+        delayed: Peers whose injected latency has changed.
+        log: Lines for the log.
+    """
+
+    flush: list[Peer] = field(default_factory=list[Peer])
+    delayed: list[Peer] = field(default_factory=list[Peer])
+    log: list[LogLine] = field(default_factory=list[LogLine])
