@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.errors import CloseCode
 from cohaptic.protocol import (
     ack,

@@ -19,12 +19,12 @@ _MODULES = {
     "fig09": "paper.fig09",
     "fig10": "paper.fig10",
     "fig11": "paper.fig11",
-    "ext2": "users.ext2",
+    "ext2": "users.two_users",
     "delay": "users.delay",
     "crowd": "users.many_users",
     "slide": "sliding.slide_figure",
     "hands": "campaign.hands",
-    "dyad": "dyad.dyad",
+    "dyad": "dyad.comparison",
 }
 EXPERIMENTS = tuple(_MODULES)
 _EXTRA = ("matplotlib", "numba")

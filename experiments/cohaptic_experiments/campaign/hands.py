@@ -17,9 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
-from cohaptic_experiments.campaign.campaign import Variant, Verdicts, play, trace
 from cohaptic_experiments.campaign.rows import OURS, ROWS, SECONDS, WEAK_OFF, Row
 from cohaptic_experiments.campaign.trials import MAX_USERS, Trial, draw, without_coupling
+from cohaptic_experiments.campaign.verdicts import Variant, Verdicts, play, trace
 from cohaptic_experiments.outcome import (
     Check,
     Number,

@@ -23,7 +23,7 @@ from cohaptic.control.proportional_integral import (
     integration_threshold,
     proportional_integral_step,
 )
-from cohaptic.control.stability.room_lag import kept
+from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.config import RELEASE_TIME
 from cohaptic_client.loop.passivity import dissipate, given_share, observe

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
-from cohaptic_experiments.campaign.campaign import Variant
 from cohaptic_experiments.campaign.trials import Trial, draw
+from cohaptic_experiments.campaign.verdicts import Variant
 from cohaptic_experiments.campaign.wide_trials import draw_close, draw_stiff, draw_weak, draw_wide
 
 SECONDS, LONG = 8.0, 40.0  # of haptics per trial

@@ -9,7 +9,7 @@ import numpy as np
 
 from cohaptic.cli.stability_answers import check_period
 from cohaptic.control.law import Law
-from cohaptic.control.stability.room_lag import (
+from cohaptic.control.stability.lag_choice import (
     SHARE,
     coupling_matrix,
     coupling_radius,

@@ -16,7 +16,7 @@ from enum import IntEnum
 
 from cohaptic.control.friction import Compliance3, is_definite
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,

@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,

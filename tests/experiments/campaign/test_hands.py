@@ -14,8 +14,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.passivity import dissipate
-from cohaptic_experiments.campaign import campaign as hands_campaign
-from cohaptic_experiments.campaign.campaign import Variant, judge, play, trace
+from cohaptic_experiments.campaign import verdicts as hands_campaign
 from cohaptic_experiments.campaign.compiled import compiled
 from cohaptic_experiments.campaign.hands import FAR_OFF, RULES, STEP, run
 from cohaptic_experiments.campaign.kernel import (
@@ -34,6 +33,7 @@ from cohaptic_experiments.campaign.trials import (
     no_motion,
     without_coupling,
 )
+from cohaptic_experiments.campaign.verdicts import Variant, judge, play, trace
 from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from cohaptic.control.delay import TOO_LONG, UNKNOWN
 from cohaptic.control.gains import PI_SHARE_K, choose_gains, coupled_stiffness
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG
-from cohaptic.control.stability.room_lag import choose_lag, kept
+from cohaptic.control.room_lag import NO_LAG
+from cohaptic.control.stability.lag_choice import choose_lag, kept
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG, MAX_MARGIN, Geometry
 from cohaptic.protocol.scene import HEAD_SIZE, MAX_USERS, USER_SIZE, Scene, UserRecord

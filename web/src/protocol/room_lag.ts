@@ -1,4 +1,4 @@
-/** What patch and scene say of the room's time, 8 bytes; `RoomLag` in `shared/cohaptic/control/room.py`. */
+/** What patch and scene say of the room's time, 8 bytes; `RoomLag` in `shared/cohaptic/control/room_lag.py`. */
 
 import type { RoomLag } from "../types";
 import { checkRange, type Reader } from "./frame";

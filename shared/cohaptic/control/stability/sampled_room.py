@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import kept
+from cohaptic.control.stability.lag_choice import kept
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 
 Ints = npt.NDArray[np.int64]

@@ -18,7 +18,7 @@ import numpy as np
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import coupling_matrix, coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, lag_needed
 from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 from cohaptic.errors import SettingError

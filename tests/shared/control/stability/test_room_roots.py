@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import lambertw
 
-from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import LARGEST, growth, largest_growth, unknowns
 from cohaptic.control.stability.single_contact import Floats
 from tests.shared.control.stability.rooms import draw

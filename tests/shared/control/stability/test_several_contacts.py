@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import coupling_matrix, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_matrix, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.stability.room_lag import (
+from cohaptic.control.stability.lag_choice import (
     DAMPED_HAND_TIME,
     FULL_BUDGET,
     HAND_TIME,

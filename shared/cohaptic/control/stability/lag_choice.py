@@ -23,7 +23,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from cohaptic.control.room import RoomLag as RoomLag
+from cohaptic.control.room_lag import RoomLag as RoomLag
 from cohaptic.control.stability.single_contact import Floats
 
 # Share of the theorem's rate that is taken, for delays that vary and hands that move.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import choose_lag, coupling_matrix, coupling_radius
+from cohaptic.control.stability.lag_choice import choose_lag, coupling_matrix, coupling_radius
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_experiments.campaign.kernel import (
     EVERY,

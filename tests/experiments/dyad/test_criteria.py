@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cohaptic.control.stability.room_lag import lag_needed
+from cohaptic.control.stability.lag_choice import lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad.criteria import (
     Dyad,
