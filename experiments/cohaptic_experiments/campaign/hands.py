@@ -18,8 +18,10 @@ from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
 from cohaptic_experiments.campaign.rows import OURS, ROWS, SECONDS, WEAK_OFF, Row
+from cohaptic_experiments.campaign.simulation import play, trace
 from cohaptic_experiments.campaign.trials import MAX_USERS, Trial, draw, without_coupling
-from cohaptic_experiments.campaign.verdicts import Variant, Verdicts, play, trace
+from cohaptic_experiments.campaign.variants import Variant
+from cohaptic_experiments.campaign.verdicts import Verdicts
 from cohaptic_experiments.outcome import (
     Check,
     Number,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from cohaptic.control.law import Law
 from cohaptic_experiments.campaign.trials import Trial, draw
-from cohaptic_experiments.campaign.verdicts import Variant
+from cohaptic_experiments.campaign.variants import Variant
 from cohaptic_experiments.campaign.wide_trials import draw_close, draw_stiff, draw_weak, draw_wide
 
 SECONDS, LONG = 8.0, 40.0  # of haptics per trial

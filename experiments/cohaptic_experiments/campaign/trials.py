@@ -25,7 +25,6 @@ MAX_USERS = 8
 APART = 0.04  # m between contacts on the balloon: two diameters of a fingertip
 SLAB_RADIUS = 0.01  # m, of a contact on the slab
 SLAB_SIZE = 0.12  # m, of the square that is touched
-CLEARANCE = 0.01  # m in front of the surface before the press
 STILL = 1e9  # s; a time that does not come
 
 

@@ -14,18 +14,13 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.passivity import dissipate
-from cohaptic_experiments.campaign import verdicts as hands_campaign
+from cohaptic_experiments.campaign import simulation
 from cohaptic_experiments.campaign.compiled import compiled
+from cohaptic_experiments.campaign.hand_motion import CLEARANCE, PRESS_TIME
 from cohaptic_experiments.campaign.hands import FAR_OFF, RULES, STEP, run
-from cohaptic_experiments.campaign.kernel import (
-    CLEARANCE,
-    EVERY,
-    FIGURES,
-    PRESS_TIME,
-    THRESHOLDS,
-    T,
-)
+from cohaptic_experiments.campaign.kernel import EVERY, FIGURES, THRESHOLDS, T
 from cohaptic_experiments.campaign.rows import ROWS, WEAK_OFF, Row
+from cohaptic_experiments.campaign.simulation import play, trace
 from cohaptic_experiments.campaign.trials import (
     MAX_USERS,
     Trial,
@@ -33,7 +28,8 @@ from cohaptic_experiments.campaign.trials import (
     no_motion,
     without_coupling,
 )
-from cohaptic_experiments.campaign.verdicts import Variant, judge, play, trace
+from cohaptic_experiments.campaign.variants import Variant
+from cohaptic_experiments.campaign.verdicts import judge
 from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
@@ -195,7 +191,7 @@ def test_without_its_lag_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> Non
     def none(_trial: Trial, _variant: Variant) -> float:
         return 0.0
 
-    monkeypatch.setattr(hands_campaign, "lag_of", none)
+    monkeypatch.setattr(simulation, "lag_of", none)
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
 
 
