@@ -52,23 +52,23 @@ class ProtocolError(CohapticError):
     """A message broke the rules of `docs/protocol.md`.
 
     Args:
-        what: The message or field at fault.
-        value: What came.
-        limit: What would have been valid.
+        subject: The message or field at fault.
+        value: As received.
+        limit: The values that would have been valid.
         code: How the connection is closed because of it.
     """
 
     def __init__(
-        self, what: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
+        self, subject: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
     ) -> None:
-        super().__init__(what, value, limit, code)
-        self.what = what
+        super().__init__(subject, value, limit, code)
+        self.subject = subject
         self.value = value
         self.limit = limit
         self.code = code
 
     def __str__(self) -> str:
-        return f"{self.what} is {_short(self.value)}; expected {self.limit}"
+        return f"{self.subject} is {_short(self.value)}; expected {self.limit}"
 
 
 class LocalProtocolError(ProtocolError):

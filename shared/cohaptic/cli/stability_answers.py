@@ -1,4 +1,4 @@
-"""What `cohaptic stability` answers for one contact, and for several without their delays."""
+"""Answers of `cohaptic stability` for one contact, and for several contacts without delays."""
 
 from __future__ import annotations
 
@@ -32,7 +32,24 @@ def alone(
     haptic_period: float,
     delay: float,
 ) -> dict[str, Any]:
-    """One contact; raises SettingError."""
+    """Stability of one contact: lifted system, and the closed condition where one applies.
+
+    Args:
+        law: Local model.
+        k_o: Stiffness of the object [N/m].
+        k_h: Gain K_h [N/m].
+        integral_gain: I [N/(m s)].
+        b_o: Damping over the simulation period, eq. (9) [N/m].
+        sim_period: N T [s].
+        haptic_period: T [s].
+        delay: Network round trip beyond one simulation period [s].
+
+    Returns:
+        The fields of the JSON answer.
+
+    Raises:
+        SettingError: A value is outside its limits.
+    """
     for name, value, low in (
         ("k_o", k_o, 1e-9),
         ("k_h", k_h, 0.0),
@@ -51,7 +68,7 @@ def alone(
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
     if law is Law.PREDICTIVE:
-        # With the object's true compliance nothing of its own force is in what it presses on.
+        # The surface is free of the own force, so with the true compliance there is no loop.
         radius = 0.0
     elif law is Law.PI:
         local = integral_model(k_h, integral_gain, haptic_period)
@@ -97,7 +114,22 @@ def area_corners(
 def several(
     law: Law, C: Floats, k_h: Floats, integral_gain: float, sim_period: float, delay: float
 ) -> dict[str, Any]:
-    """Several contacts without their delays; raises SettingError."""
+    """Stability of several contacts, without delay and under any delay; and their safe gains.
+
+    Args:
+        law: Local model of everybody.
+        C: Contact compliance, shape (n, n) [m/N].
+        k_h: Gains to be judged, shape (n,), or () for all [N/m].
+        integral_gain: I of everybody [N/(m s)].
+        sim_period: N T [s].
+        delay: Network round trip, for the safe gains [s].
+
+    Returns:
+        The fields of the JSON answer.
+
+    Raises:
+        SettingError: A value is outside its limits.
+    """
     gains = np.full(len(C), float(k_h)) if k_h.ndim == 0 and C.ndim else k_h
     for name, value in (("integral_gain", integral_gain), ("delay", delay)):
         if not (math.isfinite(value) and value >= 0.0):

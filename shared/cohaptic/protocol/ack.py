@@ -19,10 +19,10 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """What a watcher has, and what it lacks.
+    """The newest scene frame of a watcher, and whether it needs the surface in the next one.
 
     Args:
-        tick: Of the newest scene frame that came; those before it are acknowledged too.
+        tick: Of the newest scene frame received; earlier ones are acknowledged with it.
         wants: 1 for frames with the surface until the next ack, whatever the encoding: Green's
             functions are missing; else 0.
     """

@@ -1,4 +1,4 @@
-"""Client to server, once per simulation period: where the tip is and what the hand feels.
+"""Client to server, once per simulation period: position of the tip, and force on the hand.
 
 State, not an event: the newest replaces every older one.
 """
@@ -28,7 +28,7 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class ContactSample:
-    """The last force given to the device (section 6, step 3) and where that was.
+    """The last force given to the device (section 6, step 3), and the tip's position then.
 
     Args:
         seq: Counts this client's samples from 1.

@@ -1,4 +1,4 @@
-"""Server to client, on a watch connection: who touches where, and the surface if it is wanted.
+"""Server to client, on a watch connection: every user's contact, and the surface if requested.
 
 State, not an event: the newest replaces every older one. Without a surface a frame holds only the
 forces; a page with the Green's functions of the body makes the surface of them itself.
@@ -32,7 +32,7 @@ _BODY = struct.Struct("<IdHHfee")
 _USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
 HEAD_SIZE = HEADER.size + _BODY.size
 USER_SIZE = _USER.size
-MAX_USERS = 256  # those who left fade for a moment, so more than touch at once
+MAX_USERS = 256  # above the largest room, since the forces of users who left fade for a moment
 MAX_CURVATURE = 6e4  # 1/m, of a half float
 MAX_LOOP_DELAY = 1e3  # s
 _SURFACE_FLAG = 0x0001
@@ -49,8 +49,8 @@ class UserRecord:
         user: Its number.
         probe: Tip of its device [m].
         foot: Centre of its pressure on the facets of the *resting* mesh [m].
-        force: That the body carries, as it acts on the hand [N]; the body gets its opposite. It
-            fades when the user lets go.
+        force: On the hand, the opposite of that applied to the body [N]. It fades when the user
+            leaves.
         c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as the next three.
         k_o_coupled: Coupling-aware stiffness [N/m].
         k_h: Gain of its law [N/m].
@@ -61,7 +61,7 @@ class UserRecord:
         geometry: Of its patches.
         presence: Share of its force that the body carries, from 0 to 1.
         curvature: Of its patch, positive where the body bulges [1/m].
-        fresh: Whether its samples still come.
+        fresh: Whether its samples still arrive.
         friction: Whether its force may have a part along the surface.
         x_free: Contact point of the surface without this user's own force [m].
     """
@@ -138,9 +138,9 @@ class Scene:
     Args:
         tick: Simulation tick, from 1.
         t_server: Time of the tick on the server's clock [s].
-        users: Who is there, those too whose force still fades.
+        users: Everybody in the room, and those who left but whose force still fades.
         surface: Displacement of the vertices of the rest mesh; None in a frame of forces only.
-        room: How soon the object answers the others (science 3.8).
+        room: Lag, coupling and margin of the room (science 3.8).
     """
 
     tick: int
