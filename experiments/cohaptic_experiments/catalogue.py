@@ -10,7 +10,7 @@ from importlib import import_module
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic_experiments.outcome import Options, Outcome, Progress
 
-# In the order of the paper, then what goes beyond it; with the module that has each.
+# By name: first those of the paper, in its order, then the others; with the module of each.
 _MODULES = {
     "fig07a": "paper.fig07a",
     "fig07b": "paper.fig07b",
@@ -48,7 +48,7 @@ class Experiment:
     Args:
         name: On the command line.
         title: In one line.
-        run: Does it; raises nothing but CohapticError on purpose.
+        run: Runs it; raises only CohapticError on purpose.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Experiment:
 
 
 def choose(name: str) -> tuple[str, ...]:
-    """The experiments that `name` stands for; raises SettingError with the names that exist."""
+    """The experiments that `name` selects; raises SettingError with the existing names."""
     if name == "all":
         return EXPERIMENTS
     if name not in EXPERIMENTS:

@@ -24,17 +24,17 @@ def all_haptics(
     tails: Floats,
     figures: Floats,
 ) -> None:
-    """`haptics` of many trials side by side; arrays have one more dimension in front.
+    """Run `haptics` for many trials in parallel; arrays have one more leading dimension.
 
     Args:
         law: As in `haptics`, like every other argument that is not named here.
         users: Number of hands of each trial, shape (trials,).
-        C: Padded to the largest room.
-        hands: Same.
-        devices: Same.
-        motions: Same.
-        links: Same.
-        gains: Same.
+        C: Padded with zeros to the largest room.
+        hands: Padded likewise.
+        devices: Padded likewise.
+        motions: Padded likewise.
+        links: Padded likewise.
+        gains: Padded likewise.
         lags: Of the rooms, shape (trials,) [s].
         periods: Simulation periods, shape (trials,) [s].
         seeds: Shape (trials,).

@@ -1,9 +1,10 @@
-"""Haptics of a room of hands, compiled: the functions of client and server at 1 kHz.
+"""One trial of the campaign, compiled: the client's own functions at 1 kHz around a linear room.
 
-Everything else is the shell that those functions live in, linear, each contact in a frame of its
-own (normal and two tangents): hands on springs, samples and patches once per simulation period,
-links with delay, jitter, loss and order, the straight line from patch to patch.
-`tests/experiments/campaign/test_hands.py` lays it beside a session of the real room and client.
+The rest is a simplified shell, with each contact in its own frame (normal and two tangents): hands
+on springs (`hand_motion.py`), one sample and one patch per simulation period over links with delay,
+jitter and loss (`links.py`), the server's limits (`server_tick.py`), and the client's linear ramp
+from patch to patch. `tests/experiments/campaign/test_hands.py` compares it with a session of the
+real room and client.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ from cohaptic_experiments.campaign.links import empty_queue, receive, send
 from cohaptic_experiments.campaign.server_tick import Server, server_tick
 from cohaptic_server.numeric import Floats
 
-T = 1e-3  # s
+T = 1e-3  # s, haptic period
 PROPORTIONAL, PI, PREDICTIVE = 0, 1, 2
-TAIL = 4.0  # s at the end of a trial that are kept
+TAIL = 4.0  # s at the end of a trial whose forces are kept
 EVERY = 10  # periods between kept forces
 FIGURES = 4  # per trial: see `haptics`
 
@@ -57,9 +58,11 @@ for _function in (
 THRESHOLDS = Thresholds()
 LIMITS = SafetyLimits()
 SILENT_AFTER, FADE_TIME, ENGAGE_TIME = 0.1, LIMITS.fade_time, LIMITS.engage_time
-MAX_FORCE = 100.0  # N; what grows shall be seen to grow
+MAX_FORCE = 100.0  # N; far above the devices' limits, so that growing forces are seen to grow
 
 
+# One long function: its state is thirty arrays and scalars, which parts would have to pass on in
+# every period; numba compiles it as one loop.
 @compiled
 def haptics(
     law: int,
@@ -79,13 +82,15 @@ def haptics(
     """One trial.
 
     Args:
-        law: Of everybody.
-        C: Compliance of the contacts, each in its frame, shape (3 n, 3 n) [m/N].
-        hand: Rows mass, damping, stiffness, depth, time of the press, shape (n, 5).
-        device: Rows damping budget, friction, largest stiffness in any direction, shape (n, 3).
-        motion: Rows amplitude, frequency and phase of a tremble; amplitude, frequency of a slow
-            motion, its amplitude sideways; when it lets go and presses again; when it is quiet.
-            Shape (n, 9).
+        law: Of everybody: `PROPORTIONAL`, `PI` or `PREDICTIVE`.
+        C: Compliance of the contacts, each in its own frame, shape (3 n, 3 n) [m/N].
+        hand: Rows mass [kg], damping [N s/m], stiffness [N/m], depth [m], time of the press [s],
+            shape (n, 5).
+        device: Rows damping budget [N s/m], coefficient of friction, largest stiffness in any
+            direction [N/m], shape (n, 3).
+        motion: Rows amplitude [m], frequency [Hz] and phase [rad] of a tremor; amplitude [m] and
+            frequency [Hz] of a slow motion, its amplitude sideways [m]; times of release, second
+            press, and the end of all motion [s]. Shape (n, 9).
         link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
         gains: Rows K_h, I, shape (n, 2).
         lag: Of the room [s].
@@ -94,9 +99,9 @@ def haptics(
         seconds: Of haptics.
         tail: Forces on the hands at the end, written here, shape (k, n) [N].
         figures: Written here, shape (4,): sums over periods and users of the squared damping force
-            and of the squared force [N^2]; the largest change of a force in a period beyond what
-            the hand's own motion and the damping explain [N]; the share of periods in which a
-            force was faded.
+            and of the squared force [N^2]; the largest change of a force in a period that is not
+            explained by the hand's own motion and the damping [N]; the share of periods in which a
+            force was faded by the safety layer.
     """
     n = len(hand)
     np.random.seed(seed)  # noqa: NPY002 -- the generator that numba compiles, one per thread
@@ -245,7 +250,7 @@ def haptics(
                 shown_before[i, a] = shown[a]
                 own_before[i, a] = own[a]
             dent_before[i] = dent
-            # What neither the hand's own motion nor the damping explains.
+            # Change that neither the hand's own motion nor the damping explains.
             step = sub(contact, felt[i])
             if mu > 0.0:
                 # Friction is a share mu of a normal force that the motion changes.

@@ -1,4 +1,4 @@
-"""Runs trials of the campaign `hands` with the compiled kernel."""
+"""Runs trials of the campaign `hands` in the compiled kernel, and has them judged."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def play(
     progress: Callable[[int], None] = lambda _done: None,
     chunk: int = 100,
 ) -> Verdicts:
-    """Run every trial under one variant.
+    """Run and judge every trial under one variant.
 
     Args:
-        trials: To be run.
-        variant: Of everybody.
+        trials: Rooms to be run.
+        variant: Law and devices of everybody.
         seconds: Of haptics per trial.
         progress: Called with the number of trials done, after each chunk.
         chunk: Trials that run side by side between two calls of `progress`.

@@ -1,4 +1,4 @@
-"""Which law and devices a room of the campaign runs, and what the server would choose for it."""
+"""Law and devices of a room of the campaign, and the gains and lag that the server would choose."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_experiments.campaign.trials import Trial
 from cohaptic_server.numeric import Floats
 
-_NO_LIMIT = 1e6  # N/m; a device that is not on trial
+_NO_LIMIT = 1e6  # N/m; stiffness of a device that limits no gain
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What everybody in a room runs.
+    """Law, rule for the gains, and damping of everybody in a room.
 
     Args:
         law: Local model.
         coupled: Whether gains respect the other contacts; False is the paper's rule, by C_ii alone.
-        budget: What the passivity layer may damp on every device; None: what the trial says, which
-            is all of `MAX_DAMPING` where it says nothing [N s/m].
+        budget: Damping budget of every device [N s/m]; None for that of the trial, or `MAX_DAMPING`
+            if it has none.
     """
 
     law: Law
@@ -49,14 +49,14 @@ class Variant:
         return Variant(self.law, self.coupled, 0.0)
 
     def budgets(self, trial: Trial) -> Floats:
-        """What the layer may damp on each device of a trial, shape (n,) [N s/m]."""
+        """Damping budget of each device of a trial, shape (n,) [N s/m]."""
         if self.budget is not None:
             return np.full(len(trial.C), self.budget)
         return np.full(len(trial.C), MAX_DAMPING) if trial.budget is None else trial.budget
 
 
 def gains_of(trial: Trial, variant: Variant) -> list[Gains]:
-    """What the server would choose for everybody of a trial."""
+    """Gains that the server would choose for everybody of a trial."""
     rows = trial.C if variant.coupled else np.diag(np.diag(trial.C))
     limit = np.full(len(trial.C), _NO_LIMIT) if trial.max_stiffness is None else trial.max_stiffness
     return [
@@ -74,7 +74,7 @@ def gains_of(trial: Trial, variant: Variant) -> list[Gains]:
 
 
 def lag_of(trial: Trial, variant: Variant) -> float:
-    """What the server would choose for the room [s]; the paper's laws were made without one."""
+    """Lag that the server would choose for the room [s]; 0 for the paper's laws."""
     if variant.law is not Law.PREDICTIVE:
         return 0.0
     k = trial.gains

@@ -1,4 +1,4 @@
-"""Runs the campaign `hands` and judges every trial: is it stable, and is the force the truth?
+"""Judges trials of the campaign `hands`: stability, and steady forces against the reference.
 
 A trial is unstable when the forces of its last two seconds still swing (by more than 5 % of its
 largest force, a straight line apart) and swing hardly less than in the two seconds before. A force
@@ -26,7 +26,7 @@ SLOW = 0.05  # error of a force from which a room that does not swing counts as 
 
 @dataclass(frozen=True, eq=False)
 class Verdicts:
-    """Of every trial under one variant.
+    """Verdicts on every trial under one variant.
 
     Args:
         unstable: Shape (trials,).
@@ -38,8 +38,8 @@ class Verdicts:
         errors: Of every user of every stable trial without friction.
         users: Size of the room of each of `errors`.
         damping: RMS of the passivity layer's force over that of the law's, shape (trials,).
-        step: Largest change of a force in a period beyond what the hand's own motion and the
-            damping explain, shape (trials,) [N].
+        step: Largest change of a force in a period that is not explained by the hand's own
+            motion and the damping, shape (trials,) [N].
         faded: Share of periods in which a force was faded, shape (trials,).
         lag: Of the rooms, shape (trials,) [s].
     """
@@ -60,28 +60,29 @@ class Verdicts:
 def judge(
     trials: Sequence[Trial], tails: Floats, figures: Floats, lags: Floats | None = None
 ) -> Verdicts:
-    """Verdicts on trials.
+    """Judge trials.
 
     Args:
-        trials: That were played.
-        tails: Forces at their end, shape (trials, k, users) [N].
-        figures: As `hands_kernel.haptics` writes them, shape (trials, 4).
-        lags: Of the rooms, shape (trials,) [s]; None where there is none.
+        trials: The rooms.
+        tails: Forces at the end of each, shape (trials, k, users) [N].
+        figures: As `kernel.haptics` writes them, shape (trials, 4).
+        lags: Of the rooms, shape (trials,) [s]; None for rooms without lag.
     """
     half = tails.shape[1] // 2
-    truths = [trial.truth for trial in trials]
-    largest = np.array([truth.max() for truth in truths])
+    references = [trial.reference for trial in trials]
+    largest = np.array([reference.max() for reference in references])
     now, before = _swing(tails[:, half:]) / largest, _swing(tails[:, :half]) / largest
     unstable = (now > SWING) & (now > DECAY * before)
     steady = tails[:, -(tails.shape[1] // 8) :].mean(axis=1)
     error = np.zeros(len(trials))
     errors: list[float] = []
     users: list[int] = []
-    for t, (trial, truth) in enumerate(zip(trials, truths, strict=True)):
+    for t, (trial, reference) in enumerate(zip(trials, references, strict=True)):
         if trial.friction is not None and trial.friction.any():
             continue
-        n = len(truth)
-        relative = np.abs(steady[t, :n] - truth) / np.maximum(truth, SMALL * largest[t])
+        n = len(reference)
+        error_of_force = np.abs(steady[t, :n] - reference)
+        relative = error_of_force / np.maximum(reference, SMALL * largest[t])
         error[t] = relative.max()
         if not unstable[t]:
             errors += relative.tolist()

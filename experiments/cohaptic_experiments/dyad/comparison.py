@@ -1,7 +1,7 @@
 """Two users whose hands move, and three who hold still: how much lag is needed, by whom.
 
 Held still, two users need none: S_12 < 1, since an elastic body stores energy (science 3.8). What
-two hands need because they move is compared by the criteria of `dyad_criteria`, over the delay, the
+two hands need because they move is compared by the criteria of `criteria.py`, over the delay, the
 coupling and the ratio of both delays. Three close users are the first who need a lag at rest: there
 the theorem's edge stands beside the exact one (`held_edges`), over the ratio of their delays.
 """

@@ -18,6 +18,7 @@ from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError, one_line
 
 
+# Above 60 lines because typer takes each option with its help from the signature.
 def stability(
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact, N/m.")] = 200,

@@ -50,7 +50,7 @@ def alone(
     Raises:
         SettingError: A value is outside its limits.
     """
-    for name, value, low in (
+    check_at_least(
         ("k_o", k_o, 1e-9),
         ("k_h", k_h, 0.0),
         ("integral_gain", integral_gain, 0.0),
@@ -58,9 +58,7 @@ def alone(
         ("haptic period", haptic_period, 1e-6),
         ("simulation period", sim_period, haptic_period),
         ("delay", delay, 0.0),
-    ):
-        if not (math.isfinite(value) and value >= low):
-            raise SettingError(name, value, f"a finite number of at least {low:g}")
+    )
     rate_ratio = round(sim_period / haptic_period)
     samples = round(delay / haptic_period)
     if rate_ratio * haptic_period > 10.0 or samples > 10_000:
@@ -80,20 +78,22 @@ def alone(
         radius = lifted_radius(proportional_model(k_h), body, rate_ratio, samples)
         if samples == 0 or b_o == 0.0:
             closed = proportional_is_stable(k_h, k_o, b_o)
-    felt = {
-        Law.PROPORTIONAL: k_h * k_o / (k_h + k_o),  # eq. (11)
-        Law.PI: k_o,
-        Law.PREDICTIVE: min(k_h, k_o),
-    }[law]
     return {
         "law": law.value,
         "stable": radius < 1.0,
         "spectral_radius": radius,
         "closed_condition": closed,
-        "felt_stiffness": felt,
+        "felt_stiffness": _felt(law, k_o, k_h),
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }
+
+
+def _felt(law: Law, k_o: float, k_h: float) -> float:
+    """Stiffness that the hand feels in the steady state [N/m]."""
+    if law is Law.PI:
+        return k_o
+    return min(k_h, k_o) if law is Law.PREDICTIVE else k_h * k_o / (k_h + k_o)  # eq. (11)
 
 
 def area_corners(
@@ -131,9 +131,7 @@ def several(
         SettingError: A value is outside its limits.
     """
     gains = np.full(len(C), float(k_h)) if k_h.ndim == 0 and C.ndim else k_h
-    for name, value in (("integral_gain", integral_gain), ("delay", delay)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise SettingError(name, value, "a finite number of at least 0")
+    check_at_least(("integral_gain", integral_gain, 0.0), ("delay", delay, 0.0))
     check_period(sim_period)
     judged = couple(
         C, gains, law, integral_gain=integral_gain, simulation_period=sim_period, delay=delay
@@ -154,6 +152,17 @@ def several(
     if law is Law.PREDICTIVE:
         answer |= {"coupling": judged.coupling, "lag_needed": judged.lag_needed}
     return answer
+
+
+def check_at_least(*values: tuple[str, float, float]) -> None:
+    """Raise SettingError at the first value that is not finite or below its least one.
+
+    Args:
+        *values: Name, value and least value of each.
+    """
+    for name, value, least in values:
+        if not (math.isfinite(value) and value >= least):
+            raise SettingError(name, value, f"a finite number of at least {least:g}")
 
 
 def check_period(sim_period: float) -> None:

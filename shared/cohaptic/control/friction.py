@@ -140,6 +140,7 @@ def stretch_of(force: Vec3, normal: Vec3, C: Compliance3) -> Vec3:
     return sub(scale(normal, dot(moved, normal)), moved)
 
 
+# Above 60 lines: the steps share a dozen scalars, and a call costs a part of the haptic period.
 def friction_step(
     state: FrictionState,
     moved: Vec3,

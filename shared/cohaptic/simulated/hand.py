@@ -156,7 +156,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class HandScript:
-    """Where round a body a simulated hand stands, and what it does there.
+    """Position of a simulated hand round a body, and its intention there.
 
     Args:
         angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].

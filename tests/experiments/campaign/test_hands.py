@@ -150,7 +150,7 @@ def test_trials_are_rooms_of_the_published_ranges(seed: int, index: int) -> None
     assert 20.0 <= 1.0 / trial.simulation_period <= 100.0
     assert (draw(seed, index).C == trial.C).all()
     # Equilibrium: pressed tips on the surface, the others off it.
-    f = trial.truth
+    f = trial.reference
     gap = (trial.C + np.diag(1.0 / trial.stiffness)) @ f - trial.depth
     assert (f >= 0.0).all()
     assert gap[f > 0.0] == pytest.approx(0.0, abs=1e-9)
@@ -160,7 +160,7 @@ def test_trials_are_rooms_of_the_published_ranges(seed: int, index: int) -> None
 def test_a_swing_is_unstable_and_a_creep_is_not() -> None:
     trials = [draw(0, i) for i in range(3)]
     t = np.linspace(0.0, 4.0, 400)[:, None]
-    top = max(trial.truth.max() for trial in trials)
+    top = max(trial.reference.max() for trial in trials)
     tails = np.zeros((3, 400, MAX_USERS))
     tails[0] += top * (1.0 + 0.2 * np.sin(9.0 * t))  # goes on
     tails[1] += top * (1.0 + 0.5 * np.exp(-1.0 * t) * np.sin(9.0 * t))  # dies out

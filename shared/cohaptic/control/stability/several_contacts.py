@@ -99,17 +99,7 @@ def couple(
     n = len(C)
     if k_h.shape != (n,) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
         raise SettingError("k_h", k_h.tolist(), f"{n} gains of at least 0 N/m")
-    safe = [
-        choose_gains(
-            law,
-            row,
-            i,
-            max_stiffness=max_stiffness,
-            loop_delay=simulation_period + delay,
-            simulation_period=simulation_period,
-        )
-        for i, row in enumerate(C.tolist())
-    ]
+    safe = _safe_gains(C, law, simulation_period, delay, max_stiffness)
     no_delay = np.ones(n, dtype=np.int64)
     gains = [Gains(k, integral_gain) for k in k_h.tolist()]
     m = None
@@ -131,6 +121,23 @@ def couple(
         coupling=m,
         lag_needed=None if m is None else lag_needed(m, longest_delay),
     )
+
+
+def _safe_gains(
+    C: Floats, law: Law, simulation_period: float, delay: float, max_stiffness: float
+) -> list[Gains]:
+    """Gains that the server would choose for each user; arguments as in `couple`."""
+    return [
+        choose_gains(
+            law,
+            row,
+            i,
+            max_stiffness=max_stiffness,
+            loop_delay=simulation_period + delay,
+            simulation_period=simulation_period,
+        )
+        for i, row in enumerate(C.tolist())
+    ]
 
 
 def _felt(gains: Gains, c_ii: float, law: Law) -> float:
