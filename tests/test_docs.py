@@ -192,6 +192,7 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_goals.py": "measured goals of the stream",
     "tests/server/room/watch/test_serving.py": "over real sockets",
     "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
+    "tests/shared/control/test_friction_material.py": "friction, on material that others move",
     "tests/shared/protocol/test_vectors.py": "writes what the page's wire is checked against",
 }
 
