@@ -1,4 +1,4 @@
-"""What hypothesis draws from in several tests."""
+"""Hypothesis strategies that several tests use."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ contact_samples = st.builds(
     force=vectors(100.0),
 )
 
-# What 16 bits say of a room.
+# Values of a room that survive 16 bits.
 rooms = st.builds(
     RoomLag,
     lag=floats(0.0, MAX_LAG),

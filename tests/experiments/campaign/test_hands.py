@@ -1,4 +1,4 @@
-"""The campaign's shell beside the real one, and what the campaign says."""
+"""The campaign's simplified room against the real room and client, and the campaign's verdicts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def two_on_a_plate(law: Law, delay: float) -> Trial:
 
 @pytest.mark.parametrize("law", Law)
 @pytest.mark.parametrize("delay", [0.0, 0.08])
-def test_the_campaign_does_what_the_real_room_and_client_do(law: Law, delay: float) -> None:
+def test_the_campaign_agrees_with_the_real_room_and_client(law: Law, delay: float) -> None:
     trial, seconds = two_on_a_plate(law, delay), 6.0
     session = VirtualSession(Spring(SpringSettings(k_o=300.0)))
     users = [
@@ -204,7 +204,7 @@ def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))
 @settings(max_examples=50, deadline=None)
-def test_the_wide_ensemble_is_what_it_says(seed: int, index: int) -> None:
+def test_the_wide_ensemble_is_as_described(seed: int, index: int) -> None:
     trial = draw_wide(seed, index, 40.0)
     assert np.linalg.eigvalsh(trial.C).min() > 0.0
     assert 50.0 * 0.99 <= 1.0 / np.diag(trial.C).mean() <= 10_000.0 * 1.01
@@ -212,7 +212,7 @@ def test_the_wide_ensemble_is_what_it_says(seed: int, index: int) -> None:
     assert trial.budget is not None
     assert ((trial.max_stiffness >= 500.0) & (trial.max_stiffness <= 5000.0)).all()
     assert set(trial.budget.tolist()) <= set(BUDGETS)
-    # Colgate: the device renders what it renders because it damps K T / 2 by itself.
+    # Colgate: a device that renders K stably has physical damping of at least K T / 2.
     assert (trial.damping >= 0.3 + 0.5 * trial.max_stiffness * T).all()
     assert (trial.jitter <= 0.4).all()
     assert (draw_wide(seed, index, 40.0).motion == trial.motion).all()

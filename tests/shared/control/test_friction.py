@@ -77,7 +77,7 @@ def test_while_it_sticks_tip_and_contact_move_alike(
 
 
 @given(vectors(0.0001), vectors(0.0001), normals, forces, compliances(), mus, shares)
-def test_after_a_slip_the_stretch_is_what_friction_holds(
+def test_after_a_slip_friction_holds_the_stretch(
     first: Vec3, second: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
 ) -> None:
     """Standing still then changes nothing."""
@@ -131,7 +131,7 @@ def test_without_contact_or_friction_there_is_none() -> None:
         Compliance3(0.004, 0.004, 0.004, 0.01, 0.0, 0.0),
     ],
 )
-def test_what_is_no_bodys_compliance_makes_no_friction(C: Compliance3) -> None:
+def test_a_matrix_that_is_no_compliance_gives_no_friction(C: Compliance3) -> None:
     """A server that is wrong, or worse: a spring that pushes on would make energy."""
     assert rub(NO_FRICTION, (0.001, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, C, 0.5) == NO_FRICTION
 
@@ -175,7 +175,7 @@ def test_the_force_tells_how_far_the_tip_is_from_its_material(
 
 
 @given(vectors(20.0), normals, forces)
-def test_what_a_client_calls_friction_is_bounded(force: Vec3, n: Vec3, f_n: float) -> None:
+def test_the_friction_of_a_client_is_bounded(force: Vec3, n: Vec3, f_n: float) -> None:
     along = tangential(force, n, f_n)
     assert abs(dot(along, n)) <= 1e-9 * (1.0 + norm(force))
     assert norm(along) <= MAX_FRICTION * f_n * (1.0 + 1e-9)

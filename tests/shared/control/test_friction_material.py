@@ -43,7 +43,7 @@ def test_material_that_goes_is_a_hand_that_goes_the_other_way(
     assert again.force == pytest.approx(dragged.force, rel=1e-6, abs=1e-9)
 
 
-def test_five_millimetres_of_material_are_what_science_says() -> None:
+def test_five_millimetres_of_material_give_the_force_of_science_3_10() -> None:
     """3.10: 4.9 mm sideways under a hand that sticks are about 0.63 N, not zero."""
     C = Compliance3(0.0078, 0.0078, 0.004, 0.0, 0.0, 0.0)
     n = (0.0, 0.0, 1.0)

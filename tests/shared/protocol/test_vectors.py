@@ -51,7 +51,7 @@ FOLDER = Path(__file__).parents[2] / "vectors"
 
 
 @pytest.mark.parametrize("kind", ["contact_sample", "patch", "ack"])
-def test_the_written_frames_are_what_we_send(kind: str) -> None:
+def test_the_written_frames_are_those_we_send(kind: str) -> None:
     written = json.loads((FOLDER / f"{kind}.json").read_text())
     # Through JSON, so that tuples and lists compare.
     assert written == json.loads(as_json(binary_vectors()[kind]))
@@ -91,7 +91,7 @@ def test_the_written_traversals_are_ours() -> None:
     assert written == json.loads(json.dumps(traversal_vectors()))
 
 
-def test_the_written_control_messages_are_what_we_send_and_understand() -> None:
+def test_the_written_control_messages_are_those_we_send_and_understand() -> None:
     written = json.loads((FOLDER / "control.json").read_text())
     assert written == control_vectors()
     for vector in written:
