@@ -32,7 +32,9 @@ from cohaptic.control.stability.single_contact import Floats
 # phase over the delay: 4.7 per wavelength, where Chebyshev collocation needs pi.
 BASE, PER_RADIAN = 8, 0.75
 LARGEST = 1200  # most unknowns of a discretised room; its eigenvalues take about two seconds
-CANDIDATES = 8  # most eigenvalues that are refined; the rightmost root is nearly always the first
+CANDIDATES = (
+    8  # most eigenvalues that are refined, from the right; the rightmost root is among them
+)
 SMALL = 1e-6  # share of the longest time constant below which a delay needs no grid
 
 
@@ -44,7 +46,7 @@ def growth(S: Floats, delays: Floats, lag: float) -> float:
     be too large; then it is the upper bound `largest_growth`.
 
     Args:
-        S: Symmetric, `room_lag.coupling_matrix`, shape (n, n).
+        S: Symmetric, `lag_choice.coupling_matrix`, shape (n, n).
         delays: T_i of each row, at least 0, shape (n,) [s].
         lag: tau, 0 for none [s].
 
