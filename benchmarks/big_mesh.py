@@ -1,4 +1,4 @@
-"""A ring of soft tissue to measure with: fine at its surface, coarse inside, of any size.
+"""A ring of soft tissue for benchmarks: fine at its surface, coarse inside, of several sizes.
 
     python benchmarks/big_mesh.py [--thousands 137] [--json FILE]
 
@@ -27,7 +27,7 @@ SIZES = {1: (20, 12), 5: (32, 20), 20: (72, 32), 137: (160, 96)}
 
 
 def solid(thousands: int) -> Solid:
-    """The ring of that many thousand tetrahedra as a body: linear ones, soft tissue."""
+    """The ring of so many thousand linear tetrahedra, as a body of soft tissue."""
     mesh = ring(*SIZES[thousands])
     return Solid(mesh, held(mesh), SolidSettings(order=1), name=f"ring of {len(mesh.tets)}")
 

@@ -1,4 +1,4 @@
-"""Ticks that a server misses while eight simulated users touch a large solid, by the minute.
+"""Missed ticks of a server per minute, while eight simulated users touch a large solid.
 
     python benchmarks/eight_users.py [--minutes 3] [--users 8] [--whole [--loop-hz 1000]] [--json
     FILE]

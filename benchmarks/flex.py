@@ -1,4 +1,4 @@
-"""MuJoCo's flex beside our solid: the same tetrahedra, the same touch.
+"""MuJoCo's flex beside our solid, with the same tetrahedra and the same contacts.
 
     pip install "cohaptic[bench]"
     python benchmarks/flex.py [--thousands 1 5 20] [--users 1 8] [--step 0.0167] [--models FOLDER]
@@ -90,7 +90,7 @@ class TooLarge(Exception):
 
 
 def library() -> Any:
-    """MuJoCo, its warnings counted and not printed, or a word on how to get it."""
+    """MuJoCo, with warnings counted instead of printed; exits with advice if it is missing."""
     try:
         mujoco = importlib.import_module("mujoco")
         mujoco.set_mju_user_warning(str)
@@ -102,7 +102,7 @@ def library() -> Any:
 
 
 def compiled(thousands: int, body: Solid, folder: Path | None = None) -> Any:
-    """A ring as MuJoCo's model, with balls that touch nothing yet, from `folder` if it is there."""
+    """A ring as MuJoCo's model with balls not yet in contact, from `folder` if it is kept there."""
     mujoco = library()
     kept = folder / f"ring{thousands}-{mujoco.__version__}.mjb" if folder else None
     if kept is not None and kept.exists():

@@ -47,7 +47,7 @@ def body(along: int, across: int) -> RubberSolid:
 
 
 def ticks(solid: RubberSolid, count: int) -> list[float]:
-    """Seconds of each tick."""
+    """Processor time of each tick [s]."""
     state, forces = WorldState(), [(0.0, 0.0, 0.0)] * 2
     spent: list[float] = []
     for tick in range(count):

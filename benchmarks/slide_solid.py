@@ -1,4 +1,4 @@
-"""Steps of the force on a finger that slides over 150,000 tetrahedra, while columns come.
+"""Steps of the force on a finger that slides over 150,000 tetrahedra, while columns arrive.
 
     python benchmarks/slide_solid.py [--json FILE]
 

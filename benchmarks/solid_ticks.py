@@ -54,7 +54,7 @@ class Ticks:
 
 @contextmanager
 def served(thousands: int) -> Generator[tuple[Solid, ColumnWorker]]:
-    """A ring as it is while a server runs."""
+    """A ring with its column worker, as on a running server."""
     body = solid(thousands)
     worker = ColumnWorker(body)
     worker.start()
@@ -135,7 +135,7 @@ def _needed(body: Solid, state: WorldState, reach: float) -> int:
 
 
 def _model(thousands: int, body: Solid, models: Path | None) -> Any:
-    """MuJoCo's, if it is asked for and can be had."""
+    """MuJoCo's model of a ring; None if not requested or too large."""
     try:
         return compiled(thousands, body, models) if models is not None else None
     except TooLarge as error:

@@ -1,4 +1,4 @@
-"""Experiments by name. Another one is a module with `NAME`, `TITLE` and `run`, and a line here."""
+"""Experiments by name. A new one is a module with `NAME`, `TITLE`, `run`, and an entry below."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def choose(name: str) -> tuple[str, ...]:
 
 
 def load(name: str) -> Experiment:
-    """Import an experiment; only now are its libraries needed."""
+    """Import an experiment, which needs the libraries of the extra `experiments`."""
     with extra_libraries():
         module = import_module(f"cohaptic_experiments.{_MODULES[name]}")
     return Experiment(module.NAME, module.TITLE, module.run)

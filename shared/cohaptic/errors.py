@@ -72,11 +72,11 @@ class ProtocolError(CohapticError):
 
 
 class LocalProtocolError(ProtocolError):
-    """This side tried to break the protocol: a bug here."""
+    """A message of this side would break the protocol: a bug on this side."""
 
 
 class RemoteProtocolError(ProtocolError):
-    """The peer broke the protocol; its session ends, nobody else's does."""
+    """The peer broke the protocol; only its own session ends."""
 
 
 class DeviceError(CohapticError):
@@ -126,11 +126,11 @@ class LinkOverflow(CohapticError):
 
 
 def one_line(text: str, limit: int = 120) -> str:
-    """Text that a stranger may have chosen, fit for a terminal and a log."""
+    """Text from a peer, cut to one printable line for a terminal and a log."""
     line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
     return line if len(line) <= limit else line[:limit] + "..."
 
 
 def _short(value: object) -> str:
-    """One line of a value that a stranger may have chosen."""
+    """One line of a value from a peer."""
     return one_line(repr(value), 60)

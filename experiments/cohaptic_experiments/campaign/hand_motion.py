@@ -1,4 +1,4 @@
-"""Where the hands of the compiled room want to be: press, tremble, slide, let go, press again."""
+"""Intended motion of the compiled room's hands: press, tremor, slide, release, second press."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CLEARANCE = 0.01  # m in front of the surface before the press
 
 @compiled
 def intended(hand: Floats, motion: Floats, now: float) -> tuple[float, float]:
-    """Where a hand wants its tip to be: height over the resting surface, and sideways [m].
+    """Intended position of a tip: height over the resting surface, and sideways [m].
 
     Args:
         hand: One row of `kernel.haptics`' argument of that name.

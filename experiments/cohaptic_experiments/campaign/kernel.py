@@ -79,7 +79,7 @@ def haptics(
     tail: Floats,
     figures: Floats,
 ) -> None:
-    """One trial.
+    """Run one trial.
 
     Args:
         law: Of everybody: `PROPORTIONAL`, `PI` or `PREDICTIVE`.

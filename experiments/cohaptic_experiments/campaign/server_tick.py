@@ -17,7 +17,7 @@ for _function in (kept, behind, level, bounded, shares_of_change):
 
 
 class Server(NamedTuple):
-    """What the server knows of n users; each contact in its own frame, normal first.
+    """The server's state of n users; each contact in its own frame, normal first.
 
     Fields:
         compliance: C of the contacts, shape (3 n, 3 n) [m/N].

@@ -37,7 +37,7 @@ def no_motion(n: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One room.
+    """One room: hands, object, devices and links.
 
     Args:
         object: `balloon` or `slab`.

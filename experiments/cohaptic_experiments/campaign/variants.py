@@ -38,7 +38,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """For tables."""
+        """Name in tables."""
         if self.budget is None:
             return f"{self.rule} + passivity"
         return self.rule if self.budget == 0.0 else f"{self.rule} + {self.budget:g} N s/m"

@@ -138,7 +138,7 @@ def _trio(c: float, ratios: Floats, progress: Progress) -> Curves:
 def _checks(
     dyads: tuple[Curves, Curves], shares: Floats, trio: Mapping[float, Curves]
 ) -> tuple[Check, ...]:
-    """Nothing that a criterion calls stable is not, and the theorem is exact where it says so."""
+    """No criterion calls an unstable dyad stable, and the theorem is exact for equal delays."""
     crossed = max(float((d[ROOTS] - d[CROSSINGS]).max()) for d in dyads)
     unlike = by_roots(_dyad(0.9, 0.05, 0.25)) / by_roots(_dyad(0.9, 0.15, 0.15))
     free = (Hand(0.3, 3.0, 0.0, 1.0), Hand(0.4, 5.0, 0.0, 1.0))

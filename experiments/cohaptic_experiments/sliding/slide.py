@@ -88,7 +88,7 @@ class Way:
 
 
 class GuidedHand:
-    """A device whose tip goes a given way: stiffer than any force.
+    """A device whose tip follows a given path under any force.
 
     Args:
         way: Of the tip; its time starts with the first `read`.
@@ -109,10 +109,10 @@ class GuidedHand:
         return DeviceSample(position, (velocity[0], velocity[1], velocity[2]))
 
     def write(self, force: Vec3) -> None:
-        """No force moves it."""
+        """Ignore the force."""
 
     def close(self) -> None:
-        """Nothing to let go."""
+        """Nothing to release."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,7 +220,7 @@ def true_forces(body: Body, tips: list[Vec3]) -> Floats:
 
 
 def _ease(s: float) -> float:
-    """From 0 to 1 without a corner at either end."""
+    """Smoothstep from 0 to 1, with zero slope at both ends."""
     s = min(1.0, max(0.0, s))
     return s * s * (3.0 - 2.0 * s)
 

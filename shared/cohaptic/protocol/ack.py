@@ -1,4 +1,4 @@
-"""Client to server, on a watch connection: a scene frame has come and is drawn.
+"""Client to server, on a watch connection: a scene frame was received and drawn.
 
 The server keeps at most two frames unacknowledged, so a page that falls behind gets fewer frames
 and never older ones, and a page that stopped is noticed.
@@ -38,7 +38,7 @@ class Ack:
 
     @classmethod
     def decode(cls, data: bytes) -> Ack:
-        """The ack in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The ack in a frame; raises RemoteProtocolError for any invalid bytes."""
         open_frame(data, FrameKind.ACK, SIZE)
         ack = cls(*_BODY.unpack_from(data, HEADER.size))
         ack._check(remote=True)

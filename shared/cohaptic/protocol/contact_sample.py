@@ -52,7 +52,7 @@ class ContactSample:
 
     @classmethod
     def decode(cls, data: bytes) -> ContactSample:
-        """The sample in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The sample in a frame; raises RemoteProtocolError for any invalid bytes."""
         open_frame(data, FrameKind.CONTACT_SAMPLE, SIZE)
         seq, tick, t, *v = _BODY.unpack_from(data, HEADER.size)
         sample = cls(seq, tick, t, (v[0], v[1], v[2]), (v[3], v[4], v[5]))

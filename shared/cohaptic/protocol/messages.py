@@ -1,4 +1,4 @@
-"""Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
+"""Handshake and control messages: rare, as JSON text; events in order, never dropped.
 
 client -> server    hello, set_law, bye
 server -> client    welcome, user_joined, user_left, error
@@ -158,7 +158,7 @@ class UserLeft(ControlMessage):
 
 
 class Error(ControlMessage):
-    """Why the server ends this session; the close follows."""
+    """Reason for which the server ends this session; the close follows."""
 
     type: Literal["error"] = "error"
     code: int

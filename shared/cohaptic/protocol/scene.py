@@ -133,7 +133,7 @@ class UserRecord:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Everybody's hands at one tick.
+    """All users at one tick, with the surface if requested.
 
     Args:
         tick: Simulation tick, from 1.
@@ -161,7 +161,7 @@ class Scene:
 
     @classmethod
     def decode(cls, data: bytes, traversal: Traversal) -> Scene:
-        """The scene in a frame; raises RemoteProtocolError, whatever the bytes.
+        """The scene in a frame; raises RemoteProtocolError for any invalid bytes.
 
         Args:
             data: The frame.
@@ -186,7 +186,7 @@ class Scene:
 def encode_scene(
     tick: int, t_server: float, room: RoomLag, records: bytes, surface: bytes
 ) -> bytes:
-    """A frame from its parts, encoded before: one surface serves many frames.
+    """A frame from encoded parts, so that one encoded surface serves many frames.
 
     Args:
         tick: Simulation tick.

@@ -56,7 +56,7 @@ class Watch(ControlMessage):
 
 
 class SetView(ControlMessage):
-    """Other scene frames from now on.
+    """Change encoding and rate of the scene frames.
 
     Args:
         encoding: As in `watch`.

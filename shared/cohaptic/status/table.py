@@ -36,7 +36,7 @@ class _Column(NamedTuple):
 
     @property
     def wide(self) -> int:
-        """Characters that it takes."""
+        """Width [characters]."""
         return max(self.least, cell_len(self.head), *(cell.cell_len for cell in self.cells))
 
 
@@ -96,7 +96,7 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
 
 
 def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
-    """Every column, in the order in which they stand."""
+    """Every column, from left to right."""
 
     def column(head: str, rank: int, least: int, cells: Sequence[str]) -> _Column:
         return _Column(head, rank, least, [Text(cell) for cell in cells])
@@ -123,7 +123,7 @@ def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
 
 
 def _wide(columns: Sequence[_Column]) -> int:
-    """Characters that a table of these columns takes."""
+    """Width of a table of these columns [characters]."""
     # A space on either side of a cell, the box between two, and its edges.
     return sum(column.wide for column in columns) + 3 * (len(columns) - 1) + 2
 
