@@ -271,6 +271,4 @@ def haptics(
                 next_send[i] += simulation_period
                 due = now + link[i, 0] + link[i, 2] * np.random.random()  # noqa: NPY002
                 if np.random.random() >= link[i, 3]:  # noqa: NPY002
-                    slot = send(up, i, due)
-                    for a in range(3):
-                        up.payload[i, slot, a] = contact[a]
+                    send(up, i, due, contact)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cohaptic.vec import Vec3
 from cohaptic_experiments.campaign.compiled import compiled
 from cohaptic_server.numeric import Floats, Ints
 
@@ -48,19 +49,21 @@ def empty_queue(users: int, numbers: int) -> Queue:
 
 
 @compiled
-def send(queue: Queue, user: int, due: float) -> int:
-    """Enqueue a message; returns the slot into which the caller writes its payload.
+def send(queue: Queue, user: int, due: float, payload: Floats | Vec3) -> None:
+    """Enqueue a message.
 
     Args:
         queue: Links of all users.
         user: Index of the link.
         due: Time of arrival, raised to that of the message before so that order is kept [s].
+        payload: Its numbers.
     """
     slot = queue.pushed[user] % SLOTS
     queue.latest[user] = max(queue.latest[user], due)
     queue.due[user, slot] = queue.latest[user]
+    for a in range(len(payload)):
+        queue.payload[user, slot, a] = payload[a]
     queue.pushed[user] += 1
-    return int(slot)
 
 
 @compiled

@@ -73,12 +73,12 @@ def server_tick(
         due = now + link[i, 1] + link[i, 2] * np.random.random()  # noqa: NPY002
         if np.random.random() < link[i, 3]:  # noqa: NPY002
             continue
-        slot = send(down, i, due)
+        patch = np.zeros(6)
         for a in range(3):
             moved = 0.0
             for j in range(n):
                 if j != i:
                     for b in range(3):
                         moved -= server.compliance[3 * i + a, 3 * j + b] * server.applied[j, b]
-            down.payload[i, slot, a] = moved
-            down.payload[i, slot, 3 + a] = server.applied[i, a]
+            patch[a], patch[3 + a] = moved, server.applied[i, a]
+        send(down, i, due, patch)
