@@ -1,9 +1,10 @@
-"""Ticks that a server misses while eight simulated users touch a large solid, by the minute.
+"""Missed ticks of a server per minute, while eight simulated users touch a large solid.
 
-    python benchmarks/eight_users.py [--minutes 3] [--users 8] [--whole [--loop-hz 1000]]
+    python benchmarks/eight_users.py [--minutes 3] [--users 8] [--whole [--loop-hz 1000]] [--json
+    FILE]
 
-A ring of 150,000 tetrahedra and 16,900 surface vertices is served at 60 Hz. Users are what a server
-sees of them (`light_users.py`), as their haptic loops run on their own machines; with `--whole`
+A ring of 150,000 tetrahedra and 16,900 surface vertices is served at 60 Hz. Users are connections
+without haptic loops (`light_users.py`), since those run on the users' own machines; with `--whole`
 each is a `cohaptic touch` with its loop at 1 kHz on this one, where eight loops take most of a
 core and go before the server. A minute counts once everybody is there. A tick is missed when the
 one before ended after it was due.
@@ -22,6 +23,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+import json_report
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -30,14 +32,12 @@ from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
-_SETTLE = 5.0  # s after the last user came
+_SETTLE = 5.0  # s after the last user has joined
 
 
 def main() -> None:
     """Print one line for each minute, and the median."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = json_report.parser(__doc__)
     parser.add_argument("--minutes", type=int, default=3)
     parser.add_argument("--minute", type=float, default=60.0, help="length of one in seconds")
     parser.add_argument("--users", type=int, default=8)
@@ -49,11 +49,13 @@ def main() -> None:
     mesh = ring(176, 96)
     body = Solid(mesh, fixed(mesh), SolidSettings(order=1), name="ring")
     print(f"{len(mesh.tets):,} tetrahedra, {len(body.mesh.vertices):,} vertices of surface")
+    results: list[json_report.Result] = []
     with threadpool_limits(limits=1):
-        asyncio.run(_serve(body, args))
+        asyncio.run(_serve(body, args, results))
+    json_report.write(args, results)
 
 
-async def _serve(body: Solid, args: argparse.Namespace) -> None:
+async def _serve(body: Solid, args: argparse.Namespace, results: list[json_report.Result]) -> None:
     worker = ColumnWorker(body)
     server = CohapticServer(body, ServerSettings(port=0))
     url = await server.start()
@@ -67,7 +69,7 @@ async def _serve(body: Solid, args: argparse.Namespace) -> None:
             while len(server.room.members) < args.users:
                 await asyncio.sleep(0.5)
             await asyncio.sleep(_SETTLE)
-            await _minutes(server, args)
+            await _minutes(server, args, results)
         finally:
             for person in people:
                 person.terminate()
@@ -78,7 +80,9 @@ async def _serve(body: Solid, args: argparse.Namespace) -> None:
                 person.wait()
 
 
-async def _minutes(server: CohapticServer, args: argparse.Namespace) -> None:
+async def _minutes(
+    server: CohapticServer, args: argparse.Namespace, results: list[json_report.Result]
+) -> None:
     missed: list[int] = []
     for minute in range(args.minutes):
         before, ticks, start = server.overruns, server.room.world.tick, server.clock.now()
@@ -92,6 +96,15 @@ async def _minutes(server: CohapticServer, args: argparse.Namespace) -> None:
             f" {1e3 * cost.quantile(0.5):.1f} ms in the median, {1e3 * cost.quantile(0.99):.1f} ms"
             " at the 99th percentile",
             flush=True,
+        )
+        results.append(
+            {
+                "minute": minute + 1,
+                "missed": missed[-1],
+                "ticks_per_s": rate,
+                "tick_p50_s": cost.quantile(0.5),
+                "tick_p99_s": cost.quantile(0.99),
+            }
         )
     print(f"median minute: {sorted(missed)[len(missed) // 2]} missed")
 

@@ -1,7 +1,8 @@
-"""MuJoCo's flex beside our solid: the same tetrahedra, the same touch.
+"""MuJoCo's flex beside our solid, with the same tetrahedra and the same contacts.
 
     pip install "cohaptic[bench]"
     python benchmarks/flex.py [--thousands 1 5 20] [--users 1 8] [--step 0.0167] [--models FOLDER]
+        [--json FILE]
 
 A flex with all its degrees of freedom is a solid of linear tetrahedra as ours is, of the same E and
 nu, but large (Saint Venant-Kirchhoff) and moving: steps solve (M + h D + h^2 K) a = f by conjugate
@@ -11,8 +12,9 @@ that a client could go on with.
 
 Two figures say whether object and touch are the same. `C` is the displacement under the pressure of
 a contact over its force, after steps in which inertia is nothing, over our Green's function of it.
-`force` is what a ball of the contact's radius feels 2 mm deep: it touches less than the contact,
-and its soft constraint gives a little, so it feels less than 2 mm K_o. Balls slide as in `tick.py`.
+`force` is the force on a ball of the contact's radius 2 mm deep: it touches a smaller area than the
+contact, and its soft constraint yields a little, so the force is less than 2 mm K_o. Balls slide as
+in `tick.py`.
 
 With a step of 1/60 s, a server's period, most steps end before their linear solve has converged:
 `short`, by its own warning. Its guide has 1 to 4 ms for elastic flexes (`--step 0.002`); then a
@@ -21,7 +23,6 @@ period is 4 to 16 steps. Large models take minutes to compile, so FOLDER keeps t
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import math
 import sys
@@ -33,6 +34,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+import json_report
 from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.solid import Solid
@@ -68,8 +70,13 @@ _SCENE = """<mujoco>
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """What steps under sliding balls cost [s], the force on a ball at the end [N], and the share of
-    steps whose linear solve did not converge.
+    """Steps under sliding balls.
+
+    Args:
+        median: Time of a step [s].
+        slowest: Longest time [s].
+        force: On a ball at the end [N].
+        short: Share of steps whose linear solve did not converge.
     """
 
     median: float
@@ -83,7 +90,7 @@ class TooLarge(Exception):
 
 
 def library() -> Any:
-    """MuJoCo, its warnings counted and not printed, or a word on how to get it."""
+    """MuJoCo, with warnings counted instead of printed; exits with advice if it is missing."""
     try:
         mujoco = importlib.import_module("mujoco")
         mujoco.set_mju_user_warning(str)
@@ -95,7 +102,7 @@ def library() -> Any:
 
 
 def compiled(thousands: int, body: Solid, folder: Path | None = None) -> Any:
-    """A ring as MuJoCo's model, with balls that touch nothing yet, from `folder` if it is there."""
+    """A ring as MuJoCo's model with balls not yet in contact, from `folder` if it is kept there."""
     mujoco = library()
     kept = folder / f"ring{thousands}-{mujoco.__version__}.mjb" if folder else None
     if kept is not None and kept.exists():
@@ -178,15 +185,14 @@ def _words(values: Any) -> str:
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = json_report.parser(__doc__)
     parser.add_argument("--thousands", type=int, nargs="+", default=[1, 5, 20], choices=SIZES)
     parser.add_argument("--users", type=int, nargs="+", default=[1, MOST])
     parser.add_argument("--steps", type=int, default=60, help="of each row")
     parser.add_argument("--step", type=float, default=PERIOD, help="of the flex, in seconds")
     parser.add_argument("--models", type=Path, default=None, help="folder of compiled models")
     options = parser.parse_args()
+    results: list[json_report.Result] = []
     print("| tetrahedra | users | C over ours | step p50 | slowest | short | force | 2 mm K_o |")
     print("|---|---|---|---|---|---|---|---|")
     with threadpool_limits(limits=1):
@@ -202,6 +208,19 @@ def main() -> None:
                     f" | {1e3 * row.slowest:.1f} ms | {row.short:.0%} | {row.force:.3f} N"
                     f" | {DEPTH / ours:.2f} N |"
                 )
+                results.append(
+                    {
+                        "tetrahedra": int(model.nflexelem),
+                        "users": users,
+                        "compliance_over_ours": ratio,
+                        "step_p50_s": row.median,
+                        "step_slowest_s": row.slowest,
+                        "short": row.short,
+                        "force_n": row.force,
+                        "depth_times_k_o_n": DEPTH / ours,
+                    }
+                )
+    json_report.write(options, results)
 
 
 if __name__ == "__main__":

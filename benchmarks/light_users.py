@@ -1,4 +1,4 @@
-"""Users of a server whose haptic loops run elsewhere: what a server sees of them, and no more.
+"""Users whose haptic loops run elsewhere: their connections to a server, without any loop.
 
     python benchmarks/light_users.py URL USERS [GEOMETRY]
 
@@ -32,11 +32,11 @@ DEPTH, RHYTHM = 0.008, 2.0  # m, s
 
 
 class User:
-    """One of them.
+    """One user.
 
     Args:
-        number: Of this user.
-        count: Of all.
+        number: Of this user, from 0.
+        count: Of all users.
         geometry: Of its patches.
     """
 
@@ -47,7 +47,7 @@ class User:
         self.patch: Patch | None = None
 
     async def run(self, url: str) -> None:
-        """Press until the server goes."""
+        """Press until the connection closes."""
         protocols = [Subprotocol(SUBPROTOCOL)]
         async with connect(
             url, subprotocols=protocols, proxy=None, max_size=MAX_BYTES, compression=None
@@ -55,9 +55,9 @@ class User:
             name = f"light{self.number}"
             hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=self.geometry)
             await ws.send(encode_control(hello))
-            await ws.recv()  # the welcome
+            await ws.recv()  # the welcome message
             if self.geometry == "mesh":
-                await ws.recv()  # the mesh, which such a user has no use for
+                await ws.recv()  # the resting mesh, which is not needed
             hearing = asyncio.create_task(self._hear(ws))
             try:
                 await self._press(ws)

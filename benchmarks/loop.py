@@ -1,21 +1,21 @@
-"""How punctual the haptic loop is, and what a period costs.
+"""Lateness of the haptic loop, and the cost of a period.
 
-    python benchmarks/loop.py [--seconds 5]
+    python benchmarks/loop.py [--seconds 5] [--json FILE]
 
 The real loop with a simulated hand runs at 1 and 4 kHz, first in a process of its own, as in the
 product, then as a thread of a process that also does a client's network work. A bare loop that only
-sleeps runs for the same time before each: what the machine's scheduler takes is not ours. Timings
-depend on the machine and its load; compare within one run.
+sleeps runs for the same time before each, as a measure of the machine's scheduler. Timings depend
+on the machine and its load; compare within one run.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import threading
 import time
 
+import json_report
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
@@ -95,10 +95,7 @@ def own_process(hz: float, seconds: float) -> dict[str, float]:
     process.wait()
     process.read_status()
     memory.close(remove=True)
-    return {
-        name: float(str(process.status[name]))
-        for name in ("late_p50", "late_p99", "cost_p50", "missed")
-    }
+    return {name: float(str(process.status[name])) for name in FIGURES}
 
 
 def thread(hz: float, seconds: float) -> dict[str, float]:
@@ -133,11 +130,11 @@ def thread(hz: float, seconds: float) -> dict[str, float]:
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = json_report.parser(__doc__)
     parser.add_argument("--seconds", type=float, default=5.0, help="of each row")
-    seconds = parser.parse_args().seconds
+    options = parser.parse_args()
+    seconds = options.seconds
+    results: list[json_report.Result] = []
     print("| loop | rate | late p50 | late p99 | cost of a period | left out | p99 / bare p99 |")
     print("|---|---|---|---|---|---|---|")
     for hz in (1000.0, 4000.0):
@@ -150,13 +147,34 @@ def main() -> None:
             f"| bare sleep | {hz:.0f} Hz | {1e6 * floor.quantile(0.5):.0f} us"
             f" | {1e6 * floor.quantile(0.99):.0f} us | | | 1 |"
         )
+        bare_p99 = max(1e-9, floor.quantile(0.99))
+        results.append(
+            {
+                "loop": "bare sleep",
+                "rate_hz": hz,
+                "late_p50_s": floor.quantile(0.5),
+                "late_p99_s": floor.quantile(0.99),
+            }
+        )
         for name, row in rows.items():
+            results.append(
+                {
+                    "loop": name,
+                    "rate_hz": hz,
+                    "late_p50_s": row["late_p50"],
+                    "late_p99_s": row["late_p99"],
+                    "cost_p50_s": row["cost_p50"],
+                    "left_out": row["missed"] / (hz * seconds),
+                    "late_p99_over_bare": row["late_p99"] / bare_p99,
+                }
+            )
             print(
                 f"| {name} | {hz:.0f} Hz"
                 f" | {1e6 * row['late_p50']:.0f} us | {1e6 * row['late_p99']:.0f} us"
                 f" | {1e6 * row['cost_p50']:.0f} us | {row['missed'] / (hz * seconds):.2%}"
-                f" | {row['late_p99'] / max(1e-9, floor.quantile(0.99)):.1f} |"
+                f" | {row['late_p99'] / bare_p99:.1f} |"
             )
+    json_report.write(options, results)
 
 
 if __name__ == "__main__":

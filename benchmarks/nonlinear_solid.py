@@ -1,16 +1,15 @@
-"""What a tick of a nonlinear solid costs over its mesh, and what factors its tangent.
+"""Cost of a tick of a nonlinear solid over its mesh, and of factoring its tangent.
 
-    python benchmarks/nonlinear_solid.py [--ticks 300]
+    python benchmarks/nonlinear_solid.py [--ticks 300] [--json FILE]
 
 Two users press a ring of soft tissue 10 mm deep on opposite sides and slide along it at 0.1 m/s.
-Times are of the processor, one BLAS thread as on the server, so that other work on the machine
-counts little. Factors: ours with the pattern analysed before, ours made anew, SuperLU with minimum
-degree, LAPACK's band after reverse Cuthill-McKee.
+Times are processor times, with one BLAS thread as on the server, so that other work on the machine
+has little influence. Factors: ours with the pattern analysed before, ours made anew, SuperLU with
+minimum degree, LAPACK's band after reverse Cuthill-McKee.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable
@@ -21,6 +20,7 @@ import scipy.sparse.linalg
 from scipy.linalg import lapack
 from threadpoolctl import threadpool_limits
 
+import json_report
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, dot, scale, sub
@@ -37,7 +37,7 @@ PERIOD = 1.0 / 60.0  # s
 SPEED = 0.1  # m/s along the ring
 DEPTH = 0.01  # m
 SIZES = ((12, 6), (16, 6), (20, 6), (26, 6), (14, 8), (18, 8), (22, 10))
-TIMES = 3  # the same ticks again; of each the quickest counts
+TIMES = 3  # runs of the same ticks; of each tick the quickest counts
 
 
 def body(along: int, across: int) -> RubberSolid:
@@ -47,7 +47,7 @@ def body(along: int, across: int) -> RubberSolid:
 
 
 def ticks(solid: RubberSolid, count: int) -> list[float]:
-    """Seconds of each tick."""
+    """Processor time of each tick [s]."""
     state, forces = WorldState(), [(0.0, 0.0, 0.0)] * 2
     spent: list[float] = []
     for tick in range(count):
@@ -82,35 +82,33 @@ def _felt(patch: Patch, probe: Vec3) -> Vec3:
     return scale(patch.normal, min(10.0, max(0.0, pressed)))
 
 
-def quickest(what: Callable[[], object], times: int = 7) -> float:
-    """Least seconds of some trials."""
+def quickest(work: Callable[[], object], times: int = 7) -> float:
+    """Least processor time of several runs [s]."""
     best = math.inf
     for _ in range(times):
         start = time.thread_time()
-        what()
+        work()
         best = min(best, time.thread_time() - start)
     return best
 
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = json_report.parser(__doc__)
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
-    count = parser.parse_args().ticks
+    options = parser.parse_args()
     print(
         "| tetrahedra | nodes | unknowns | ours | made anew | SuperLU | band"
         " | tick p50 | p99 | worst |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
     with threadpool_limits(limits=1):
-        for size in SIZES:
-            row(body(*size), count)
+        results = [row(body(*size), options.ticks) for size in SIZES]
+    json_report.write(options, results)
 
 
-def row(solid: RubberSolid, count: int) -> None:
-    """Print the row of one mesh."""
+def row(solid: RubberSolid, count: int) -> json_report.Result:
+    """Measure one mesh, and print its row."""
     shape, rubber = solid.shape, solid.rubber
     free = np.flatnonzero(~shape.fixed)
     whole = stiffness(shape.tets, shape.elements, len(shape.nodes), 2e4, 0.45)
@@ -139,6 +137,19 @@ def row(solid: RubberSolid, count: int) -> None:
         f" | {1e3 * t.max():.1f} |",
         flush=True,
     )
+    return {
+        "tetrahedra": len(shape.elements),
+        "nodes": len(shape.nodes),
+        "unknowns": int(K.shape[0]),
+        "ours_s": ours,
+        "made_anew_s": anew,
+        "superlu_s": superlu,
+        "band_s": band,
+        "ours_over_superlu": ours / superlu,
+        "tick_p50_s": float(np.median(t)),
+        "tick_p99_s": float(np.quantile(t, 0.99)),
+        "tick_worst_s": float(t.max()),
+    }
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Ticks of a solid over mesh size and users, in real time, beside what they could cost at least.
+"""Ticks of a solid over mesh size and users, in real time, beside a lower bound of their cost.
 
 Hands slide to and fro on a ring (`big_mesh.py`), so that vertices are newly touched all the time.
-Ticks come at 60 Hz by the clock and not one after the other: what is found beside the tick's thread
-gets the time that it would get on a server.
+Ticks start at 60 Hz by the clock and not back to back, so that the column worker gets the time
+between them that it would get on a server.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+import json_report
 from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.solid.solid import Solid
@@ -36,13 +37,13 @@ _WAY = 0.01  # m; to both sides
 
 @dataclass(frozen=True, slots=True)
 class Ticks:
-    """What ticks cost.
+    """Costs of ticks.
 
     Args:
         median: Of a tick [s].
-        p99: A hundredth cost more [s].
-        missed: Share that cost more than a period.
-        floor: Time to read once what the last tick needed of the columns [s].
+        p99: 99th percentile [s].
+        missed: Share of ticks that took more than a period.
+        floor: Time to read once the part of the columns that the last tick needed [s].
     """
 
     median: float
@@ -53,7 +54,7 @@ class Ticks:
 
 @contextmanager
 def served(thousands: int) -> Generator[tuple[Solid, ColumnWorker]]:
-    """A ring as it is while a server runs."""
+    """A ring with its column worker, as on a running server."""
     body = solid(thousands)
     worker = ColumnWorker(body)
     worker.start()
@@ -65,7 +66,7 @@ def served(thousands: int) -> Generator[tuple[Solid, ColumnWorker]]:
 
 def hands(users: int, tick: int, speed: float) -> list[Touch]:
     """Everybody presses 1 N on the top of the ring and slides at `speed` [m/s]."""
-    found: list[Touch] = []
+    touches: list[Touch] = []
     for user in range(users):
         # A triangle wave: to and fro without a rest.
         turn = 4.0 * _WAY / speed
@@ -73,7 +74,7 @@ def hands(users: int, tick: int, speed: float) -> list[Touch]:
         off = _WAY * (4.0 * abs(phase - 0.5) - 1.0)
         angle = 2.0 * math.pi * user / users + off / RING
         place = (RING * math.cos(angle), RING * math.sin(angle), TUBE - DEPTH)
-        found.append(
+        touches.append(
             Touch(
                 user=user + 1,
                 law=Law.PREDICTIVE,
@@ -87,7 +88,7 @@ def hands(users: int, tick: int, speed: float) -> list[Touch]:
                 arrived=0.0,
             )
         )
-    return found
+    return touches
 
 
 def measure(
@@ -96,8 +97,8 @@ def measure(
     """Run ticks by the clock, the first second not counted.
 
     Args:
-        body: What is touched.
-        worker: That brings its columns.
+        body: The solid.
+        worker: Computes its columns.
         users: How many touch it.
         ticks: How many are measured.
         speed: At which hands slide [m/s].
@@ -134,7 +135,7 @@ def _needed(body: Solid, state: WorldState, reach: float) -> int:
 
 
 def _model(thousands: int, body: Solid, models: Path | None) -> Any:
-    """MuJoCo's, if it is asked for and can be had."""
+    """MuJoCo's model of a ring; None if not requested or too large."""
     try:
         return compiled(thousands, body, models) if models is not None else None
     except TooLarge as error:
@@ -144,8 +145,20 @@ def _model(thousands: int, body: Solid, models: Path | None) -> Any:
 
 def table(
     sizes: list[int], ticks: int, *, speed: float, reach: float, models: Path | None = None
-) -> None:
-    """Print the rows of all sizes; with MuJoCo's flex if there is a folder for its models."""
+) -> list[json_report.Result]:
+    """Print the rows of all sizes, with MuJoCo's flex if there is a folder for its models.
+
+    Args:
+        sizes: Thousands of tetrahedra, keys of `SIZES`.
+        ticks: Of each row.
+        speed: At which hands slide [m/s].
+        reach: How far from a contact a tick needs its columns [m]; infinite for all of them.
+        models: Folder of compiled models.
+
+    Returns:
+        The rows.
+    """
+    results: list[json_report.Result] = []
     print(f"\nSolids; hands slide at {speed:g} m/s\n")
     print("| tetrahedra | surface | users | tick p50 | p99 | missed | floor | over it | flex |")
     print("|---|---|---|---|---|---|---|---|---|")
@@ -155,10 +168,25 @@ def table(
             model = _model(thousands, body, models)
             for users in (1, 2, 4, 8):
                 t = measure(body, worker, users, ticks, speed=speed, reach=reach)
-                beside = "" if model is None else f"{1e3 * step(model, users, 20).median:.0f} ms"
+                flex = None if model is None else step(model, users, 20).median
+                beside = "" if flex is None else f"{1e3 * flex:.0f} ms"
+                results.append(
+                    {
+                        "tetrahedra": count,
+                        "surface_vertices": len(body.mesh.vertices),
+                        "users": users,
+                        "tick_p50_s": t.median,
+                        "tick_p99_s": t.p99,
+                        "missed": t.missed,
+                        "floor_s": t.floor,
+                        "tick_over_floor": t.median / t.floor,
+                        "flex_step_p50_s": flex,
+                    }
+                )
                 print(
                     f"| {count} | {len(body.mesh.vertices)} | {users}"
                     f" | {1e3 * t.median:.2f} ms | {1e3 * t.p99:.2f} ms | {t.missed:.1%}"
                     f" | {1e3 * t.floor:.2f} ms | {t.median / t.floor:.1f} | {beside} |",
                     flush=True,
                 )
+    return results

@@ -1,6 +1,7 @@
-"""What a tick of the server costs over the number of users, and where the time goes.
+"""Cost of a tick of the server over the number of users, and the shares of its parts.
 
     python benchmarks/tick.py [--ticks 300] [--solids 5 20 137] [--speed 0.2] [--flex FOLDER]
+        [--json FILE]
 
 Users press round the balloon and slide a little, so that contacts move. `locate` finds contacts,
 `respond` is the body, `rest` is patches and gains, `frames` decodes a sample and encodes a patch
@@ -15,7 +16,6 @@ models are kept in FOLDER.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from pathlib import Path
@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+import json_report
 import solid_ticks
 from big_mesh import SIZES
 from cohaptic.control.law import Law
@@ -40,11 +41,11 @@ PERIOD = 1.0 / 60.0  # s
 
 def touches(users: int, tick: int) -> list[Touch]:
     """Everybody presses 1 N and slides along the equator."""
-    found: list[Touch] = []
+    made: list[Touch] = []
     for user in range(users):
         angle = 2.0 * math.pi * user / users + 0.1 * math.sin(0.05 * tick + user)
         out = (math.cos(angle), math.sin(angle), 0.0)
-        found.append(
+        made.append(
             Touch(
                 user=user + 1,
                 law=Law.PREDICTIVE,
@@ -58,7 +59,7 @@ def touches(users: int, tick: int) -> list[Touch]:
                 arrived=0.0,
             )
         )
-    return found
+    return made
 
 
 def run(body: Body, users: int, ticks: int) -> dict[str, float]:
@@ -105,9 +106,7 @@ def run(body: Body, users: int, ticks: int) -> dict[str, float]:
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = json_report.parser(__doc__)
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
     parser.add_argument("--solids", type=int, nargs="*", default=[], choices=SIZES)
     parser.add_argument("--speed", type=float, default=0.2, help="of sliding on solids, in m/s")
@@ -116,20 +115,23 @@ def main() -> None:
     options = parser.parse_args()
     if options.solids:
         with threadpool_limits(limits=1):
-            solid_ticks.table(
+            results = solid_ticks.table(
                 options.solids,
                 options.ticks,
                 speed=options.speed,
                 reach=options.reach,
                 models=options.flex,
             )
-        return
-    for body in (Balloon(), RubberBalloon()):
-        table(body, options.ticks)
+    else:
+        results = [
+            row for body in (Balloon(), RubberBalloon()) for row in table(body, options.ticks)
+        ]
+    json_report.write(options, results)
 
 
-def table(body: Body, ticks: int) -> None:
-    """Print the rows of one body."""
+def table(body: Body, ticks: int) -> list[json_report.Result]:
+    """Measure one body, and print its rows."""
+    results: list[json_report.Result] = []
     print(f"\n{type(body).__name__}, {len(body.mesh.vertices)} vertices\n")
     print(
         "| users | tick p50 | tick p99 | locate | respond | rest | frames | per user | of 60 Hz |"
@@ -145,6 +147,19 @@ def table(body: Body, ticks: int) -> None:
                 f" | {rest / t['tick']:.0%} | +{t['frames'] / t['tick']:.0%}"
                 f" | {1e3 * t['tick'] / users:.2f} ms | {t['tick'] / PERIOD:.0%} |"
             )
+            results.append(
+                {
+                    "body": type(body).__name__,
+                    "users": users,
+                    "tick_p50_s": t["tick"],
+                    "tick_p99_s": t["p99"],
+                    "locate": t["locate"] / t["tick"],
+                    "respond": t["respond"] / t["tick"],
+                    "rest": rest / t["tick"],
+                    "frames": t["frames"] / t["tick"],
+                }
+            )
+    return results
 
 
 if __name__ == "__main__":

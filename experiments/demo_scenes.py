@@ -29,7 +29,8 @@ SCENES = [
     ("proportional", 80, 4),
 ]
 HEAD = (
-    "law|one way|users|lag|stable|felt by right|truth|worst error|felt after|allowed|loop|late p99"
+    "law|one way|users|lag|stable|felt by right|reference|worst error|felt after|allowed|loop"
+    "|late p99"
 ).split("|")
 
 

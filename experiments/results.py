@@ -33,14 +33,14 @@ and stability do not.
 websockets and injected delay. The first user presses and releases, the others rest round the
 balloon.
 
-- *felt by right*, *truth*: the part of the force on `right` that is there because others touch,
+- *felt by right*, *reference*: the part of the force on `right` that is caused by the others,
   and the same in the equilibrium of body and hands, solved without a network.
 - *worst error*: largest relative difference of the two over all users, while the first one
   presses.
 - *felt after*: by how much later than without a network the force on the other hands has made half
   of its change, median over hands and presses; *allowed* is both injected legs, two simulation
   ticks, the half time of the room's lag (ln 2 of it) and 5 ms.
-- *lag*: in how long the object answers what the others do; it grows with the coupling of the room.
+- *lag*: time constant with which the object answers the others; it grows with the coupling.
 - *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
   still creeps to its value, or whose swings die out, when the next press comes.
 
@@ -48,13 +48,13 @@ balloon.
 
 ![forces of both hands, 80 ms each way](pictures/two-users.png)
 
-With the proportional law most of what the other hand does is lost: it has to stay softer than
+With the proportional law most of the other hand's force is lost: the law has to stay softer than
 1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The integral of `pi` restores
 the force, long after the surface has moved. The predictive law has the object's own stiffness,
 whoever else is there. From four or five users on the room gets a lag (science 3.8): the steady
-force is the truth, and what others do arrives later.
+force equals the reference, and the others' forces arrive later.
 
-## The paper's figures, and what goes beyond them
+## The paper's figures, and further experiments
 
 `cohaptic experiment all --out DIR`: every loop is the real room, world, wire format and client,
 with simulated hands, in virtual time; figures, data and verdicts are written to DIR. A verdict
@@ -83,7 +83,7 @@ contacts (`contact.py`); the nonlinear one factors its tangent (decision 14).
 
 
 def output(*command: str) -> str:
-    """What a script prints."""
+    """Standard output of a script."""
     print("running", *command, file=sys.stderr)
     done = subprocess.run(
         [sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True
@@ -92,7 +92,7 @@ def output(*command: str) -> str:
 
 
 def experiments(quick: bool) -> str:
-    """Run every experiment, keep its figure, and say what it found."""
+    """Run every experiment, keep its figure, and return its checks as Markdown."""
     with tempfile.TemporaryDirectory() as folder:
         # Its own tables go to the terminal; a verdict that does not hold ends this as well.
         command = [sys.executable, "-m", "cohaptic", "experiment", "all", "--out", folder]
@@ -117,7 +117,7 @@ def experiments(quick: bool) -> str:
 
 
 def limit(check: dict[str, Any]) -> str:
-    """What a check allows."""
+    """The limits of a check, in words."""
     low, high = check["at_least"], check["at_most"]
     if low is None:
         return f"at most {high:.3g}"
@@ -135,14 +135,14 @@ def main() -> None:
         scenes = output(
             "experiments/demo_scenes.py", "--out", folder, "--seconds", "7" if quick else "12"
         )
-        found = experiments(quick)
+        outcomes = experiments(quick)
         loop = output("benchmarks/loop.py", "--seconds", "1" if quick else "8")
         tick = output("benchmarks/tick.py", "--ticks", "30" if quick else "400")
         pictures = ROOT / "docs/pictures"
         pictures.mkdir(exist_ok=True)
         shutil.copy(Path(folder) / "two-users.png", pictures)
     machine = f"{os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
-    page = PAGE.format(machine=machine, scenes=scenes, experiments=found, loop=loop, tick=tick)
+    page = PAGE.format(machine=machine, scenes=scenes, experiments=outcomes, loop=loop, tick=tick)
     (ROOT / "docs/results.md").write_text(page)
 
 

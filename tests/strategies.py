@@ -1,4 +1,4 @@
-"""What hypothesis draws from in several tests."""
+"""Hypothesis strategies that several tests use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
@@ -58,7 +58,7 @@ contact_samples = st.builds(
     force=vectors(100.0),
 )
 
-# What 16 bits say of a room.
+# Values of a room that survive 16 bits.
 rooms = st.builds(
     RoomLag,
     lag=floats(0.0, MAX_LAG),

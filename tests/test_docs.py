@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.errors import CloseCode
 from cohaptic.protocol import (
     ack,
@@ -197,6 +197,7 @@ NOT_MIRRORED = {
     "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
     "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",
     "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
+    "tests/shared/control/test_friction_material.py": "friction, on material that others move",
     "tests/shared/protocol/test_vectors.py": "writes what the page's wire is checked against",
 }
 

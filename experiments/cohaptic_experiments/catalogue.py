@@ -1,4 +1,4 @@
-"""Experiments by name. Another one is a module with `NAME`, `TITLE` and `run`, and a line here."""
+"""Experiments by name. A new one is a module with `NAME`, `TITLE`, `run`, and an entry below."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from importlib import import_module
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic_experiments.outcome import Options, Outcome, Progress
 
-# In the order of the paper, then what goes beyond it; with the module that has each.
+# By name: first those of the paper, in its order, then the others; with the module of each.
 _MODULES = {
     "fig07a": "paper.fig07a",
     "fig07b": "paper.fig07b",
@@ -19,12 +19,12 @@ _MODULES = {
     "fig09": "paper.fig09",
     "fig10": "paper.fig10",
     "fig11": "paper.fig11",
-    "ext2": "users.ext2",
+    "ext2": "users.two_users",
     "delay": "users.delay",
     "crowd": "users.many_users",
     "slide": "sliding.slide_figure",
     "hands": "campaign.hands",
-    "dyad": "dyad.dyad",
+    "dyad": "dyad.comparison",
 }
 EXPERIMENTS = tuple(_MODULES)
 _EXTRA = ("matplotlib", "numba")
@@ -48,7 +48,7 @@ class Experiment:
     Args:
         name: On the command line.
         title: In one line.
-        run: Does it; raises nothing but CohapticError on purpose.
+        run: Runs it; raises only CohapticError on purpose.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Experiment:
 
 
 def choose(name: str) -> tuple[str, ...]:
-    """The experiments that `name` stands for; raises SettingError with the names that exist."""
+    """The experiments that `name` selects; raises SettingError with the existing names."""
     if name == "all":
         return EXPERIMENTS
     if name not in EXPERIMENTS:
@@ -67,7 +67,7 @@ def choose(name: str) -> tuple[str, ...]:
 
 
 def load(name: str) -> Experiment:
-    """Import an experiment; only now are its libraries needed."""
+    """Import an experiment, which needs the libraries of the extra `experiments`."""
     with extra_libraries():
         module = import_module(f"cohaptic_experiments.{_MODULES[name]}")
     return Experiment(module.NAME, module.TITLE, module.run)

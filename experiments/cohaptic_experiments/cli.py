@@ -1,4 +1,4 @@
-"""`cohaptic experiment`: the paper's figures, and what goes beyond them, from the code."""
+"""The command `cohaptic experiment`: the paper's figures and further experiments."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def experiment(
         int | None, typer.Option(min=0, help="Of `hands`: draw this trial only.")
     ] = None,
 ) -> None:
-    """Run an experiment: a figure, its data, and a verdict on what should hold.
+    """Run an experiment: a figure, its data, and a verdict from its checks.
 
     Writes OUT/NAME/figure.png, data.csv and summary.json. Ends with status 1 when a verdict is
     that something does not hold.
@@ -54,7 +54,7 @@ def experiment(
 
 
 def _run(chosen: Experiment, options: Options, folder: Path) -> Outcome:
-    """Run one experiment under a progress bar, and write what it found."""
+    """Run one experiment under a progress bar, and write its outcome."""
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -1,4 +1,4 @@
-"""What an experiment is asked and what it answers, as values."""
+"""Options and outcome of an experiment, as values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def part(progress: Progress, begin: float, share: float) -> Progress:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What every experiment is told.
+    """Options of every experiment.
 
     Args:
         seed: Of everything that is random.
@@ -41,13 +41,13 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One sentence that a measurement bears out or not.
+    """One sentence with a measurement and the limits between which it holds.
 
     Args:
         sentence: What should hold, with the unit of the numbers.
-        measured: What came out.
-        low: Least that it may be.
-        high: Most that it may be.
+        measured: Measured value.
+        low: Least value that passes.
+        high: Largest value that passes.
     """
 
     sentence: str
@@ -57,7 +57,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether it holds; a measurement that is no number does not."""
+        """Whether it holds; NaN does not."""
         return bool(self.low <= self.measured <= self.high)
 
 
@@ -72,7 +72,7 @@ def at_least(sentence: str, measured: float, limit: float) -> Check:
 
 
 def near(sentence: str, measured: float, expected: float, rel: float) -> Check:
-    """A check that a positive measurement is what theory says, but for a share `rel` of it."""
+    """A check that a positive measurement equals `expected` up to the relative error `rel`."""
     return Check(sentence, measured, expected * (1.0 - rel), expected * (1.0 + rel))
 
 
@@ -91,13 +91,13 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What an experiment found.
+    """Outcome of an experiment.
 
     Args:
         figure: The picture.
         table: The data in it.
-        numbers: What is worth quoting, by name; with notes as text.
-        checks: What should hold.
+        numbers: Further results by name; notes as text.
+        checks: Decide the verdict.
     """
 
     figure: Figure

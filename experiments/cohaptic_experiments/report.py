@@ -19,9 +19,9 @@ def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Pa
     """Write figure.png, data.csv and summary.json.
 
     Args:
-        experiment: That was run.
-        options: It was run with.
-        outcome: What it found.
+        experiment: The experiment.
+        options: Those of the run.
+        outcome: Of the experiment.
         folder: Of this experiment; made when it is not there.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -35,7 +35,7 @@ def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Pa
 
 
 def summary(experiment: Experiment, options: Options, outcome: Outcome) -> dict[str, object]:
-    """What summary.json says; a number that is none becomes null."""
+    """The content of summary.json; NaN and infinite numbers become null."""
     command = f"cohaptic experiment {experiment.name} --out DIR --seed {options.seed}"
     return {
         "name": experiment.name,
@@ -59,12 +59,12 @@ def summary(experiment: Experiment, options: Options, outcome: Outcome) -> dict[
 
 
 def verdict(outcome: Outcome) -> str:
-    """In words."""
+    """The verdict in words."""
     return "holds" if outcome.holds else "does not hold"
 
 
 def show(experiment: Experiment, outcome: Outcome) -> Shown:
-    """Checks and verdict for a person."""
+    """Checks and verdict as a table for the terminal."""
     title = Text(f"{experiment.name}: {experiment.title}")
     shown = Shown(title=title, title_justify="left", show_lines=False)
     shown.add_column("check")
@@ -88,7 +88,7 @@ def limit(check: Check) -> str:
 
 
 def _cell(value: float | int | str | None) -> str:
-    """One value of the table: seven digits are more than any of it is worth."""
+    """One value of the table, with seven digits, more than any result is accurate to."""
     return f"{value:.7g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
@@ -97,7 +97,7 @@ def _finite(value: float) -> float | None:
 
 
 def _json(value: Number) -> Number:
-    """A value that JSON has."""
+    """The value as JSON can represent it."""
     if isinstance(value, list):
         return [None if v is None else _finite(float(v)) for v in value]
     return _finite(value) if isinstance(value, float) else value

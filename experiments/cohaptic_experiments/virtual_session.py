@@ -1,6 +1,6 @@
 """A whole session in virtual time: the real room, world, frames, links, loops and hands; no I/O.
 
-What is left out is what only real time can show: sockets, processes, schedulers.
+Sockets, processes and schedulers, which need real time, are left out.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class VirtualUser:
     force: list[float] = field(default_factory=list[float])
     felt: list[float] = field(default_factory=list[float])
     u_others: list[float] = field(default_factory=list[float])
-    # Change of the contact's force in each period that neither the hand's own way nor the damping
-    # explains [N].
+    # Change of the contact's force in each period that neither the hand's own motion nor the
+    # damping explains [N].
     unexplained: list[float] = field(default_factory=list[float])
     listening: bool = True
     talking: bool = True
@@ -69,12 +69,12 @@ class VirtualUser:
                 if patch.seq:
                     self.pacer = self.pacer.reported(patch.t_client, patch.sample_wait)
         sample = self.device.read(now)
-        before, was = self.state, self._on_body
+        before, previous = self.state, self._on_body
         self.state, output = step(self.state, sample, now, self.settings)
         self.device.write(output.force)
         self._note(output)
         self._on_body = output.on_body
-        self.unexplained.append(self._left_over(before, was, output.on_body))
+        self.unexplained.append(self._unexplained_change(before, previous, output.on_body))
         if self.pacer.due <= now and self.talking:
             self.pacer = self.pacer.sent(now)
             self.seq += 1
@@ -82,16 +82,16 @@ class VirtualUser:
             frame = ContactSample(self.seq, tick, now, sample.position, output.on_body).encode()
             self.up.push(frame, now)
 
-    def _left_over(self, before: LoopState, was: Vec3, on_body: Vec3) -> float:
-        """How far the contact's force went beyond what the hand's own way times K explains [N]."""
+    def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
+        """Change of the contact's force beyond the hand's own displacement times K [N]."""
         sight = self.state.sight
         if sight is None:
             return 0.0
         way = sub(self.state.probe, before.probe)
         if self.settings.friction > 0.0:
             most = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
-            return norm(sub(on_body, was)) - most * norm(way)
-        change = norm(on_body) - norm(was)
+            return norm(sub(on_body, previous)) - most * norm(way)
+        change = norm(on_body) - norm(previous)
         explained = max(self.state.k_h, before.k_h) * -dot(sight.normal, way)
         return max(change - max(0.0, explained), min(0.0, explained) - change)
 
@@ -118,6 +118,7 @@ class VirtualSession:
         self.now = 100.0
         self._next_tick = self.now
 
+    # Above 60 lines: every option of a client is a parameter, as experiments vary each of them.
     def join(
         self,
         name: str,
@@ -139,11 +140,26 @@ class VirtualSession:
         friction: float = 0.0,
         device: Device | None = None,
     ) -> VirtualUser:
-        """Let a user in now.
+        """Let a user join now.
 
-        `limits` replace the hand's usual ones, `intention` the one that `script` has for round
-        bodies, and `device` the whole hand: for the rigs of experiments. `max_damping` is what the
-        passivity layer may do on the device, `max_stiffness` what it renders, if not its own [SI].
+        Args:
+            name: Of the user.
+            script: Of the simulated hand.
+            law: Local model.
+            delay: One way [s].
+            jitter: Largest extra delay, one way [s].
+            seed: Of the jitter.
+            fixed_gains: Instead of the server's choice.
+            thresholds: Of the law's integral.
+            smoothing: Ramp from patch to patch, in simulation periods.
+            passivity: Whether the passivity layer is on.
+            max_damping: Damping budget of the device [N s/m].
+            max_stiffness: That the device renders; None for its own [N/m].
+            limits: Of the safety layer; None for the usual ones.
+            intention: Instead of the one that `script` has for round bodies.
+            geometry: Of the patches.
+            friction: Coefficient of friction.
+            device: Instead of a simulated hand.
         """
         if not passivity:
             max_damping = 0.0
@@ -196,7 +212,7 @@ class VirtualSession:
         self.room.set_law(self.users[name].number, SetLaw(law=law, fixed_gains=fixed_gains))
 
     def drop(self, name: str) -> None:
-        """A client dies: its socket closes, its loop is no more."""
+        """A client dies: its socket closes, and its loop ends."""
         self.room.leave(self.users.pop(name).number)
 
     def run(self, seconds: float) -> None:

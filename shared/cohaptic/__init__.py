@@ -1,4 +1,4 @@
-"""What both sides of cohaptic share: messages, control laws, clocks, errors.
+"""Shared by server and client: messages, control laws, clocks, errors.
 
 This package imports neither the server nor the client. Its top level stays light, because the
 process that runs the 1 kHz loop imports it: a public name is imported from its module when it is

@@ -1,4 +1,4 @@
-"""The only file that reads the time."""
+"""Clocks; no other module reads the time."""
 
 from __future__ import annotations
 

@@ -52,31 +52,31 @@ class ProtocolError(CohapticError):
     """A message broke the rules of `docs/protocol.md`.
 
     Args:
-        what: The message or field at fault.
-        value: What came.
-        limit: What would have been valid.
+        subject: The message or field at fault.
+        value: As received.
+        limit: The values that would have been valid.
         code: How the connection is closed because of it.
     """
 
     def __init__(
-        self, what: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
+        self, subject: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
     ) -> None:
-        super().__init__(what, value, limit, code)
-        self.what = what
+        super().__init__(subject, value, limit, code)
+        self.subject = subject
         self.value = value
         self.limit = limit
         self.code = code
 
     def __str__(self) -> str:
-        return f"{self.what} is {_short(self.value)}; expected {self.limit}"
+        return f"{self.subject} is {_short(self.value)}; expected {self.limit}"
 
 
 class LocalProtocolError(ProtocolError):
-    """This side tried to break the protocol: a bug here."""
+    """A message of this side would break the protocol: a bug on this side."""
 
 
 class RemoteProtocolError(ProtocolError):
-    """The peer broke the protocol; its session ends, nobody else's does."""
+    """The peer broke the protocol; only its own session ends."""
 
 
 class DeviceError(CohapticError):
@@ -126,11 +126,11 @@ class LinkOverflow(CohapticError):
 
 
 def one_line(text: str, limit: int = 120) -> str:
-    """Text that a stranger may have chosen, fit for a terminal and a log."""
+    """Text from a peer, cut to one printable line for a terminal and a log."""
     line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
     return line if len(line) <= limit else line[:limit] + "..."
 
 
 def _short(value: object) -> str:
-    """One line of a value that a stranger may have chosen."""
+    """One line of a value from a peer."""
     return one_line(repr(value), 60)

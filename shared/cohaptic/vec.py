@@ -1,4 +1,4 @@
-"""Three numbers and what the haptic loop does with them.
+"""Vectors of three numbers, and the operations on them that the haptic loop needs.
 
 Plain tuples instead of arrays: the loop's process then starts without numpy, and one operation on
 three numbers costs a third of a microsecond.

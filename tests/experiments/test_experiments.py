@@ -36,7 +36,7 @@ def outcome(*checks: Check) -> Outcome:
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
-def test_an_experiment_holds_and_writes_what_it_says(name: str, tmp_path: Path) -> None:
+def test_an_experiment_holds_and_writes_its_outcome(name: str, tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as ended:
         cohaptic.cli.app.main(
             ["experiment", name, "--out", str(tmp_path), "--quick", "--seed", "3"]

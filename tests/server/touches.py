@@ -10,7 +10,7 @@ import numpy as np
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.law import Law
-from cohaptic.control.stability.room_lag import FULL_BUDGET
+from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.vec import Vec3, scale, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.world.contact import Contact, locate

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-import time  # noqa: TID251  # the wall clock is what is compared with
+import time  # noqa: TID251  # the wall clock, for comparison
 
 from cohaptic.clock import Clock, SystemClock
 from cohaptic.testing import ManualClock

@@ -1,4 +1,4 @@
-"""Places where the contact once failed, each as a law of a whole session in virtual time."""
+"""Regression tests of contacts that once failed, as sessions in virtual time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, Virtual
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 
-STEP = EXTERNAL_RATE * PERIOD  # N in a haptic period that nothing of the hand's own explains
+STEP = EXTERNAL_RATE * PERIOD  # N in a haptic period, beyond the change by the hand's own motion
 ROUNDING = 1e-6  # N; patches are rounded to 32 bits
 
 
@@ -74,7 +74,7 @@ def test_a_finger_on_a_held_place_is_a_contact_like_any_other(
         (5000.0, Hand(0.3, 2.0, 500.0), 0.08),
     ],
 )
-def test_a_device_softer_than_the_object_is_felt_as_what_it_is(
+def test_a_device_softer_than_the_object_is_felt_with_its_own_stiffness(
     k_o: float, hand: Hand, delay: float
 ) -> None:
     session = VirtualSession(Spring(SpringSettings(k_o=k_o)))
@@ -82,7 +82,7 @@ def test_a_device_softer_than_the_object_is_felt_as_what_it_is(
     session.run(8.0)
     force = np.array(user.force)[-2000:]
     assert np.ptp(force) < 0.01
-    # Steady state is the device's: nothing restores past what it renders.
+    # The steady state has the device's stiffness: no integral makes up for its limit.
     device = SimulatedDevice.info.max_stiffness
     assert user.state.k_h == pytest.approx(device)
     assert force[-1] == pytest.approx(0.01 / (1.0 / hand.stiffness + 1.0 / device), rel=1e-3)
@@ -97,7 +97,7 @@ RAIL = DeviceInfo("rail", 100.0, 1e6, 1e3, 1.0)
 
 @dataclass
 class Rail:
-    """A device that follows a path whatever the force, and adds up the work that it does on it.
+    """A device that follows a path under any force, and sums the work of the force.
 
     Args:
         x: Where its path begins [m].
@@ -128,14 +128,15 @@ class Rail:
         return (self.sign * x, self.y + grown * self.side * math.sin(turn + 0.7), 0.0)
 
     def read(self, now: float) -> DeviceSample:
-        """On the path; the force that was written did work on the way."""
+        """The position on the path; adds the work of the last force along the way."""
         if self._start is None:
             self._start, self._at = now, self._position(0.0)
         t = now - self._start
-        here = self._position(t)
-        self.work += dot(self._force, sub(here, self._at))
-        self._at = here
-        return DeviceSample(here, scale(sub(here, self._position(t - PERIOD)), 1.0 / PERIOD))
+        position = self._position(t)
+        self.work += dot(self._force, sub(position, self._at))
+        self._at = position
+        velocity = scale(sub(position, self._position(t - PERIOD)), 1.0 / PERIOD)
+        return DeviceSample(position, velocity)
 
     def write(self, force: Vec3) -> None:
         """Held until the next period."""
@@ -150,7 +151,12 @@ SWING, COUNTED = 2.0, 8.0  # Hz; s, whole periods of the swing
 
 @dataclass
 class Counted:
-    """What two hands on rails got, and what their loops counted as made [J]."""
+    """Energy that two hands on rails received, and that their loops observed [J].
+
+    Args:
+        work: Received by the rails.
+        made: Observed by the loops' passivity layers.
+    """
 
     work: float
     made: float
@@ -163,7 +169,7 @@ def count(
     during: Callable[[VirtualSession, int], None] = lambda _session, _period: None,
     **join: Any,
 ) -> Counted:
-    """Let rails run whole periods, with loops that only look on, and count on both sides."""
+    """Run rails for whole periods with loops that only observe, and sum energy on both sides."""
     made = [0.0]
 
     def counting(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
@@ -172,7 +178,7 @@ def count(
 
     monkeypatch.setattr("cohaptic_client.loop.energy.observe", counting)
     users = [
-        # So little may it damp that it only looks on.
+        # A budget this small only observes.
         session.join(f"user{i}", HandScript(), seed=i, device=rail, max_damping=1e-12, **join)
         for i, rail in enumerate(rails)
     ]
@@ -182,7 +188,7 @@ def count(
         during(session, period)
         at = [user.state.probe for user in users]
         session.run(PERIOD)
-        # What the hold of a force over a period makes is the device's own (Colgate).
+        # The energy from holding a force over a period belongs to the device (Colgate).
         colgate += sum(
             0.5 * user.state.k_h * user.state.safety.scale * norm(sub(user.state.probe, x)) ** 2
             for user, x in zip(users, at, strict=True)
@@ -201,32 +207,32 @@ PHASES = [0.5 * math.pi, -0.5 * math.pi]
 
 @pytest.mark.parametrize(("delay", "jitter"), [(0.05, 0.0), (0.1, 0.0), (0.06, 0.05), (0.2, 0.06)])
 @pytest.mark.parametrize("phase", PHASES)
-def test_what_the_network_makes_is_counted(
+def test_energy_from_the_network_is_observed(
     monkeypatch: pytest.MonkeyPatch, delay: float, jitter: float, phase: float
 ) -> None:
-    """Two hands driven on one plate: their work in whole periods is what their loops counted."""
+    """Two hands driven on one plate: their loops observe their work over whole periods."""
     plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
-    found = count(monkeypatch, on_a_plate(phase), plate, delay=delay, jitter=jitter)
-    assert found.made == pytest.approx(found.work, rel=0.05)
+    energy = count(monkeypatch, on_a_plate(phase), plate, delay=delay, jitter=jitter)
+    assert energy.made == pytest.approx(energy.work, rel=0.05)
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_what_a_fade_makes_is_counted(monkeypatch: pytest.MonkeyPatch, phase: float) -> None:
+def test_energy_from_a_fade_is_observed(monkeypatch: pytest.MonkeyPatch, phase: float) -> None:
     """The server is silent for 0.3 s: the force fades, and is engaged again under a pressed hand.
 
-    What the body gave meanwhile is seen along a chord instead of its way: most of the rest.
+    The body's work meanwhile is observed along a chord instead of its path: most of the error.
     """
 
     def silence(session: VirtualSession, period: int) -> None:
         session.users["user0"].listening = not 1000 < period < 1300
 
     plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
-    found = count(monkeypatch, on_a_plate(phase), plate, silence, delay=0.1)
-    assert found.made == pytest.approx(found.work, rel=0.05)
+    energy = count(monkeypatch, on_a_plate(phase), plate, silence, delay=0.1)
+    assert energy.made == pytest.approx(energy.work, rel=0.05)
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_what_a_change_of_law_makes_is_counted(
+def test_energy_from_a_change_of_law_is_observed(
     monkeypatch: pytest.MonkeyPatch, phase: float
 ) -> None:
     def change(session: VirtualSession, period: int) -> None:
@@ -234,21 +240,21 @@ def test_what_a_change_of_law_makes_is_counted(
             session.set_law("user0", Law.PROPORTIONAL if period == 500 else Law.PREDICTIVE)
 
     plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
-    found = count(monkeypatch, on_a_plate(phase), plate, change, delay=0.05)
-    assert found.made == pytest.approx(found.work, rel=0.05)
+    energy = count(monkeypatch, on_a_plate(phase), plate, change, delay=0.05)
+    assert energy.made == pytest.approx(energy.work, rel=0.05)
 
 
 @pytest.mark.parametrize("side", [0.0, 0.004])
-def test_what_is_made_along_the_surface_is_counted(
+def test_energy_along_the_surface_is_observed(
     monkeypatch: pytest.MonkeyPatch, balloon: Balloon, side: float
 ) -> None:
     """With friction, pressed and dragged on both sides of the balloon."""
     rails = [Rail(0.102, 0.0, 0.012, 0.003, side, 0.0), Rail(0.102, 0.0, 0.012, 0.003, side, 1.6)]
     rails[1].sign = -1.0
-    found = count(
+    energy = count(
         monkeypatch, rails, VirtualSession(balloon), delay=0.1, friction=0.5, geometry="mesh"
     )
-    assert found.made == pytest.approx(found.work, rel=0.05)
+    assert energy.made == pytest.approx(energy.work, rel=0.05)
 
 
 # Damping (finding 4)
@@ -275,7 +281,7 @@ def test_two_who_press_in_rhythms_far_away_feel_no_jump(balloon: Balloon) -> Non
     for user in users:
         assert max(user.force) > 0.5
         assert without_jumps(user)
-        # The damping at most doubles what the hand's own way makes of the force.
+        # The damping at most doubles the change of the force by the hand's own motion.
         assert np.abs(np.diff(user.force)).max() < 0.2
 
 

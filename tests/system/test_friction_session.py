@@ -1,4 +1,4 @@
-"""What a finger that sticks feels when others drag the material under it (science 3.10)."""
+"""Force on a sticking finger when others drag the material under it (science 3.10)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cohaptic_server.world.sticking_equilibrium import (
     touch_down,
 )
 
-MU = 1.0  # rubber on rubber; the truth says whether it is enough
+MU = 1.0  # rubber on rubber; the reference shows whether it is enough
 APART = math.radians(30.0)
 DEPTH = 0.02  # m
 ALLOWED = 0.05  # of the change of a force
@@ -33,13 +33,13 @@ def balloon() -> Balloon:
 
 @dataclass(frozen=True)
 class Played:
-    """Forces before a drag and after it, in a session and in truth.
+    """Forces before a drag and after it, in a session and in equilibrium.
 
     Args:
         before: In the session, shape (2, 3) [N].
         after: In the session, shape (2, 3) [N].
-        rest: In truth, before.
-        dragged: In truth, after.
+        rest: Equilibrium before.
+        dragged: Equilibrium after.
     """
 
     before: Floats
@@ -128,7 +128,7 @@ def test_a_finger_that_sticks_feels_another_drag_its_material(
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.08, 0.25])
-def test_two_who_drag_against_each_other_feel_the_truth(balloon: Balloon, delay: float) -> None:
+def test_two_who_drag_against_each_other_feel_the_reference(balloon: Balloon, delay: float) -> None:
     played = play(balloon, delay, drags=(0.003, -0.004))
     assert (played.dragged.friction_needed < MU).all()
     assert (played.errors < ALLOWED).all()

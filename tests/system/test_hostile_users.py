@@ -154,7 +154,7 @@ def test_whatever_samples_they_send(
 
 
 def test_a_press_as_hands_make_it_passes_untouched(balloon: Balloon) -> None:
-    """6 N within 0.1 s opposite of the victim: on the body it is what the hand sent."""
+    """6 N within 0.1 s opposite of the victim: the body gets the force that the hand sent."""
     session = VirtualSession(balloon)
     session.join("victim", HandScript(0.0, depth=0.01), delay=0.01)
     session.run(3.0)

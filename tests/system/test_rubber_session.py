@@ -98,7 +98,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     assert hardest > 4.0
 
 
-def test_two_users_at_80_ms_feel_the_truth(rubber: RubberBalloon) -> None:
+def test_two_users_at_80_ms_feel_the_reference(rubber: RubberBalloon) -> None:
     hands = [HandScript(math.pi + math.pi * i, depth=0.02, approach_at=1.2) for i in range(2)]
     session = VirtualSession(rubber)
     for i, script in enumerate(hands):
@@ -112,11 +112,11 @@ def test_two_users_at_80_ms_feel_the_truth(rubber: RubberBalloon) -> None:
 
 
 @pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (2.0, 0.15)])
-def test_three_deep_hands_settle_at_the_truth(damping: float, sway: float) -> None:
+def test_three_deep_hands_settle_at_the_reference(damping: float, sway: float) -> None:
     """Contacts do not throw each other to and fro on a body that softens.
 
     Three hands of 3 cm press with 7 N each, with 50 ms of delay. On a viscous body they sway for
-    some seconds: what they feel contains their own force of before.
+    some seconds: the force that they feel contains their own earlier force.
     """
     coarse = BalloonSettings(subdivisions=2, contact_radius=0.03)
     body = RubberBalloon(coarse, damping=damping)
@@ -137,8 +137,8 @@ def test_meshes_and_friction_work_on_it_too(
 ) -> None:
     """Patches cut from the bent surface; and three loads of a contact, one normal, two along it.
 
-    With friction the truth is that of hands that stick. At 20 mm, where the surface tilts under the
-    fingers by 12 degrees, the client's friction is 14 % below it; why is not known yet.
+    With friction the reference is that of hands that stick. At 20 mm, where the surface tilts under
+    the fingers by 12 degrees, the client's friction is 14 % below it; why is not known yet.
     """
     hands = [HandScript(math.pi + math.pi * i, depth=0.02) for i in range(2)]
     session = VirtualSession(rubber)

@@ -92,7 +92,7 @@ def resting(body: RubberSolid, hands: list[HandScript]) -> list[RestingHand]:
 
 
 @pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (1.0, 0.1)])
-def test_two_users_at_80_ms_feel_the_truth(damping: float, sway: float) -> None:
+def test_two_users_at_80_ms_feel_the_reference(damping: float, sway: float) -> None:
     body = ball(damping=damping)
     hands = [HandScript(math.pi + math.pi * i, depth=0.012, approach_at=1.2) for i in range(2)]
     session = VirtualSession(body)

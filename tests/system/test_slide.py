@@ -20,7 +20,7 @@ def body() -> Balloon:
 def test_a_mesh_patch_keeps_the_force_of_a_sliding_hand_and_a_plane_does_not(
     body: Balloon,
 ) -> None:
-    """At 0.1 m/s and 80 ms each way the force is within 5 % of the truth all the time."""
+    """At 0.1 m/s and 80 ms each way the force is always within 5 % of the reference."""
     mesh = measure("mesh", 0.1, 0.08, body=body)
     assert mesh.median <= mesh.p95 <= mesh.worst < 0.05
     assert mesh.step < 0.02
@@ -30,7 +30,7 @@ def test_a_mesh_patch_keeps_the_force_of_a_sliding_hand_and_a_plane_does_not(
     assert mesh.force == pytest.approx(plane.force, rel=0.05)
 
 
-def test_the_truth_of_a_hand_at_rest_is_its_depth_over_the_compliance(body: Balloon) -> None:
+def test_the_reference_of_a_hand_at_rest_is_its_depth_over_the_compliance(body: Balloon) -> None:
     shallow, deep = true_forces(body, [(0.095, 0.0, 0.0), (0.09, 0.0, 0.0)])
     assert deep == pytest.approx(2.0 * shallow, rel=0.05)
     assert true_forces(body, [(0.12, 0.0, 0.0)]) == 0.0

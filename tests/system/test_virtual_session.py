@@ -29,7 +29,7 @@ def scripts(n: int, depth: float = 0.015, approach_at: float = 1.0) -> list[Hand
     ]
 
 
-def truth(body: Balloon, hands: list[HandScript]) -> Equilibrium:
+def reference(body: Balloon, hands: list[HandScript]) -> Equilibrium:
     info = describe(body)
     return solve(
         body,
@@ -41,13 +41,15 @@ def truth(body: Balloon, hands: list[HandScript]) -> Equilibrium:
 
 
 @pytest.mark.parametrize(("n", "delay"), [(1, 0.5), (2, 0.0), (2, 0.25), (3, 0.08), (4, 0.1)])
-def test_predictive_forces_are_the_truth_at_any_delay(body: Balloon, n: int, delay: float) -> None:
+def test_predictive_forces_are_the_reference_at_any_delay(
+    body: Balloon, n: int, delay: float
+) -> None:
     hands = scripts(n, approach_at=1.0 + 2 * delay)
     session = VirtualSession(body)
     for i, script in enumerate(hands):
         session.join(f"user{i}", script, delay=delay, jitter=0.2 * delay, seed=i)
     session.run(3.5 + 14 * delay)
-    expected = truth(body, hands)
+    expected = reference(body, hands)
     for i, user in enumerate(session.users.values()):
         assert user.force[-1] == pytest.approx(expected.force[i], rel=0.01)
         assert user.felt[-1] == pytest.approx(expected.felt_from_others[i], rel=0.02, abs=1e-4)

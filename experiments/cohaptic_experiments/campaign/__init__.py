@@ -1,1 +1,1 @@
-"""Thousands of rooms with hands of every kind: which are stable, slow, soft."""
+"""Campaign `hands`: thousands of random rooms, and which of them are unstable, slow or soft."""

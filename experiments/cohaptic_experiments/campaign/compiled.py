@@ -1,6 +1,6 @@
-"""Compiles the client's own functions, so that a campaign of hours of haptics takes minutes.
+"""Compilation of the client's own functions, so that hours of haptics take minutes.
 
-The functions are those of the client, not copies: numba compiles the same source.
+Numba compiles the same source that the client runs; there are no copies.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def usable(function: F) -> F:
-    """Let compiled code call `function`, which itself stays as it is."""
+    """Let compiled code call `function`; in Python it stays as it is."""
     register_jitable(function)
     return function
 

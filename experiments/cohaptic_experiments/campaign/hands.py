@@ -1,10 +1,10 @@
-"""Thousands of rooms of one to eight hands: who swings, who feels the truth, who waits for it.
+"""Thousands of rooms of one to eight hands: stability, force error, and time to the steady force.
 
-Two questions. How do the laws compare, on the ensemble of science 3.4, each with and without the
-passivity layer, and the paper's own rule K_h < 1 / C_ii, which looks at one contact only? And where
-does the predictive law with the room's lag end: the rows of `hands_rows.py`, science 3.11. Each
-trial runs the client's and the server's own functions (`hands_kernel.py`), and is named by seed and
-index: `--trial` draws its forces. Unstable, slow and soft rooms are three counts.
+Two questions. How do the laws compare on the ensemble of science 3.4, each with and without the
+passivity layer, beside the paper's own rule K_h < 1 / C_ii, which considers one contact only? And
+where are the limits of the predictive law with the room's lag: the rows of `rows.py`, science 3.11.
+Each trial runs the client's and the server's own functions (`kernel.py`) and is identified by seed
+and index: `--trial` draws its forces. Unstable, slow and soft rooms are counted separately.
 """
 
 # pyright: reportUnknownMemberType=false
@@ -17,9 +17,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
-from cohaptic_experiments.campaign.campaign import Variant, Verdicts, play, trace
 from cohaptic_experiments.campaign.rows import OURS, ROWS, SECONDS, WEAK_OFF, Row
+from cohaptic_experiments.campaign.simulation import play, trace
 from cohaptic_experiments.campaign.trials import MAX_USERS, Trial, draw, without_coupling
+from cohaptic_experiments.campaign.variants import Variant
+from cohaptic_experiments.campaign.verdicts import Verdicts
 from cohaptic_experiments.outcome import (
     Check,
     Number,
@@ -33,7 +35,7 @@ from cohaptic_experiments.outcome import (
 from cohaptic_experiments.plot_style import FOURTH, PROBE, PROXY, THIRD, canvas
 
 NAME = "hands"
-TITLE = "1 to 8 hands of every kind at any delay: stability, and force against the truth"
+TITLE = "1 to 8 hands of every kind at any delay: stability, and force against the reference"
 QUICK = 60  # trials of the short version
 RULES = (
     Variant(Law.PROPORTIONAL, coupled=False),
@@ -42,10 +44,11 @@ RULES = (
     OURS,
 )
 COLORS = dict(zip(RULES, (FOURTH, PROXY, THIRD, PROBE), strict=True))
-STEP = 0.02  # N in a haptic period that nothing of the hand's own explains
-# Of doubles, in which a limit is held to rounding.
-ROUNDING = 1e-9
-FAR_OFF = 0.25  # relative error from which a trial is listed
+# N in a haptic period, beyond the change that the hand's own motion and the damping explain: the
+# safety layer's limit for changes by others, 20 N/s (`cohaptic_client.loop.safety`).
+STEP = 0.02
+ROUNDING = 1e-9  # N, of sums of doubles near the limit
+FAR_OFF = 0.25  # relative error from which a trial is listed by index
 
 
 def run(options: Options, progress: Progress) -> Outcome:
@@ -55,7 +58,7 @@ def run(options: Options, progress: Progress) -> Outcome:
     count = QUICK if options.quick else options.trials
     trials = [draw(options.seed, i) for i in range(count)]
     rows = (*ROWS, WEAK_OFF)
-    # In trials of 8 s.
+    # Work in units of one trial of 8 s.
     done, work = (
         0.0,
         count * (2 * len(RULES) + 1 + sum(r.times * r.seconds / SECONDS for r in rows)),
@@ -66,10 +69,10 @@ def run(options: Options, progress: Progress) -> Outcome:
         done += more
         progress(min(1.0, done / work))
 
-    found: dict[Variant, Verdicts] = {}
+    judged: dict[Variant, Verdicts] = {}
     for rule in RULES:
         for variant in (rule.without_passivity, rule):
-            found[variant] = play(trials, variant, seconds=SECONDS, progress=advance)
+            judged[variant] = play(trials, variant, seconds=SECONDS, progress=advance)
     alone = [without_coupling(trial) for trial in trials]
     uncoupled = play(alone, OURS, seconds=SECONDS, progress=advance)
     played: dict[Row, Verdicts] = {}
@@ -77,10 +80,10 @@ def run(options: Options, progress: Progress) -> Outcome:
         some = [row.draw(options.seed, i) for i in range(row.times * count)]
         played[row] = play(some, row.variant, seconds=row.seconds, progress=_longer(advance, row))
     return Outcome(
-        _figure(found),
-        _table(options.seed, trials, found),
-        _numbers(options.seed, trials, found, uncoupled) | _row_numbers(played),
-        (*_checks(trials, found, uncoupled), *_row_checks(played)),
+        _figure(judged),
+        _table(options.seed, trials, judged),
+        _numbers(options.seed, trials, judged, uncoupled) | _row_numbers(played),
+        (*_checks(trials, judged, uncoupled), *_row_checks(played)),
     )
 
 
@@ -127,16 +130,16 @@ COLUMNS = (
 
 
 def _checks(
-    trials: list[Trial], found: dict[Variant, Verdicts], uncoupled: Verdicts
+    trials: list[Trial], judged: dict[Variant, Verdicts], uncoupled: Verdicts
 ) -> tuple[Check, ...]:
-    ours, paper = found[OURS], found[RULES[0].without_passivity]
+    ours, paper = judged[OURS], judged[RULES[0].without_passivity]
     lone = np.array([len(trial.C) == 1 for trial in trials])
     return (
         at_most(f"{OURS.name}: unstable trials", int(ours.unstable.sum()), 0),
         at_most(f"{OURS.name}: median error of a force, share", _quantile(ours, 50), 0.01),
         at_most(f"{OURS.name}: 95th percentile of it", _quantile(ours, 95), 0.035),
         at_most("the same without coupling: largest error", float(uncoupled.errors.max()), 1e-3),
-        # Not nothing: where a contact ends, the force of its last period is held on beyond it.
+        # Above zero: where a contact ends, the force of its last period is still applied.
         at_most("passivity layer, one user: damping over force, largest",
                 float(ours.damping[lone].max(initial=0.0)), 1e-3),
         at_most("passivity layer, median trial: damping over force, RMS",
@@ -147,20 +150,20 @@ def _checks(
 
 
 def _numbers(
-    seed: int, trials: list[Trial], found: dict[Variant, Verdicts], uncoupled: Verdicts
+    seed: int, trials: list[Trial], judged: dict[Variant, Verdicts], uncoupled: Verdicts
 ) -> dict[str, Number]:
     numbers: dict[str, Number] = {
         "trials": len(trials),
         "seconds_of_haptics_each": SECONDS,
         "largest_error_without_coupling": float(uncoupled.errors.max()),
     }
-    for variant, verdicts in found.items():
+    for variant, verdicts in judged.items():
         name = variant.name
         numbers[f"{name}: unstable"] = int(verdicts.unstable.sum())
         numbers[f"{name}: median error"] = _quantile(verdicts, 50)
         numbers[f"{name}: 95th percentile error"] = _quantile(verdicts, 95)
         numbers[f"{name}: damping over force, median"] = float(np.median(verdicts.damping))
-    ours = found[OURS]
+    ours = judged[OURS]
     short = np.flatnonzero(ours.unstable | (ours.error > FAR_OFF))
     numbers["trials_that_fell_short"] = [float(i) for i in short]
     numbers["to_see_one"] = f"cohaptic experiment {NAME} --out DIR --seed {seed} --trial INDEX"
@@ -171,28 +174,28 @@ def _quantile(verdicts: Verdicts, q: float) -> float:
     return float(np.percentile(verdicts.errors, q)) if verdicts.errors.size else float("nan")
 
 
-def _table(seed: int, trials: list[Trial], found: dict[Variant, Verdicts]) -> Table:
+def _table(seed: int, trials: list[Trial], judged: dict[Variant, Verdicts]) -> Table:
     """A row for each trial; for each variant whether it is unstable, and its largest error."""
     columns = ["seed", "trial", "object", "users", "longest round trip [s]"]
-    for variant in found:
+    for variant in judged:
         columns += [f"{variant.name}: unstable", f"{variant.name}: largest error"]
     rows: list[tuple[float | int | str | None, ...]] = []
     for i, trial in enumerate(trials):
         longest = float((trial.up + trial.down + 2.0 * trial.jitter).max())
         row: list[float | int | str | None] = [seed, i, trial.object, len(trial.C), longest]
-        for verdicts in found.values():
+        for verdicts in judged.values():
             row += [int(verdicts.unstable[i]), float(verdicts.error[i])]
         rows.append(tuple(row))
     return Table(tuple(columns), rows)
 
 
-def _figure(found: dict[Variant, Verdicts]) -> Figure:
+def _figure(judged: dict[Variant, Verdicts]) -> Figure:
     """Unstable shares; error of every force; the same over the size of the room."""
     figure = canvas(8.2, 3.0)
     bars, spread, rooms = figure.subplots(1, 3, width_ratios=(1.1, 1.2, 1.0))
     for place, rule in enumerate(RULES):
         for shift, variant in ((-0.2, rule.without_passivity), (0.2, rule)):
-            share = 100.0 * float(found[variant].unstable.mean())
+            share = 100.0 * float(judged[variant].unstable.mean())
             bars.barh(
                 place + shift,
                 share,
@@ -204,10 +207,10 @@ def _figure(found: dict[Variant, Verdicts]) -> Figure:
                 f"{share:.3g} %", (share, place + shift), xytext=(3, 0),
                 textcoords="offset points", va="center", fontsize=7,
             )  # fmt: skip
-        errors = np.sort(found[rule].errors)
+        errors = np.sort(judged[rule].errors)
         shares = 100.0 * np.arange(1, errors.size + 1) / errors.size
         spread.plot(100.0 * np.maximum(errors, 1e-5), shares, color=COLORS[rule], label=rule.rule)
-        verdicts = found[rule]
+        verdicts = judged[rule]
         sizes = [n for n in range(1, MAX_USERS + 1) if (verdicts.users == n).any()]
         worst = [100.0 * np.percentile(verdicts.errors[verdicts.users == n], 95) for n in sizes]
         rooms.plot(sizes, worst, color=COLORS[rule], marker="o", markersize=3)
@@ -237,10 +240,10 @@ def _one(seed: int, index: int) -> Outcome:
     for place, rule in zip(axes.flat, RULES, strict=True):
         t, forces = trace(trial, rule, seconds=SECONDS)
         place.plot(t, forces, linewidth=0.9)
-        for force in trial.truth:
+        for force in trial.reference:
             place.axhline(float(force), color="black", linewidth=0.5, linestyle=":")
         place.set_title(rule.name)
-        place.set_ylim(0.0, 2.0 * float(trial.truth.max()))
+        place.set_ylim(0.0, 2.0 * float(trial.reference.max()))
         verdict = play([trial], rule, seconds=SECONDS)
         rows.append((rule.name, int(verdict.unstable[0]), float(verdict.error[0])))
         if rule is OURS:
@@ -249,7 +252,7 @@ def _one(seed: int, index: int) -> Outcome:
                 at_most(f"{rule.name}: largest error, share", float(verdict.error[0]), FAR_OFF),
             ]
     figure.supxlabel("time [s]", fontsize=9)
-    figure.supylabel("force on each hand [N]; dotted: the truth", fontsize=9)
+    figure.supylabel("force on each hand [N]; dotted: the reference", fontsize=9)
     numbers: dict[str, Number] = {
         "trial": index,
         "object": trial.object,
@@ -257,7 +260,7 @@ def _one(seed: int, index: int) -> Outcome:
         "simulation_hz": 1.0 / trial.simulation_period,
         "round_trip_ms": [float(1e3 * x) for x in trial.up + trial.down],
         "k_o": [float(1.0 / c) for c in np.diag(trial.C)],
-        "truth_n": [float(f) for f in trial.truth],
+        "reference_n": [float(f) for f in trial.reference],
     }
     return Outcome(
         figure, Table(("rule", "unstable", "largest error"), rows), numbers, tuple(checks)

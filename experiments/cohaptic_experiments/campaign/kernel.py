@@ -1,14 +1,13 @@
-"""Haptics of a room of hands, compiled: the functions of client and server at 1 kHz.
+"""One trial of the campaign, compiled: the client's own functions at 1 kHz around a linear room.
 
-Everything else is the shell that those functions live in, linear, each contact in a frame of its
-own (normal and two tangents): hands on springs, samples and patches once per simulation period,
-links with delay, jitter, loss and order, the straight line from patch to patch.
-`tests/experiments/campaign/test_hands.py` lays it beside a session of the real room and client.
+The rest is a simplified shell, with each contact in its own frame (normal and two tangents): hands
+on springs (`hand_motion.py`), one sample and one patch per simulation period over links with delay,
+jitter and loss (`links.py`), the server's limits (`server_tick.py`), and the client's linear ramp
+from patch to patch. `tests/experiments/campaign/test_hands.py` compares it with a session of the
+real room and client.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from cohaptic.control.proportional_integral import (
     integration_threshold,
     proportional_integral_step,
 )
-from cohaptic.control.stability.room_lag import kept
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME
@@ -38,28 +36,16 @@ from cohaptic_client.loop.safety import (
 )
 from cohaptic_client.loop.slew import hold_back
 from cohaptic_client.loop.step import on_body
-from cohaptic_experiments.campaign.compiled import (
-    compiled,
-    compiled_in_parallel,
-    on_all_cores,
-    usable,
-)
-from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.force_limits import (
-    EFFECT_RATE,
-    allowed_shares,
-    fair_cap,
-    limit_forces,
-    low_pass,
-)
+from cohaptic_experiments.campaign.compiled import compiled, usable
+from cohaptic_experiments.campaign.hand_motion import CLEARANCE, intended
+from cohaptic_experiments.campaign.links import empty_queue, receive, send
+from cohaptic_experiments.campaign.server_tick import Server, server_tick
+from cohaptic_server.numeric import Floats
 
-T = 1e-3  # s
-PRESS_TIME = 0.3  # s
-CLEARANCE = 0.01  # m in front of the surface before the press
+T = 1e-3  # s, haptic period
 PROPORTIONAL, PI, PREDICTIVE = 0, 1, 2
-TAIL = 4.0  # s at the end of a trial that are kept
+TAIL = 4.0  # s at the end of a trial whose forces are kept
 EVERY = 10  # periods between kept forces
-SLOTS = 128  # messages in flight; 0.65 s at 100 Hz are 65
 FIGURES = 4  # per trial: see `haptics`
 
 for _function in (
@@ -68,38 +54,16 @@ for _function in (
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
     dissipate, given_share, observe, next_share, limited, rate_of, hold_back, next_patience,
     on_body,
-    kept, low_pass, fair_cap, limit_forces, allowed_shares,
 ):  # fmt: skip
     usable(_function)
 THRESHOLDS = Thresholds()
 LIMITS = SafetyLimits()
 SILENT_AFTER, FADE_TIME, ENGAGE_TIME = 0.1, LIMITS.fade_time, LIMITS.engage_time
-MAX_FORCE = 100.0  # N; what grows shall be seen to grow
+MAX_FORCE = 100.0  # N; far above the devices' limits, so that growing forces are seen to grow
 
 
-@compiled
-def intended(hand: Floats, motion: Floats, now: float) -> tuple[float, float]:
-    """Where a hand wants its tip to be: height over the resting surface, and sideways [m].
-
-    Args:
-        hand: As in `haptics`, one row.
-        motion: Same.
-        now: [s].
-    """
-    s = min(1.0, max(0.0, (now - hand[4]) / PRESS_TIME))
-    pressed = s * s * (3.0 - 2.0 * s)
-    off = min(1.0, max(0.0, (now - motion[6]) / PRESS_TIME))
-    back = min(1.0, max(0.0, (now - motion[7]) / PRESS_TIME))
-    pressed *= 1.0 - off * off * (3.0 - 2.0 * off) + back * back * (3.0 - 2.0 * back)
-    depth = -CLEARANCE + (hand[3] + CLEARANCE) * pressed
-    # The last of a motion goes smoothly, so that a quiet hand is not one that was stopped.
-    calm = min(1.0, max(0.0, motion[8] - now))
-    depth += calm * motion[0] * math.sin(6.283185307179586 * motion[1] * now + motion[2])
-    depth += calm * motion[3] * math.sin(6.283185307179586 * motion[4] * now)
-    side = motion[5] * math.sin(6.283185307179586 * motion[4] * now + motion[2])
-    return -depth, calm * side * pressed
-
-
+# One long function: its state is thirty arrays and scalars, which parts would have to pass on in
+# every period; numba compiles it as one loop.
 @compiled
 def haptics(
     law: int,
@@ -116,16 +80,18 @@ def haptics(
     tail: Floats,
     figures: Floats,
 ) -> None:
-    """One trial.
+    """Run one trial.
 
     Args:
-        law: Of everybody.
-        C: Compliance of the contacts, each in its frame, shape (3 n, 3 n) [m/N].
-        hand: Rows mass, damping, stiffness, depth, time of the press, shape (n, 5).
-        device: Rows damping budget, friction, largest stiffness in any direction, shape (n, 3).
-        motion: Rows amplitude, frequency and phase of a tremble; amplitude, frequency of a slow
-            motion, its amplitude sideways; when it lets go and presses again; when it is quiet.
-            Shape (n, 9).
+        law: Of everybody: `PROPORTIONAL`, `PI` or `PREDICTIVE`.
+        C: Compliance of the contacts, each in its own frame, shape (3 n, 3 n) [m/N].
+        hand: Rows mass [kg], damping [N s/m], stiffness [N/m], depth [m], time of the press [s],
+            shape (n, 5).
+        device: Rows damping budget [N s/m], coefficient of friction, largest stiffness in any
+            direction [N/m], shape (n, 3).
+        motion: Rows amplitude [m], frequency [Hz] and phase [rad] of a tremor; amplitude [m] and
+            frequency [Hz] of a slow motion, its amplitude sideways [m]; times of release, second
+            press, and the end of all motion [s]. Shape (n, 9).
         link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
         gains: Rows K_h, I, shape (n, 2).
         lag: Of the room [s].
@@ -134,27 +100,23 @@ def haptics(
         seconds: Of haptics.
         tail: Forces on the hands at the end, written here, shape (k, n) [N].
         figures: Written here, shape (4,): sums over periods and users of the squared damping force
-            and of the squared force [N^2]; the largest change of a force in a period beyond what
-            the hand's own motion and the damping explain [N]; the share of periods in which a
-            force was faded.
+            and of the squared force [N^2]; the largest change of a force in a period that is not
+            explained by the hand's own motion and the damping [N]; the share of periods in which a
+            force was faded by the safety layer.
     """
     n = len(hand)
     np.random.seed(seed)  # noqa: NPY002 -- the generator that numba compiles, one per thread
     steps = round(seconds / T)
     first = steps - len(tail) * EVERY
-    # Links: due time and payload of what is on its way.
-    up_due, up_force = np.zeros((n, SLOTS)), np.zeros((n, SLOTS, 3))
-    down_due, down_x, down_own = (
-        np.zeros((n, SLOTS)),
-        np.zeros((n, SLOTS, 3)),
-        np.zeros((n, SLOTS, 3)),
+    up, down = empty_queue(n, 3), empty_queue(n, 6)
+    server = Server(
+        C,
+        np.ascontiguousarray(C[::3, ::3]),
+        np.copy(gains[:, 0]),
+        np.full((n, 1), lag),
+        np.zeros((n, 3)),
+        np.zeros((n, 3)),
     )
-    up_in, up_out = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    down_in, down_out = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    up_last, down_last = np.zeros(n), np.zeros(n)
-    heard, carried = np.zeros((n, 3)), np.zeros((n, 3))
-    normal_C = np.ascontiguousarray(C[::3, ::3])
-    no_end, lags = np.full(n, np.inf), np.full((n, 1), lag)
     # The hands: normal and first tangent; along the second nobody moves.
     x, v = np.zeros((n, 2)), np.zeros((n, 2))
     x[:, 0] = CLEARANCE
@@ -180,47 +142,18 @@ def haptics(
         now = k * T
         if now >= next_tick:
             next_tick += simulation_period
-            for i in range(n):
-                while up_out[i] < up_in[i] and up_due[i, up_out[i] % SLOTS] <= now:
-                    heard[i] = up_force[i, up_out[i] % SLOTS]
-                    up_out[i] += 1
-            was = np.copy(carried)
-            wanted = np.copy(heard)
-            wanted[:, 0] = limit_forces(np.copy(heard[:, 0]), no_end)
-            lagged = low_pass(was, wanted, lags, simulation_period)
-            change = np.sqrt(((lagged - was) ** 2).sum(axis=1))
-            allowed = allowed_shares(
-                change, np.copy(gains[:, 0]), normal_C, EFFECT_RATE * simulation_period
-            )
-            for i in range(n):
-                carried[i] = was[i] + allowed[i] * (lagged[i] - was[i])
-            for i in range(n):
-                slot = down_in[i] % SLOTS
-                late = now + link[i, 1] + link[i, 2] * np.random.random()  # noqa: NPY002
-                if np.random.random() < link[i, 3]:  # noqa: NPY002
-                    continue
-                down_last[i] = max(down_last[i], late)
-                down_due[i, slot] = down_last[i]
-                for a in range(3):
-                    moved = 0.0
-                    for j in range(n):
-                        if j != i:
-                            for b in range(3):
-                                moved -= C[3 * i + a, 3 * j + b] * carried[j, b]
-                    down_x[i, slot, a] = moved
-                    down_own[i, slot, a] = carried[i, a]
-                down_in[i] += 1
+            server_tick(server, up, down, link, now, simulation_period)
         for i in range(n):
-            while down_out[i] < down_in[i] and down_due[i, down_out[i] % SLOTS] <= now:
-                slot = down_out[i] % SLOTS
+            slot = receive(down, i, now)
+            while slot >= 0:
                 share = min(1.0, (now - arrived[i]) / simulation_period)
                 x_from[i] += share * (x_to[i] - x_from[i])
                 own_from[i] += share * (own_to[i] - own_from[i])
-                x_to[i], own_to[i] = down_x[i, slot], down_own[i, slot]
+                x_to[i], own_to[i] = down.payload[i, slot, :3], down.payload[i, slot, 3:]
                 if arrived[i] >= 0.0:
                     patience[i] = next_patience(patience[i], now - arrived[i])
                 arrived[i] = now
-                down_out[i] += 1
+                slot = receive(down, i, now)
             height, side = intended(hand[i], motion[i], now)
             mass, b, stiffness, mu = hand[i, 0], hand[i, 1], hand[i, 2], device[i, 1]
             x0, x1 = x[i, 0], x[i, 1]
@@ -318,7 +251,7 @@ def haptics(
                 shown_before[i, a] = shown[a]
                 own_before[i, a] = own[a]
             dent_before[i] = dent
-            # What neither the hand's own motion nor the damping explains.
+            # Change that neither the hand's own motion nor the damping explains.
             step = sub(contact, felt[i])
             if mu > 0.0:
                 # Friction is a share mu of a normal force that the motion changes.
@@ -337,65 +270,6 @@ def haptics(
                 tail[(k - first) // EVERY, i] = given[0]
             if now >= next_send[i]:
                 next_send[i] += simulation_period
-                slot = up_in[i] % SLOTS
-                late = now + link[i, 0] + link[i, 2] * np.random.random()  # noqa: NPY002
+                due = now + link[i, 0] + link[i, 2] * np.random.random()  # noqa: NPY002
                 if np.random.random() >= link[i, 3]:  # noqa: NPY002
-                    up_last[i] = max(up_last[i], late)
-                    up_due[i, slot] = up_last[i]
-                    for a in range(3):
-                        up_force[i, slot, a] = contact[a]
-                    up_in[i] += 1
-
-
-@compiled_in_parallel
-def all_haptics(
-    law: int,
-    users: Ints,
-    C: Floats,
-    hands: Floats,
-    devices: Floats,
-    motions: Floats,
-    links: Floats,
-    gains: Floats,
-    lags: Floats,
-    periods: Floats,
-    seeds: Ints,
-    seconds: float,
-    tails: Floats,
-    figures: Floats,
-) -> None:
-    """`haptics` of many trials side by side; arrays have one more dimension in front.
-
-    Args:
-        law: As in `haptics`, like every other argument that is not named here.
-        users: Number of hands of each trial, shape (trials,).
-        C: Padded to the largest room.
-        hands: Same.
-        devices: Same.
-        motions: Same.
-        links: Same.
-        gains: Same.
-        lags: Of the rooms, shape (trials,) [s].
-        periods: Simulation periods, shape (trials,) [s].
-        seeds: Shape (trials,).
-        seconds: Of haptics.
-        tails: Written here, shape (trials, k, n) [N].
-        figures: Written here, shape (trials, 4).
-    """
-    for t in on_all_cores(len(users)):
-        n = users[t]
-        haptics(
-            law,
-            C[t, : 3 * n, : 3 * n],
-            hands[t, :n],
-            devices[t, :n],
-            motions[t, :n],
-            links[t, :n],
-            gains[t, :n],
-            lags[t],
-            periods[t],
-            seeds[t],
-            seconds,
-            tails[t, :, :n],
-            figures[t],
-        )
+                    send(up, i, due, contact)

@@ -1,8 +1,4 @@
-"""The rows of the campaign `hands`: which rooms, on which devices, for how long.
-
-A claim of stability names its ensemble; these are the ensembles (science 3.11), and the one place
-that words them.
-"""
+"""The rows of the campaign `hands`: ensembles of rooms, devices and durations (science 3.11)."""
 
 from __future__ import annotations
 
@@ -10,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
-from cohaptic_experiments.campaign.campaign import Variant
 from cohaptic_experiments.campaign.trials import Trial, draw
+from cohaptic_experiments.campaign.variants import Variant
 from cohaptic_experiments.campaign.wide_trials import draw_close, draw_stiff, draw_weak, draw_wide
 
 SECONDS, LONG = 8.0, 40.0  # of haptics per trial
@@ -24,13 +20,13 @@ class Row:
     """One row of the campaign.
 
     Args:
-        name: Of the ensemble and the devices' damping.
-        draw: Trial by campaign seed and index.
-        variant: What everybody runs.
+        name: Ensemble and damping of the devices, in words.
+        draw: Makes a trial of the campaign's seed and an index.
+        variant: Law and devices of everybody.
         seconds: Of haptics per trial.
-        times: Over the campaign's number of trials.
-        unstable: How many may be.
-        error: Largest 95th percentile of a steady force's error, as a share; None: not judged.
+        times: Number of trials over the campaign's.
+        unstable: Largest number of unstable trials that passes.
+        error: Largest 95th percentile of a steady force's relative error; None if not judged.
     """
 
     name: str
@@ -65,5 +61,5 @@ ROWS = (
     Row("all fingers within 10 mm, layer off", draw_close, OFF, SECONDS),
     Row("hands of 0.3-1.5 N s/m, 8 N s/m", draw_weak, OURS, SECONDS),
 )
-# What may swing here does so because a hand of 0.5 kg with 0.3 N s/m rings for seconds by itself.
+# A few rooms may swing: a hand of 0.5 kg with 0.3 N s/m alone already rings for seconds.
 WEAK_OFF = Row("hands of 0.3-1.5 N s/m, layer off", draw_weak, OFF, LONG, unstable=4)

@@ -4,7 +4,7 @@
 hold; objects of 50-800 N/m; simulation at 20-100 Hz; one-way delays of 0-250 ms with up to 60 ms of
 jitter; contacts at least 40 mm apart, or anywhere on a slab. Half of the objects couple like the
 balloon touched at random places, half like a soft slab (elastic half-space, whose contacts all push
-in the same direction). `draw_wide`, in `hands_wide.py`, is that of science 3.11.
+in the same direction). `wide_trials.draw_wide` is the ensemble of science 3.11.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ MAX_USERS = 8
 APART = 0.04  # m between contacts on the balloon: two diameters of a fingertip
 SLAB_RADIUS = 0.01  # m, of a contact on the slab
 SLAB_SIZE = 0.12  # m, of the square that is touched
-CLEARANCE = 0.01  # m in front of the surface before the press
-STILL = 1e9  # s; a time that does not come
+STILL = 1e9  # s; a time after the end of every trial
 
 
 def no_motion(n: int) -> Floats:
@@ -38,7 +37,7 @@ def no_motion(n: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One room.
+    """One room: hands, object, devices and links.
 
     Args:
         object: `balloon` or `slab`.
@@ -54,7 +53,7 @@ class Trial:
         budget: What each device may damp, shape (n,) [N s/m]; None: as the campaign's row says.
         friction: mu of each contact, shape (n,); None: none.
         loss: Share of messages lost, shape (n,); None: none.
-        motion: What hands do besides, rows as in `hands_kernel.haptics`, shape (n, 9).
+        motion: Further motion of the hands, rows as in `kernel.haptics`, shape (n, 9).
         along: Tangential compliance of a contact as a share of its normal one.
     """
 
@@ -84,8 +83,8 @@ class Trial:
         return k if self.max_stiffness is None else np.minimum(k, self.max_stiffness)
 
     @property
-    def truth(self) -> Floats:
-        """Force on each hand in equilibrium, no network, no law, shape (n,) [N].
+    def reference(self) -> Floats:
+        """Force on each hand in static equilibrium, without network and law, shape (n,) [N].
 
         Where a device is softer than the object, the hand presses on the device's spring.
         """
@@ -106,7 +105,7 @@ class Trial:
 
     @property
     def loop_delay(self) -> Floats:
-        """What the server would measure at most of each loop (`control.delay`), shape (n,) [s]."""
+        """Largest delay that the server would measure (`control.delay`), shape (n,) [s]."""
         way = self.up + self.down + 2.0 * self.jitter
         # A sample is sent once per period, and waits for the next tick.
         return np.asarray((np.ceil(way / self.simulation_period) + 2.0) * self.simulation_period)

@@ -1,4 +1,4 @@
-"""The wide ensemble of the campaign (science 3.11): what a laboratory has, and what goes wrong.
+"""The wide ensemble of the campaign (science 3.11): devices of laboratories, and rough networks.
 
 Devices that render 500 to 5,000 N/m and may damp 0, 1 or 8 N s/m; objects of 50 to 10,000 N/m;
 contacts down to a fingertip apart and at the same place; hands of 0.3 to 10 N s/m that move,
@@ -24,7 +24,7 @@ from cohaptic_server.numeric import Floats
 
 BUDGETS = (0.0, 1.0, 8.0)  # N s/m
 FINGERTIP = 0.01  # m
-SAME_PLACE = 1e-3  # of a compliance, that two fingers on one spot do not share
+SAME_PLACE = 1e-3  # share of its compliance that a finger on a common spot has for itself
 T = 1e-3  # s
 QUIET = 0.5  # share of a run after which the hands hold still, so that a swing is the room's own
 
@@ -46,8 +46,8 @@ def draw_wide(seed: int, index: int, seconds: float) -> Trial:
     budget = rng.choice(BUDGETS, n)
     rough = bool(rng.integers(0, 2))
     far = bool(rng.integers(0, 4) == 0)
-    # A device renders what it renders because it damps K T / 2 by itself (Colgate), and its budget
-    # on top of that; the hand's own damping comes on top.
+    # A device that renders K stably has physical damping of at least K T / 2 (Colgate). Its budget
+    # and the hand's own damping come on top of that.
     own = 0.5 * device * T
     return Trial(
         object=kind,
@@ -111,7 +111,7 @@ def _shape(rng: np.random.Generator, kind: str, n: int) -> Floats:
 
 
 def _motion(rng: np.random.Generator, n: int, quiet_at: float, *, sideways: bool) -> Floats:
-    """What the hands do besides pressing, rows as in `hands_kernel.haptics`, shape (n, 9)."""
+    """Motion of the hands besides pressing, rows as in `kernel.haptics`, shape (n, 9)."""
     motion = np.zeros((n, 9))
     trembles, moves, leaves = (rng.integers(0, 2, n) for _ in range(3))
     motion[:, 0] = trembles * rng.uniform(0.05e-3, 0.5e-3, n)

@@ -1,1 +1,1 @@
-"""The lag that two hands need, by every criterion that we know."""
+"""The lag that two moving hands need, by several stability criteria."""

@@ -8,7 +8,7 @@ the coupling c = S_12, the room's lag tau and T the sum of both loop delays, two
 
 Only the sum of the delays counts, whatever their ratio. How large tau must be, say
 
-- `by_roots`, exactly: the rightmost root, by Chebyshev collocation as in `control.room_roots`;
+- `by_roots`, exactly: the rightmost root, by Chebyshev collocation as in `room_roots`;
 - `by_crossings`: the least delay that puts a root on the axis, found where |c^2 H_1 H_2| and
   |1 + i w tau|^2 cross. With it Du, Kulkarni, Kager and Campolo 2025 (Stability criteria and motor
   performance in delayed haptic dyadic interactions mediated by robots, arXiv:2510.14511) bound the
@@ -33,8 +33,8 @@ from cohaptic.control.stability.room_roots import chebyshev
 from cohaptic_server.numeric import Floats
 
 Complexes = npt.NDArray[np.complex128]
-SHORTEST, LONGEST, SCANNED = 1e-3, 1.0, 24  # lags that are looked at [s]
-W: Floats = np.geomspace(0.05, 2000.0, 8000)  # 1/s
+SHORTEST, LONGEST, SCANNED = 1e-3, 1.0, 24  # range of lags [s], and how many of them are tried
+W: Floats = np.geomspace(0.05, 2000.0, 8000)  # 1/s, from below to above all modes of two hands
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ def by_crossings(dyad: Dyad) -> float:
 
 
 def by_small_gain(dyad: Dyad) -> float:
-    """Lag above which what delays up to the given ones change is too little [s]."""
+    """Lag above which all delays up to the given ones are stable, by small gain [s]."""
     gain, T = dyad.gain(), sum(dyad.delays)
     change = 2.0 * np.sin(0.5 * np.minimum(W * T, np.pi))
 
@@ -122,7 +122,7 @@ def by_small_gain(dyad: Dyad) -> float:
 
 
 def least(stable: Callable[[float], bool]) -> float:
-    """Lag above which everything that was looked at is stable; 0 if all is [s]."""
+    """Lag above which every lag that was tried is stable; 0 if all are [s]."""
     good = bad = LONGEST
     for bad in np.geomspace(LONGEST, SHORTEST, SCANNED).tolist():
         if not stable(bad):
@@ -180,7 +180,7 @@ def rightmost(dyad: Dyad, lag: float) -> float:
 def generator(dyad: Dyad, lag: float, points: tuple[int, int]) -> Floats:
     """The room with so many points for each delay, 0 for none.
 
-    State: of each user lagged force, tip and its velocity, then what is on its way.
+    State: of each user lagged force, tip and its velocity, then the forces in the delays.
     """
     A = np.zeros((6 + sum(points),) * 2)
     start = 6

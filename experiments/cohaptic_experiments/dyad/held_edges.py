@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad.criteria import least
 from cohaptic_server.numeric import Floats

@@ -1,1 +1,1 @@
-"""The paper's figures, again: one module for each, and the rig that they share."""
+"""The paper's figures, reproduced: one module for each, and their common rig."""

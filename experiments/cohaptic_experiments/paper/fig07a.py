@@ -1,7 +1,7 @@
 """Fig. 7a: K_o >> K_h. The response settles at once, and the surface hardly moves.
 
 The paper reads about 1 cm for about 6 cm off its figure; eq. (11) with its gains gives 0.6 cm, and
-that is what is checked.
+the check uses the latter.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def run(options: Options, progress: Progress) -> Outcome:
     end = trace.last(0.5)
     probe, proxy = float(trace.probe[end].mean()), float(trace.proxy[end].mean())
     settled = settling_time(trace.t, trace.proxy, press.held_from, 0.02)
-    # What is left after a tick is K_h / K_o of what was; and the first tick comes up to one late.
+    # A tick reduces the error to K_h / K_o of it; and the first tick comes up to one period late.
     ticks = 1.0 + math.ceil(math.log(0.02) / math.log(K_H / K_O))
     checks = (
         near(

@@ -157,6 +157,6 @@ def _table(curves: list[Curve], trials: list[Trial]) -> Table:
     for t in trials:
         where = "trial, at once" if t.delay == AT_ONCE else f"trial, {t.delay} periods of delay"
         rows.append((where, t.k_h, t.int_, t.int_, 1e3 * t.swing, int(t.stable)))
-    columns = ("what", "K_h [N/m]", "least I N T [N/m]", "largest I N T [N/m]",
+    columns = ("edge or trial", "K_h [N/m]", "least I N T [N/m]", "largest I N T [N/m]",
                "swing [mm]", "stable")  # fmt: skip
     return Table(columns, rows)

@@ -2,7 +2,7 @@
 
 The paper says both that the difference between probe and proxy is lower with 0.6 ("in the first
 case") and that the second case has the lower steady-state error. By eq. (11) it is the higher gain
-that has the lower error, x_h K_o / (K_h + K_o); that is what is checked.
+that has the lower error, x_h K_o / (K_h + K_o), and the checks follow it.
 """
 
 # pyright: reportUnknownMemberType=false

@@ -1,4 +1,4 @@
-"""What is read off a recorded response: rest, settling, and the growth of an oscillation."""
+"""Measures of a recorded response: swing, settling time, and growth of an oscillation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a virtual session, millisecond by millisecond: probes, proxies, forces."""
+"""Recordings of a virtual session, one value per millisecond: probes, proxies, forces."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cohaptic_server.numeric import Floats
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """One user's way, one value per haptic period.
+    """Recording of one user, one value per haptic period.
 
-    Depths are along the way the hand presses, from the resting surface.
+    Depths are measured from the resting surface, in the direction in which the hand presses.
 
     Args:
         t: Time since the recording began, shape (n,) [s].
@@ -52,7 +52,14 @@ def record(
     seconds: float,
     progress: Progress,
 ) -> dict[str, Trace]:
-    """Let time pass and write down what the users named in `presses` do."""
+    """Run the session and record the users named in `presses`.
+
+    Args:
+        session: To be run.
+        presses: Intentions by the names of the users to record.
+        seconds: Duration [s].
+        progress: Called with the share that is done.
+    """
     n = round(seconds / PERIOD)
     begin = session.now
     table: dict[str, Floats] = {name: np.empty((n, 5)) for name in presses}
@@ -63,8 +70,8 @@ def record(
             probe = _depth(press, np.array(user.state.probe))
             proxy = _proxy(session, user, press)
             # A script's time begins with the first period.
-            wanted = _depth(press, np.array(press.at(session.now - begin - PERIOD)))
-            table[name][k] = (probe, proxy, user.force[-1], user.felt[-1], wanted)
+            intended = _depth(press, np.array(press.at(session.now - begin - PERIOD)))
+            table[name][k] = (probe, proxy, user.force[-1], user.felt[-1], intended)
         if k % 500 == 0:
             progress(k / n)
     every = round(session.room.settings.simulation_period / PERIOD)
@@ -86,5 +93,5 @@ def _proxy(session: VirtualSession, user: VirtualUser, press: Intention) -> floa
 
 
 def _depth(press: Intention, x: Floats) -> float:
-    """How far a point is along the way of a press, beyond the resting surface [m]."""
+    """Depth of a point below the resting surface, in the direction of a press [m]."""
     return float((x - np.array(press.surface)) @ np.array(press.direction))

@@ -1,1 +1,1 @@
-"""A hand that slides: how far its force is from the truth."""
+"""Force on a sliding hand: its error against the reference."""

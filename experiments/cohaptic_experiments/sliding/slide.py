@@ -1,8 +1,8 @@
 """How well the force follows a hand that slides over a body, by geometry, speed and delay.
 
-A stiff hand goes its way whatever it feels: it dips gently below the resting surface, slides at a
-constant depth, and comes out. What it felt is compared with what the body says at the
-very place and time, without a network in between (science 3.7).
+A stiff hand follows a prescribed path: it dips below the resting surface, slides at a constant
+depth, and comes out. The force that it felt is compared with that of the body at the same position
+and time, without a network in between (science 3.7).
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Way:
 
 
 class GuidedHand:
-    """A device whose tip goes a given way: stiffer than any force.
+    """A device whose tip follows a given path under any force.
 
     Args:
         way: Of the tip; its time starts with the first `read`.
@@ -104,20 +104,20 @@ class GuidedHand:
         """The tip at `now`."""
         self._start = now if self._start is None else self._start
         t = now - self._start
-        before, here = self._way.at(t - PERIOD), self._way.at(t)
-        velocity = tuple((b - a) / PERIOD for a, b in zip(before, here, strict=True))
-        return DeviceSample(here, (velocity[0], velocity[1], velocity[2]))
+        before, position = self._way.at(t - PERIOD), self._way.at(t)
+        velocity = tuple((b - a) / PERIOD for a, b in zip(before, position, strict=True))
+        return DeviceSample(position, (velocity[0], velocity[1], velocity[2]))
 
     def write(self, force: Vec3) -> None:
-        """No force moves it."""
+        """Ignore the force."""
 
     def close(self) -> None:
-        """Nothing to let go."""
+        """Nothing to release."""
 
 
 @dataclass(frozen=True, slots=True)
 class SlideResult:
-    """What was felt in steady sliding, against the truth.
+    """Error of the force in steady sliding, against the reference.
 
     Args:
         geometry: Of the patches.
@@ -169,10 +169,10 @@ def measure(
     # The first period is the device's time 0.
     first, middle, last = (round(t / PERIOD) for t in (way.start, *way.steady))
     felt = forces[first:last]
-    truth = true_forces(body, [way.at(i * PERIOD) for i in range(first, last)])
-    errors = np.abs(felt - truth) / truth
+    reference = true_forces(body, [way.at(i * PERIOD) for i in range(first, last)])
+    errors = np.abs(felt - reference) / reference
     starting, error = np.split(errors, [middle - first])
-    change = (np.abs(np.diff(felt)) / truth[1:])[middle - first :]
+    change = (np.abs(np.diff(felt)) / reference[1:])[middle - first :]
     return SlideResult(
         geometry,
         speed,
@@ -182,7 +182,7 @@ def measure(
         float(error.max()),
         float(change.max()),
         float(starting.max()),
-        float(truth.mean()),
+        float(reference.mean()),
     )
 
 
@@ -194,7 +194,7 @@ def felt_along(body: Body, way: Way, geometry: GeometryName) -> Floats:
         HandScript(),
         law=Law.PREDICTIVE,
         delay=way.delay,
-        # The force is what is measured: nothing may clip it.
+        # No limit may clip the force, since it is the measured quantity.
         limits=replace(SafetyLimits(), max_force=100.0, max_rate=1e6),
         geometry=geometry,
         device=GuidedHand(way),
@@ -220,7 +220,7 @@ def true_forces(body: Body, tips: list[Vec3]) -> Floats:
 
 
 def _ease(s: float) -> float:
-    """From 0 to 1 without a corner at either end."""
+    """Smoothstep from 0 to 1, with zero slope at both ends."""
     s = min(1.0, max(0.0, s))
     return s * s * (3.0 - 2.0 * s)
 

@@ -1,8 +1,8 @@
-"""A hand that slides over the balloon: how far the force is from the truth, by geometry of patch.
+"""A hand that slides over the balloon: error of the force by geometry of the patch.
 
 While a patch is on its way the probe moves v t along the surface. A plane is then off by about
-(v t)^2 / (2 R) (science 3.7), a sphere by what the curvature changes, a mesh patch by neither. The
-measuring is in `slide.py`.
+(v t)^2 / (2 R) (science 3.7), a sphere by the change of the curvature, a mesh patch by neither. The
+measurement is in `slide.py`.
 """
 
 # pyright: reportUnknownMemberType=false

@@ -1,8 +1,8 @@
 """A finger that slides over a fine solid while its columns are still being found.
 
-The session is virtual, and so is the worker: every tenth of a second it brings what was wanted, as
-one that a server starts would (`column_worker.py`). What counts is that the force never
-steps, whatever comes and goes under the finger.
+The session is virtual, and so is the worker: every tenth of a second it delivers missing columns,
+as the one of a server does (`shell/column_worker.py`). The measure is the largest step of the force
+while columns arrive and are evicted under the finger.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class ServedSolid(Solid):
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """What was felt.
+    """Force on a sliding finger.
 
     Args:
         step: Largest change of the force between two periods of 1 ms, over the force.
@@ -69,10 +69,10 @@ def slide(
     first, last = (round(t / PERIOD) for t in way.steady)
     felt = forces[first:last]
     some = range(first, last, max(1, (last - first) // 16))
-    truth = true_forces(exact, [way.at(i * PERIOD) for i in some])
+    reference = true_forces(exact, [way.at(i * PERIOD) for i in some])
     there = felt[[i - first for i in some]]
     return Steps(
         float((np.abs(np.diff(felt)) / felt[1:]).max()),
-        float((np.abs(there - truth) / truth).max()),
+        float((np.abs(there - reference) / reference).max()),
         float(felt.mean()),
     )

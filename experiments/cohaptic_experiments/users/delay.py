@@ -1,4 +1,4 @@
-"""What delay costs: one user on a spring, each law with the gains that the server chooses.
+"""Effects of delay: one user on a spring, each law with the gains that the server chooses.
 
 Felt stiffness is the force over the depth of the probe below the resting surface. The predictive
 law gives K_o at any delay (science 3.3); P gives eq. (11); PI comes near K_o, but for its
@@ -36,7 +36,7 @@ NAME = "delay"
 TITLE = "felt stiffness, error and settling over the delay, for the three laws"
 K_O, DEPTH = 200.0, 0.025
 DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5)  # s, one way
-STILL = 0.005  # share of the force
+STILL = 0.005  # largest swing of a force at rest, as a share of it
 LAWS = {Law.PREDICTIVE: PROBE, Law.PI: THIRD, Law.PROPORTIONAL: PROXY}
 
 

@@ -1,10 +1,10 @@
-"""Two to sixteen users in a ring round the balloon, who press at once: what they feel, and when.
+"""Two to sixteen users in a ring round the balloon who press at once: forces and settling times.
 
-The predictive law gives every hand the object's own stiffness, however many are there; what the
-others do comes through the room's lag, which grows with their number (science 3.8). So every
-steady force is the truth, and the price of a crowd is time. P keeps K_h down for the neighbours'
-sake and never comes near; the integral of PI comes near, late. Sessions at 80 ms each way are
-measured against the equilibrium of body and hands (`equilibrium.solve`).
+The predictive law gives every hand the object's own stiffness for any number of users; the forces
+of the others pass the room's lag, which grows with their number (science 3.8). So every steady
+force equals the reference, and many users cost time. P needs a low K_h because of the neighbours
+and stays far from the reference; the integral of PI comes near it, late. Sessions at 80 ms each way
+are compared with the equilibrium of body and hands (`equilibrium.solve`).
 """
 
 # pyright: reportUnknownMemberType=false
@@ -30,8 +30,8 @@ from cohaptic_experiments.users.ring import REACHED, Played, play
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
-NAME = "crowd"
-TITLE = "2 to 16 users: steady forces against the truth, and the time that they take"
+NAME = "crowd"  # of the command, `cohaptic experiment crowd`
+TITLE = "2 to 16 users: steady forces against the reference, and the time that they take"
 LAWS = {Law.PREDICTIVE: PROBE, Law.PI: THIRD, Law.PROPORTIONAL: PROXY}
 # Users of each session, and how long it takes [s]: a larger room needs longer.
 SESSIONS = {
@@ -44,9 +44,9 @@ QUICK = {
     Law.PI: {2: 6},
     Law.PROPORTIONAL: {2: 5},
 }
-MANY = (6, 8)  # users of whom it is known how long they may take
-PATIENCE = 3.0  # s
-# N in a period; what a fingertip cannot tell from steady, with the rounding of the wire.
+MANY = (6, 8)  # numbers of users for which `PATIENCE` is checked
+PATIENCE = 3.0  # s until every force is within `REACHED` of the reference
+# N in a period: the limit of the safety layer for changes by others, and the rounding of the wire.
 STEP = EXTERNAL_RATE * PERIOD + 1e-6
 
 
@@ -54,7 +54,7 @@ def run(options: Options, progress: Progress) -> Outcome:
     """Play every room."""
     body = Balloon(BalloonSettings(subdivisions=2, contact_radius=0.03) if options.quick else None)
     sessions = QUICK if options.quick else SESSIONS
-    rooms = [(law, n, s) for law, crowds in sessions.items() for n, s in crowds.items()]
+    rooms = [(law, n, s) for law, durations in sessions.items() for n, s in durations.items()]
     work, done = sum(n * seconds for _, n, seconds in rooms), 0
     played: list[Played] = []
     for law, n, seconds in rooms:
@@ -77,7 +77,7 @@ def _checks(played: list[Played]) -> tuple[Check, ...]:
     share = f"{100.0 * REACHED:g} %"
     reached = [
         at_most(
-            f"predictive, {p.users} users: every force within {share} of the truth after, s",
+            f"predictive, {p.users} users: every force within {share} of the reference after, s",
             p.reached,
             PATIENCE,
         )
@@ -90,7 +90,7 @@ def _checks(played: list[Played]) -> tuple[Check, ...]:
                 REACHED),
         at_most("largest swing in the last second, share of the force",
                 max(p.swing for p in played), 0.01),
-        at_most("largest step of a force that its hand's way does not explain, N in a period",
+        at_most("largest step of a force that its hand's motion does not explain, N in a period",
                 max(p.step for p in played), STEP),
         at_least("proportional: error of a steady force, share, least of all rooms", min(softest),
                  0.3),
@@ -98,7 +98,7 @@ def _checks(played: list[Played]) -> tuple[Check, ...]:
 
 
 def _figure(played: list[Played]) -> Figure:
-    """Time and steady error over the number of users; the way to the truth of the largest rooms."""
+    """Time and steady error over the number of users; approach to the reference."""
     figure = canvas(6.8, 2.9)
     left, middle, right = figure.subplots(1, 3)
     for law, color in LAWS.items():
@@ -118,7 +118,7 @@ def _figure(played: list[Played]) -> Figure:
         )
     left.axhline(PATIENCE, color=GREY, linewidth=0.8, linestyle="--")
     right.axhline(100.0 * REACHED, color=GREY, linewidth=0.8, linestyle="--")
-    left.set_title("until within 1 % of the truth [s]")
+    left.set_title("until within 1 % of the reference [s]")
     middle.set_title("steady force error [%]")
     right.set_title("predictive: furthest force [%]")
     left.set_ylim(bottom=0.0)

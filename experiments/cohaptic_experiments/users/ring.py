@@ -18,25 +18,25 @@ from cohaptic_server.world.equilibrium import RestingHand, solve
 
 DELAY, DEPTH = 0.08, 0.008
 APPROACH = 1.3  # s
-REACHED = 0.01  # of the truth, in which a force has to stay
+REACHED = 0.01  # relative error within which a force counts as settled
 
 
 @dataclass(frozen=True, eq=False)
 class Played:
-    """What a session came to.
+    """Result of a session.
 
     Args:
         law: Of everybody.
         users: How many.
         seconds: How long it ran [s].
-        error: Largest relative difference of a steady force from the truth.
+        error: Largest relative error of a steady force against the reference.
         swing: Largest swing of a force in the last second over that force.
         reached: Time from the begin of the press until every force stays within `REACHED` of the
-            truth; infinite if some never does [s].
-        step: Largest change of a force in a period that its hand's own way does not explain [N].
+            reference; infinite if some never does [s].
+        step: Largest change of a force in a period that its hand's own motion does not explain [N].
         lag: Of the room, at the end [s].
         coupling: m of the room, at the end.
-        furthest: Largest relative difference from the truth of all hands, over time, shape (n,).
+        furthest: Largest relative error of all hands, over time, shape (n,).
     """
 
     law: Law
@@ -66,13 +66,13 @@ def ring(n: int) -> list[HandScript]:
 
 
 def play(body: Body, law: Law, n: int, seconds: float, seed: int) -> Played:
-    """A session of n users who press and hold, against the truth."""
+    """A session of n users who press and hold, compared with the equilibrium."""
     info = describe(body)
     hands = [
         RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness)
         for s in ring(n)
     ]
-    truth = solve(body, hands).force
+    reference = solve(body, hands).force
     session = VirtualSession(body)
     for i, script in enumerate(ring(n)):
         session.join(
@@ -80,14 +80,14 @@ def play(body: Body, law: Law, n: int, seconds: float, seed: int) -> Played:
         )
     session.run(seconds)
     force = np.array([user.force for user in session.users.values()])
-    furthest = np.abs(force / truth[:, None] - 1.0).max(axis=0)
+    furthest = np.abs(force / reference[:, None] - 1.0).max(axis=0)
     last = force[:, -1000:]
     room = session.room.world.room
     return Played(
         law,
         n,
         seconds,
-        error=float(np.abs(last[:, -200:].mean(axis=1) / truth - 1.0).max()),
+        error=float(np.abs(last[:, -200:].mean(axis=1) / reference - 1.0).max()),
         swing=max(swing(f - _line(f)) / f.mean() for f in last),
         reached=reached(furthest),
         step=max(max(user.unexplained) for user in session.users.values()),
@@ -98,10 +98,10 @@ def play(body: Body, law: Law, n: int, seconds: float, seed: int) -> Played:
 
 
 def reached(furthest: Floats) -> float:
-    """Time from the begin of the press until all forces stay within `REACHED` of the truth [s].
+    """Time from the begin of the press until all forces stay within `REACHED` of the reference [s].
 
     Args:
-        furthest: Largest relative difference of a force from the truth, every `PERIOD`, (n,).
+        furthest: Largest relative error of a force, every `PERIOD`, shape (n,).
     """
     outside = np.flatnonzero(furthest > REACHED)
     if not outside.size:
@@ -111,6 +111,6 @@ def reached(furthest: Floats) -> float:
 
 
 def _line(f: Floats) -> Floats:
-    """The slow way of a force that is still being restored, which is no oscillation, (n,) [N]."""
+    """Quadratic trend of a force that still settles, which is no oscillation, shape (n,) [N]."""
     t = np.arange(len(f))
     return np.asarray(np.polyval(np.polyfit(t, f, 2), t), dtype=np.float64)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic.control.stability.room_lag import kept
+from cohaptic.control.stability.lag_choice import kept
 from cohaptic_server.numeric import Floats
 
 # N/s by which all others together may change the force on one hand. Fingers that tap reach about

@@ -6,7 +6,7 @@ import numpy as np
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.gains import choose_gains
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3

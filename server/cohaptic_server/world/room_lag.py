@@ -7,8 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from cohaptic.control.law import Law
-from cohaptic.control.room import RoomLag
-from cohaptic.control.stability.room_lag import choose_lag, coupling_matrix, coupling_radius, margin
+from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.stability.lag_choice import (
+    choose_lag,
+    coupling_matrix,
+    coupling_radius,
+    margin,
+)
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.state import UserState

@@ -11,7 +11,7 @@ import numpy as np
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Response

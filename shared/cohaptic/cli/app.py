@@ -21,7 +21,7 @@ def main(argv: list[str] | None = None) -> None:
     try:
         build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
     except CohapticError as error:
-        # Foreseen trouble is one sentence, never a traceback.
+        # An error raised on purpose is shown as one sentence, without a traceback.
         typer.echo(f"cohaptic: {error}", err=True)
         sys.exit(2)
 
@@ -53,9 +53,9 @@ def build_app(only: str | None = None) -> typer.Typer:
     ) -> None:
         """Several people touch one soft object over a network and feel each other through it."""
 
-    found = entry_points(group="cohaptic.commands")
-    ordered = sorted(found, key=lambda entry: _ORDER.get(entry.name, len(_ORDER)))
-    for entry in found.select(name=only or "") or ordered:
+    installed = entry_points(group="cohaptic.commands")
+    ordered = sorted(installed, key=lambda entry: _ORDER.get(entry.name, len(_ORDER)))
+    for entry in installed.select(name=only or "") or ordered:
         command = entry.load()
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=entry.name)

@@ -1,4 +1,4 @@
-"""`cohaptic stability`: whether gains are stable, and which are."""
+"""The command `cohaptic stability`: judges given gains, and names safe ones."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError, one_line
 
 
+# Above 60 lines because typer takes each option with its help from the signature.
 def stability(
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact, N/m.")] = 200,
@@ -50,7 +51,7 @@ def stability(
     lag: Annotated[
         float | None,
         typer.Option(
-            help="With --delays: the room's lag to judge, s. Without it what the server chooses "
+            help="With --delays: the room's lag to judge, s. Without it the server's choice "
             "for hands held still: 0 where the coupling is below 1, else lag_needed / 0.7."
         ),
     ] = None,
@@ -104,7 +105,7 @@ def stability(
 
 
 def _numbers(name: str, text: str) -> Floats:
-    """An array from JSON; raises SettingError with what came."""
+    """An array from JSON; raises SettingError with the text as given."""
     try:
         value = json.loads(text)
         if "true" in text or "false" in text:
@@ -116,7 +117,7 @@ def _numbers(name: str, text: str) -> Floats:
 
 
 def _show(answer: dict[str, Any]) -> None:
-    """The answer for a person."""
+    """Print the answer as a table."""
     table = Table(show_header=False, box=None)
     for name, value in answer.items():
         if name == "area":

@@ -1,4 +1,4 @@
-"""What `cohaptic stability` answers for one contact, and for several without their delays."""
+"""Answers of `cohaptic stability` for one contact, and for several contacts without delays."""
 
 from __future__ import annotations
 
@@ -32,8 +32,25 @@ def alone(
     haptic_period: float,
     delay: float,
 ) -> dict[str, Any]:
-    """One contact; raises SettingError."""
-    for name, value, low in (
+    """Stability of one contact: lifted system, and the closed condition where one applies.
+
+    Args:
+        law: Local model.
+        k_o: Stiffness of the object [N/m].
+        k_h: Gain K_h [N/m].
+        integral_gain: I [N/(m s)].
+        b_o: Damping over the simulation period, eq. (9) [N/m].
+        sim_period: N T [s].
+        haptic_period: T [s].
+        delay: Network round trip beyond one simulation period [s].
+
+    Returns:
+        The fields of the JSON answer.
+
+    Raises:
+        SettingError: A value is outside its limits.
+    """
+    check_at_least(
         ("k_o", k_o, 1e-9),
         ("k_h", k_h, 0.0),
         ("integral_gain", integral_gain, 0.0),
@@ -41,9 +58,7 @@ def alone(
         ("haptic period", haptic_period, 1e-6),
         ("simulation period", sim_period, haptic_period),
         ("delay", delay, 0.0),
-    ):
-        if not (math.isfinite(value) and value >= low):
-            raise SettingError(name, value, f"a finite number of at least {low:g}")
+    )
     rate_ratio = round(sim_period / haptic_period)
     samples = round(delay / haptic_period)
     if rate_ratio * haptic_period > 10.0 or samples > 10_000:
@@ -51,7 +66,7 @@ def alone(
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
     if law is Law.PREDICTIVE:
-        # With the object's true compliance nothing of its own force is in what it presses on.
+        # The surface is free of the own force, so with the true compliance there is no loop.
         radius = 0.0
     elif law is Law.PI:
         local = integral_model(k_h, integral_gain, haptic_period)
@@ -63,20 +78,22 @@ def alone(
         radius = lifted_radius(proportional_model(k_h), body, rate_ratio, samples)
         if samples == 0 or b_o == 0.0:
             closed = proportional_is_stable(k_h, k_o, b_o)
-    felt = {
-        Law.PROPORTIONAL: k_h * k_o / (k_h + k_o),  # eq. (11)
-        Law.PI: k_o,
-        Law.PREDICTIVE: min(k_h, k_o),
-    }[law]
     return {
         "law": law.value,
         "stable": radius < 1.0,
         "spectral_radius": radius,
         "closed_condition": closed,
-        "felt_stiffness": felt,
+        "felt_stiffness": _felt(law, k_o, k_h),
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }
+
+
+def _felt(law: Law, k_o: float, k_h: float) -> float:
+    """Stiffness that the hand feels in the steady state [N/m]."""
+    if law is Law.PI:
+        return k_o
+    return min(k_h, k_o) if law is Law.PREDICTIVE else k_h * k_o / (k_h + k_o)  # eq. (11)
 
 
 def area_corners(
@@ -97,11 +114,24 @@ def area_corners(
 def several(
     law: Law, C: Floats, k_h: Floats, integral_gain: float, sim_period: float, delay: float
 ) -> dict[str, Any]:
-    """Several contacts without their delays; raises SettingError."""
+    """Stability of several contacts, without delay and under any delay; and their safe gains.
+
+    Args:
+        law: Local model of everybody.
+        C: Contact compliance, shape (n, n) [m/N].
+        k_h: Gains to be judged, shape (n,), or () for all [N/m].
+        integral_gain: I of everybody [N/(m s)].
+        sim_period: N T [s].
+        delay: Network round trip, for the safe gains [s].
+
+    Returns:
+        The fields of the JSON answer.
+
+    Raises:
+        SettingError: A value is outside its limits.
+    """
     gains = np.full(len(C), float(k_h)) if k_h.ndim == 0 and C.ndim else k_h
-    for name, value in (("integral_gain", integral_gain), ("delay", delay)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise SettingError(name, value, "a finite number of at least 0")
+    check_at_least(("integral_gain", integral_gain, 0.0), ("delay", delay, 0.0))
     check_period(sim_period)
     judged = couple(
         C, gains, law, integral_gain=integral_gain, simulation_period=sim_period, delay=delay
@@ -122,6 +152,17 @@ def several(
     if law is Law.PREDICTIVE:
         answer |= {"coupling": judged.coupling, "lag_needed": judged.lag_needed}
     return answer
+
+
+def check_at_least(*values: tuple[str, float, float]) -> None:
+    """Raise SettingError at the first value that is not finite or below its least one.
+
+    Args:
+        *values: Name, value and least value of each.
+    """
+    for name, value, least in values:
+        if not (math.isfinite(value) and value >= least):
+            raise SettingError(name, value, f"a finite number of at least {least:g}")
 
 
 def check_period(sim_period: float) -> None:

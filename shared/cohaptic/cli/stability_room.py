@@ -1,4 +1,4 @@
-"""What `cohaptic stability --delays` answers: a room of held hands, exactly, beside the theorem."""
+"""The answer of `cohaptic stability --delays`: the exact roots of a room, beside the theorem."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from cohaptic.cli.stability_answers import check_period
 from cohaptic.control.law import Law
-from cohaptic.control.stability.room_lag import (
+from cohaptic.control.stability.lag_choice import (
     SHARE,
     coupling_matrix,
     coupling_radius,
@@ -21,8 +21,8 @@ from cohaptic.control.stability.several_contacts import check_compliance
 from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError
 
-MAX_USERS = 64
-MAX_DELAY, MAX_LAG = 60.0, 600.0  # s
+MAX_USERS = 64  # the largest room that a server allows (`ServerSettings.max_users`)
+MAX_DELAY, MAX_LAG = 60.0, 600.0  # s; far beyond any room that can be touched
 
 
 def room(
@@ -35,7 +35,7 @@ def room(
         C: Contact compliance, shape (n, n) with n at most 64 [m/N].
         delays: Loop delay T_i of each user, shape (n,), or () for all [s].
         k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all; None for 1 / C_ii [N/m].
-        lag: tau; None for what the server chooses for hands held still [s].
+        lag: tau; None for the server's choice for hands held still [s].
         sim_period: N T, over which the spectral radius is taken [s].
 
     Returns:
@@ -44,7 +44,7 @@ def room(
         longest. A radius, rate or margin without bound is None.
 
     Raises:
-        SettingError: A value is not what it must be, or outside the theorem.
+        SettingError: A value is outside its limits, or outside the theorem.
     """
     if law is not Law.PREDICTIVE:
         raise SettingError("law", law.value, "predictive with --delays: no other has a lag")
@@ -63,7 +63,7 @@ def room(
     m, longest = coupling_radius(S), float(T.max())
     needed = lag_needed(m, longest)
     if lag is None:
-        # Without any delay every lag will do, but none: then forces answer each other at once.
+        # Without any delay every positive lag is stable for m >= 1, but not 0: take one period.
         lag = needed / SHARE if needed > 0.0 or m < 1.0 else sim_period
     elif not 0.0 <= lag <= MAX_LAG:
         raise SettingError("lag", f"{lag:g} s", f"from 0 to {MAX_LAG:g} s")
@@ -88,12 +88,12 @@ def each(
     """A value for each of n users, or SettingError with the first that is out of its limits.
 
     Args:
-        name: For people.
+        name: Of the value, for the message.
         values: Shape (n,), or () for the same of everybody.
         n: How many users there are.
         limits: The least value, and the largest of each user, shape (n,), but for rounding.
-        unit: For people.
-        why: The largest value is the limit.
+        unit: For the message.
+        why: Reason for the largest value, appended to the message.
     """
     if values.shape not in ((), (n,)):
         limit = f"of shape ({n},), one of each user [{unit}]"

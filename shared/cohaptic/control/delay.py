@@ -1,28 +1,31 @@
-"""The delay of one client's loop, from what is measured, such that gains never chatter.
+"""The delay of one client's loop, filtered from measurements so that gains never chatter.
 
-A sample names the tick of the patch that it was made with; the tick that takes it in is so many
-periods later. That is the d + 1 of science 3.1, network, schedulers and all, and needs no clock.
+A sample names the tick of the patch that it was made with; the tick that receives it comes some
+periods later. That number is the d + 1 of science 3.1; it contains network and schedulers, and
+measuring it needs no common clock.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-WINDOW = 4.0  # s; a delay counts for at least this long and at most twice that
-UNKNOWN = 1.0  # s; before the first measurement
-LONGEST = 10.0  # s; a client that says more is wrong about its patches
-# Of a loop that may take part: 400 ms of jitter on top of 250 ms each way, and as much again. The
-# room waits for its slowest hand, so a slower one may only watch.
-TOO_LONG = 2.0  # s
+# s; a delay counts for at least this long and at most twice that: long enough to see the rare late
+# messages of a network, short enough that gains recover within a few presses.
+WINDOW = 4.0
+UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
+LONGEST = 10.0  # s; a longer one means that the client names wrong ticks
+# Longest loop that may take part [s]: 400 ms of jitter on top of 250 ms each way, and as much
+# again. The room's lag grows with its slowest loop, so a slower client may only watch.
+TOO_LONG = 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class LoopDelay:
-    """Largest delay of late: rises at once, falls when nothing has come near it for a while.
+    """Largest recent delay: rises at once, and falls after one to two windows without such a delay.
 
     Args:
         recent: Largest in the present window [s]; negative before the first measurement.
-        before: Largest in the window before [s].
+        before: Largest in the previous window [s]; negative without one.
         until: End of the present window [s].
     """
 
@@ -32,13 +35,20 @@ class LoopDelay:
 
     @property
     def value(self) -> float:
-        """Delay that gains are chosen for [s]."""
+        """Delay that gains are chosen for; `UNKNOWN` before the first measurement [s]."""
         largest = max(self.recent, self.before)
         return largest if largest >= 0.0 else UNKNOWN
 
     @property
     def counted(self) -> float:
-        """What the room's lag counts: nothing before the first measurement [s]."""
+        """Delay that the room's lag is chosen for; 0 before the first measurement [s].
+
+        Gains concern this client alone, so `value` assumes a long delay until one is measured. The
+        lag concerns the whole room. Before its first patch a client can name no tick, and counting
+        `UNKNOWN` for it would make everybody wait for a newcomer that has applied no force yet. A
+        client that presses and still names no tick is measured as 1 s by
+        `cohaptic_server.world.contact_tracking`, and counts from then on.
+        """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
     @property
@@ -47,7 +57,12 @@ class LoopDelay:
         return max(self.recent, self.before) > TOO_LONG
 
     def measured(self, delay: float, now: float) -> LoopDelay:
-        """A sample took `delay` [s] round the loop."""
+        """The state after one more measurement.
+
+        Args:
+            delay: Of one sample round the loop [s]; cut to 0 to `LONGEST`.
+            now: Of the measurement [s].
+        """
         delay = min(max(delay, 0.0), LONGEST)
         if now < self.until:
             return LoopDelay(max(self.recent, delay), self.before, self.until)

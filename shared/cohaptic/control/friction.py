@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from cohaptic.vec import ZERO, Vec3, add, cross, dot, norm, scale, sub, unit
 
-MAX_FRICTION = 2.0  # rubber on dry glass; more is a mistake
+MAX_FRICTION = 2.0  # coefficient of friction, about that of rubber on dry glass; more is a mistake
 
 
 class Compliance3(NamedTuple):
@@ -37,12 +37,13 @@ class FrictionState(NamedTuple):
     """Memory of the sticking contact.
 
     Fields:
-        stretch: s, the way of the tip over the material since it stuck [m].
+        stretch: s, the displacement of the tip over the material since it stuck [m].
         force: f_t on the hand [N].
-        material: Displacement by the others of the material that the contact sticks to, as far as
-            the force has followed it [m].
+        material: Displacement of the material under the contact by the others, as far as the force
+            has followed it [m].
         touching: Whether there was contact in the last period.
-        share: Of the body's stiffness that its force has; less where the device is softer.
+        share: Stiffness of the contact as a share of the body's; below 1 where the device is
+            softer.
     """
 
     stretch: Vec3 = ZERO
@@ -72,7 +73,8 @@ def is_definite(C: Compliance3) -> bool:
     return xx * yy - xy * xy > _ROUNDING * xx * yy and _determinant(C) > _ROUNDING * xx * yy * zz
 
 
-# Of the product of the diagonal; the server sends no compliance that is so nearly singular.
+# Least determinant of a definite C as a share of the product of its diagonal: above the rounding of
+# 32 bits on the wire, below every compliance that the server sends.
 _ROUNDING = 1e-9
 
 
@@ -95,20 +97,22 @@ def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
 
 
 def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
-    """By how much the tangential force takes the contact point away from the tip, n . C f_t [m]."""
+    """Normal displacement of the contact point by the tangential force, n . C f_t [m]."""
     return dot(normal, times(C, state.force))
 
 
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
-    """How far the anchor goes with the material in this period (science 3.10).
+    """Displacement of the anchor with the material in this period (science 3.10).
 
     Args:
         state: After the last period.
         material: Displacement by the others of the material under the contact now [m].
-        most: Way in this period, so that the force of a contact at rest has no step [m].
+        most: Largest displacement in this period, so that the force of a contact at rest has no
+            step [m].
 
     Returns:
-        The way of the anchor in this period, and the displacement that it has followed [m].
+        Displacement of the anchor in this period, and the material's displacement that it has
+        followed so far [m].
     """
     if not state.touching:
         return ZERO, material
@@ -120,11 +124,12 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
 
 
 def stretch_of(force: Vec3, normal: Vec3, C: Compliance3) -> Vec3:
-    """Way of the tip over the material that a force tells of: s = -P C f, stick or slip [m].
+    """Displacement of the tip over the material that belongs to a force, s = -P C f [m].
 
-    It is that of a law with the object's own stiffness. A softer one has its own spring in a row,
-    which is left out: to tell that from the rest the server would have to split the force by the
-    client's normal, and by its own it would take a part of the normal force for friction.
+    It holds while sticking and slipping, for a law with the object's own stiffness. The series
+    spring of a softer law is left out: to separate it the server would have to split the force
+    along the client's normal, and with its own normal it would take a part of the normal force for
+    friction.
 
     Args:
         force: On the hand [N].
@@ -135,6 +140,7 @@ def stretch_of(force: Vec3, normal: Vec3, C: Compliance3) -> Vec3:
     return sub(scale(normal, dot(moved, normal)), moved)
 
 
+# Above 60 lines: the steps share a dozen scalars, and a call costs a part of the haptic period.
 def friction_step(
     state: FrictionState,
     moved: Vec3,
@@ -147,20 +153,23 @@ def friction_step(
     max_stiffness: float,
     most: float,
 ) -> FrictionState:
-    """One period of stick and slip.
+    """One period of stick and slip (Coulomb, with the full contact compliance).
 
     Args:
         state: After the last period.
-        moved: Way of the tip in this period [m].
+        moved: Displacement of the tip in this period [m].
         material: Displacement by the others of the material under the contact [m].
         normal: Outward unit normal at the contact.
-        normal_force: f_n on the hand [N]; 0 lets go.
+        normal_force: f_n on the hand [N]; 0 ends the contact.
         C: Contact compliance.
         mu: Coefficient of friction.
-        share: Of the body's stiffness that the law may use, K_h C_ii (science 3.3).
-        max_stiffness: That the device renders stably, which no direction along the surface exceeds
+        share: Stiffness of the law as a share of the body's, K_h C_ii (science 3.3).
+        max_stiffness: Largest that the device renders stably; holds for every tangential direction
             [N/m].
-        most: By how much what the others do may change the force in this period [N].
+        most: Largest change of the force in this period that the others may cause [N].
+
+    Returns:
+        State after this period; `NO_FRICTION` without contact.
     """
     if normal_force <= 0.0 or mu <= 0.0 or share <= 0.0:
         return NO_FRICTION
@@ -170,7 +179,7 @@ def friction_step(
     c1 = times(C, one)
     c11, c12, c22 = dot(c1, one), dot(c1, two), dot(times(C, two), two)
     det = c11 * c22 - c12 * c12
-    if c11 <= 0.0 or det <= 0.0:  # no body's
+    if c11 <= 0.0 or det <= 0.0:  # not the compliance of an elastic body
         return NO_FRICTION
     # Where friction would take the contact point away faster than the finger presses it in, the
     # contact would wedge, and its force grow without bound.
@@ -182,7 +191,7 @@ def friction_step(
     share = min(share, max_stiffness * stiffest)
     held = norm(state.force)
     if state.touching and held > 0.0:
-        # What the gain follows moves the friction too, by half of what may move it.
+        # A change of the gain changes the friction as well; it gets half of the permitted change.
         reach = 0.5 * most / held
         share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
         most -= held * abs(share / state.share - 1.0)
@@ -207,11 +216,19 @@ def friction_step(
     return FrictionState(stretch, add(scale(one, f1), scale(two, f2)), followed, True, share)
 
 
-_WEDGE = 0.9  # of the way in that friction may take back
+# Share of the indentation by the normal force that friction may take back along the normal; at 1
+# the contact point would no longer give way under the finger, and the contact would wedge.
+_WEDGE = 0.9
 
 
 def tangential(force: Vec3, normal: Vec3, normal_force: float) -> Vec3:
-    """The part of a force along the surface, cut to what friction can be [N]."""
+    """Tangential part of a force, limited to `MAX_FRICTION` times the normal force [N].
+
+    Args:
+        force: On the hand or on the body [N].
+        normal: Unit normal of the surface.
+        normal_force: Magnitude of the normal force [N].
+    """
     along = sub(force, scale(normal, dot(force, normal)))
     size, limit = norm(along), MAX_FRICTION * max(0.0, normal_force)
     return scale(along, limit / size) if size > limit else along

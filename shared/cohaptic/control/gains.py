@@ -1,4 +1,4 @@
-"""The one place that decides a gain; `room_lag.py` decides the room's time.
+"""Choice of the gains of a client's law; `stability/lag_choice.py` chooses the room's lag.
 
     proportional   K_h,i < 1 / sum_j |C_ij|                  any bounded delay (3.2; Chazan and
                                                              Miranker 1969), and (8) when alone
@@ -7,8 +7,8 @@
     predictive     K_i = 1 / C_ii at any delay, whoever else is there (3.8): the room's lag keeps
                    several hands stable, and no gain is lowered for a neighbour
 
-and below what the device renders stably (Colgate's limit, as the device states it). Where that is
-less than the object's stiffness the hand feels the device's, and nothing restores the rest.
+Every gain stays below the stiffness that the device renders stably (Colgate's limit, as the device
+states it). Where that is less than the object's stiffness, the hand feels the device's limit.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from functools import lru_cache
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.single_contact import elastic_object, integral_model, lifted_radius
 
-# Distance kept from the edge of stability. At 0.9 a proportional loop forgets 10 % a round trip.
+# Gain as a share of the edge of stability. At 0.9 a proportional loop loses 10 % per round trip.
 ALPHA = 0.9
-# Of `pi`: share of the coupled stiffness for K_h, and of the largest stable I for I. The integral
-# carries the force in the end; a larger K_h buys little and swings more.
+# For `pi`: K_h as a share of the coupled stiffness, and I as a share of the largest stable one. In
+# the steady state the integral carries the force; a larger K_h gains little and oscillates more.
 PI_SHARE_K = 0.3
 PI_SHARE_I = 0.3
-LONGEST_DELAY = 64  # simulation periods that the search for I looks at
+LONGEST_DELAY = 64  # simulation periods; for longer loops I is chosen as for this one
 
 
 def coupled_stiffness(row: Sequence[float]) -> float:

@@ -1,8 +1,8 @@
-"""The local surface that a client holds between patches, and what a probe sees of it.
+"""The local surface that a client holds between patches, and its evaluation at a probe.
 
 Plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has the third. A
-surface is free of the client's own force (science 3.3), so a change of patch never moves the force
-by itself. Whatever the geometry, a law sees it through a `Sight`.
+surface is free of the client's own force (science 3.3), so a new patch alone never changes the
+force. A law receives every geometry as a `Sight`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cohaptic.vec import ZERO, Vec3, add, dot, lerp, sub, unit
 
 
 class Sight(NamedTuple):
-    """What one probe sees of a local surface, and all that a law needs of it.
+    """A local surface as evaluated at one probe: everything that a law needs.
 
     Fields:
         depth: Of the probe below the surface, negative outside [m].
@@ -36,7 +36,7 @@ class Surface(Protocol):
     """A local surface of any geometry."""
 
     def look(self, probe: Vec3) -> Sight:
-        """What a probe at `probe` [m] sees."""
+        """The surface as evaluated at `probe` [m]."""
         ...
 
 
@@ -61,7 +61,7 @@ class LocalSurface:
     u_others: Vec3
 
     def look(self, probe: Vec3) -> Sight:
-        """What a probe at `probe` [m] sees."""
+        """The surface as evaluated at `probe` [m]."""
         return Sight(
             depth(self, probe), normal_at(self, probe), self.c_ii, self.own_force, self.u_others
         )
@@ -100,12 +100,12 @@ def normal_at(surface: LocalSurface, probe: Vec3) -> Vec3:
 
 
 def blend(a: Sight, b: Sight, s: float) -> Sight:
-    """Sight between a (s = 0) and b (s = 1): surfaces follow each other without a step."""
+    """Interpolation between a (s = 0) and b (s = 1), so that a new patch causes no step."""
     if s >= 1.0:
         return b
     if s <= 0.0:
         return a
-    # On a plane that only moves the normal is the same: what is not turned need not be made unit.
+    # Between patches of a plane that only moves the normal stays the same; no need to normalise it.
     same = a.normal == b.normal
     return Sight(
         a.depth + s * (b.depth - a.depth),
@@ -131,7 +131,7 @@ def shift(sight: Sight, by: Sight | None) -> Sight:
 
 
 def difference(a: Sight, b: Sight) -> Sight:
-    """What turns sight b into sight a; its normal is a difference of normals."""
+    """The difference a - b, for `shift`; its normal is a difference of normals, of any length."""
     return Sight(
         a.depth - b.depth,
         sub(a.normal, b.normal),

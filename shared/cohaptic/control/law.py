@@ -1,8 +1,7 @@
 """The local models that a client may run, and the one function that runs them.
 
-A law turns what a probe sees of the surface into the normal force on the hand; its memory goes in
-and comes out. It has no clock, no log and no clamp: limits are applied once, last, by the client's
-`safety.py`.
+A law maps the surface as evaluated at the probe to the normal force on the hand; its memory is an
+argument and a result. It applies no limits: the client's `safety.py` does, once and last.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ class Law(Enum):
 
 
 class Gains(NamedTuple):
-    """What the server chose for a client's law (`gains.choose_gains`).
+    """Gains that the server chose for a client's law (`gains.choose_gains`).
 
     Fields:
         k_h: K_h [N/m].
@@ -42,7 +41,7 @@ class Gains(NamedTuple):
 
 
 class LawSettings(NamedTuple):
-    """What the integral of `Law.PI` is told.
+    """Settings of the integral of `Law.PI`.
 
     Fields:
         thresholds: Eqs. (17), (18).
@@ -56,13 +55,13 @@ class LawSettings(NamedTuple):
 
 
 class LocalForce(NamedTuple):
-    """What a law answers.
+    """The force of a law in one period.
 
     Fields:
         normal_force: On the hand along the surface's normal, never negative [N].
-        felt_from_others: Its part that is there because others touch too [N].
+        felt_from_others: Its part that is caused by the other users' contacts [N].
         indentation: Of the surface under the probe, own force included [m].
-        stored: In the law's spring; what is more in its force is no spring's [J].
+        stored: Energy in the law's spring; the force of an integral stores none [J].
     """
 
     normal_force: float
@@ -103,9 +102,12 @@ def local_force(
         gains: Of the law.
         dt: Time since the last period [s].
         settings: Of the integral.
+
+    Returns:
+        Memory after this period, and the force.
     """
     d_free = sight.depth
-    # Where the probe would stand to the body if nobody else touched it.
+    # Depth of the probe below the surface if nobody else touched the body.
     d_alone = max(0.0, d_free - dot(sight.u_others, sight.normal))
     if law is Law.PREDICTIVE:
         f = predictive_force(d_free, gains.k_h)

@@ -25,11 +25,14 @@ from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.vec import Vec3, norm, sub, unit
 
 SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
-_MARGIN = 0.004  # m that a probe moves before the vertices near it are looked for again
-# Share of inner vertices between which plane or sphere and the neighbourhood are mixed.
+# m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
+# one makes every evaluation slower, a smaller one gathers more often.
+_MARGIN = 0.004
+# Weighted share of inner vertices, whose faces are all known, between which plane or sphere (below
+# the first) and the neighbourhood (above the second) are mixed.
 _OUTER, _INNER = 0.05, 0.5
-_DEEPEST = 5.0  # squared depth that counts at most, in h^2: 60 mm on the balloon
-_FEW = 0.05  # sum of weights below which there is hardly a vertex near
+_DEEPEST = 5.0  # largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon
+_FEW = 0.05  # sum of weights below which no vertex counts as near
 
 
 class RestSurface:
@@ -77,7 +80,7 @@ class _Vertex(NamedTuple):
 
 
 class _Fit(NamedTuple):
-    """What the vertices say of a probe: depth, normal, c_ii, and how far they are to be trusted."""
+    """The fit of the vertices at a probe: depth, normal, c_ii, and its weight against the base."""
 
     depth: float
     normal: Vec3
@@ -86,7 +89,7 @@ class _Fit(NamedTuple):
 
 
 class MeshSurface:
-    """The surface of a mesh patch. A value: what it remembers only saves time.
+    """The surface of a mesh patch. Its caches only save time; results do not depend on them.
 
     Args:
         rest: The resting mesh.
@@ -113,15 +116,15 @@ class MeshSurface:
         self._near: list[_Vertex] = []
         self._center: Vec3 = (math.inf, math.inf, math.inf)
         self._offset, self._factor = 0.0, 1.0
-        here = self._fit(base.x_free, 0.0)
-        if here is not None:
-            self._offset = -here.depth
-            if here.c_ii > 0.0:
-                # Far from 1 only on what is held, where the compliance falls to nothing.
-                self._factor = min(4.0, max(0.25, base.c_ii / here.c_ii))
+        centre = self._fit(base.x_free, 0.0)
+        if centre is not None:
+            self._offset = -centre.depth
+            if centre.c_ii > 0.0:
+                # Far from 1 only next to fixed vertices, where the compliance falls to zero.
+                self._factor = min(4.0, max(0.25, base.c_ii / centre.c_ii))
 
     def look(self, probe: Vec3) -> Sight:
-        """What a probe at `probe` [m] sees."""
+        """The surface as evaluated at `probe` [m]."""
         sight = self._base.look(probe)
         fit = self._fit(probe, sight.depth)
         if fit is None or fit.trust <= 0.0:
@@ -137,7 +140,12 @@ class MeshSurface:
         )
 
     def _fit(self, probe: Vec3, depth: float) -> _Fit | None:
-        """Moving least squares; None where no vertex is near."""
+        """Moving least squares at a probe; None where no vertex is near.
+
+        Args:
+            probe: [m].
+            depth: Of the probe below plane or sphere, roughly its depth [m].
+        """
         px, py, pz = probe
         cx, cy, cz = self._center
         if not (px - cx) ** 2 + (py - cy) ** 2 + (pz - cz) ** 2 < _MARGIN * _MARGIN:
@@ -184,16 +192,16 @@ class MeshSurface:
         return _Fit(depth, normal, c / total, s * s * (3.0 - 2.0 * s))
 
     def _below(self, depth: float) -> float:
-        """Square of the depth that r^2 is taken less by [m^2].
+        """The squared depth that is subtracted from r^2 [m^2].
 
-        It levels off: far from the contact plane and sphere know little of the depth.
+        It saturates at `_DEEPEST`, since far from the contact plane and sphere give a poor depth.
         """
         square = depth * depth
         share = square / self._deepest
         return square / math.sqrt(1.0 + share * share)
 
     def _gather(self, probe: Vec3, depth: float) -> None:
-        """Every vertex that can count before the probe has moved by the margin."""
+        """Collect each vertex whose weight can be positive before the probe moves by the margin."""
         px, py, pz = probe
         # A probe that moves by the margin is deeper by no more than that.
         below = self._below(abs(depth) + _MARGIN)
@@ -209,7 +217,7 @@ class MeshSurface:
         return (x[0] + u[0], x[1] + u[1], x[2] + u[2])
 
     def _vertex(self, k: int, place: Vec3, support: float) -> _Vertex:
-        """The vertex with its normal, which is found when it is first needed."""
+        """The vertex with its normal, which is computed at first use."""
         if k not in self._made:
             normal, inner = self._normal(k, place)
             self._made[k] = _Vertex(*place, *normal, 1.0 / support, inner, self._c_ii[k])
@@ -224,7 +232,7 @@ class MeshSurface:
             u, v = self._displacement.get(i), self._displacement.get(j)
             if u is None or v is None:
                 known = 0.0
-            # What is not known is taken along.
+            # A neighbour of unknown displacement is taken to move with this vertex.
             a, b = self._place(i, u or own), self._place(j, v or own)
             ax, ay, az = a[0] - x, a[1] - y, a[2] - z
             bx, by, bz = b[0] - x, b[1] - y, b[2] - z

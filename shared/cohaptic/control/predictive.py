@@ -1,10 +1,10 @@
 """The predictive local model, science 3.3 and 3.8.
 
 The server sends the surface free of this client's own force; the client solves its own contact at
-the haptic rate. Nothing of its own force comes back late, so alone it is exact at any delay.
+the haptic rate. Its own force is not part of the delayed loop, so alone it is exact at any delay.
 
 Its gain is the object's own stiffness, K_i = 1 / C_ii, or the device's limit where that is less;
-there is no integral that restores what a limit takes, since such an integral makes energy (3.8).
+no integral makes up for that limit, since such an integral generates energy (3.8).
 """
 
 from __future__ import annotations

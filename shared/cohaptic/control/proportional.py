@@ -1,8 +1,8 @@
 """The paper's proportional local model, section 3.
 
-The surface it presses on is the one the simulation returned, own dent included, so its own force
-comes back to it one round trip late: stable alone iff k_h < k_o (8), for every delay (science 3.1);
-with other contacts iff rho(|C| diag(k_h)) < 1 under any delay (3.2).
+The law presses on the surface as the simulation returned it, own indentation included, so its own
+force returns to it one round trip late: stable alone iff k_h < k_o (8), for every delay (science
+3.1); with other contacts iff rho(|C| diag(k_h)) < 1 under any delay (3.2).
 """
 
 from __future__ import annotations

@@ -5,15 +5,16 @@ integrated is e - theta, with the threshold of eq. (17) or (18); when contact en
 force goes to zero linearly over a few simulation periods.
 
 Eq. (18) as printed divides theta_2 by I_tot; its text says that theta grows linearly to its set
-value, so it is theta_2 I_tot / I_full here. And the text wants the small threshold on the way in,
-the large one on the way out, which is how `entering` and `leaving` are meant.
+value, so the code uses theta_2 I_tot / I_full. The text uses the small threshold on the way in and
+the large one on the way out: `entering` and `leaving`.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-# A probe that comes out more slowly is at rest: between two thresholds the integral would hunt.
+# A probe that withdraws more slowly counts as at rest; else tremor would switch between the two
+# thresholds, and the integral would follow.
 AT_REST_SPEED = 5e-3  # m/s
 
 

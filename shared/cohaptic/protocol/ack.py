@@ -1,4 +1,4 @@
-"""Client to server, on a watch connection: a scene frame has come and is drawn.
+"""Client to server, on a watch connection: a scene frame was received and drawn.
 
 The server keeps at most two frames unacknowledged, so a page that falls behind gets fewer frames
 and never older ones, and a page that stopped is noticed.
@@ -19,10 +19,10 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """What a watcher has, and what it lacks.
+    """The newest scene frame of a watcher, and whether it needs the surface in the next one.
 
     Args:
-        tick: Of the newest scene frame that came; those before it are acknowledged too.
+        tick: Of the newest scene frame received; earlier ones are acknowledged with it.
         wants: 1 for frames with the surface until the next ack, whatever the encoding: Green's
             functions are missing; else 0.
     """
@@ -38,7 +38,7 @@ class Ack:
 
     @classmethod
     def decode(cls, data: bytes) -> Ack:
-        """The ack in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The ack in a frame; raises RemoteProtocolError for any invalid bytes."""
         open_frame(data, FrameKind.ACK, SIZE)
         ack = cls(*_BODY.unpack_from(data, HEADER.size))
         ack._check(remote=True)

@@ -1,4 +1,4 @@
-"""Client to server, once per simulation period: where the tip is and what the hand feels.
+"""Client to server, once per simulation period: position of the tip, and force on the hand.
 
 State, not an event: the newest replaces every older one.
 """
@@ -28,7 +28,7 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class ContactSample:
-    """The last force given to the device (section 6, step 3) and where that was.
+    """The last force given to the device (section 6, step 3), and the tip's position then.
 
     Args:
         seq: Counts this client's samples from 1.
@@ -52,7 +52,7 @@ class ContactSample:
 
     @classmethod
     def decode(cls, data: bytes) -> ContactSample:
-        """The sample in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The sample in a frame; raises RemoteProtocolError for any invalid bytes."""
         open_frame(data, FrameKind.CONTACT_SAMPLE, SIZE)
         seq, tick, t, *v = _BODY.unpack_from(data, HEADER.size)
         sample = cls(seq, tick, t, (v[0], v[1], v[2]), (v[3], v[4], v[5]))

@@ -1,4 +1,4 @@
-"""What the binary frames have in common: the header, and checks of what a stranger sent.
+"""Common parts of the binary frames: the header, and checks of values from a peer.
 
 A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the body of its kind.
 """
@@ -18,10 +18,10 @@ from cohaptic.errors import (
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-MAX_FRAME_BYTES = 128
+MAX_FRAME_BYTES = 128  # of the frames at the rate of the simulation, but for mesh patches
 MAX_MESH_FRAME_BYTES = 1120  # of a mesh patch: with its headers below the 1,280 of every path
 MAX_POSITION = 10.0  # m; nobody's workspace reaches further from the body
-MAX_FORCE = 100.0  # N; several times what any haptic device gives
+MAX_FORCE = 100.0  # N; several times the largest force of any haptic device
 HEADER = struct.Struct("<BBH")
 
 
@@ -39,7 +39,7 @@ def open_header(data: bytes, kind: FrameKind) -> int:
     """Check version and kind of a frame; returns its flags.
 
     Raises:
-        RemoteProtocolError: The first thing that is wrong, with the value and what was expected.
+        RemoteProtocolError: At the first error, with the value and the expected one.
     """
     if len(data) < HEADER.size:
         raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")
@@ -65,29 +65,29 @@ def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
     return flags
 
 
-def check_finite(what: str, *values: float, remote: bool) -> None:
+def check_finite(name: str, *values: float, remote: bool) -> None:
     """Raise unless every value is a finite number."""
     for value in values:
         if not math.isfinite(value):
-            raise _error(remote)(what, value, "a finite number")
+            raise _error(remote)(name, value, "a finite number")
 
 
-def check_vector(what: str, value: Vec3, limit: float, unit: str, *, remote: bool) -> None:
+def check_vector(name: str, value: Vec3, limit: float, unit: str, *, remote: bool) -> None:
     """Raise unless `value` is finite and no longer than `limit`."""
-    check_finite(what, *value, remote=remote)
+    check_finite(name, *value, remote=remote)
     if norm(value) > limit:
-        raise _error(remote)(f"length of {what}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
+        raise _error(remote)(f"length of {name}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
 
 
-def wrong(what: str, value: object, limit: str, *, remote: bool) -> ProtocolError:
+def wrong(name: str, value: object, limit: str, *, remote: bool) -> ProtocolError:
     """The error for a value that breaks the protocol, the peer's or ours."""
-    return _error(remote)(what, value, limit)
+    return _error(remote)(name, value, limit)
 
 
-def check_range(what: str, value: float, low: float, high: float, *, remote: bool) -> None:
+def check_range(name: str, value: float, low: float, high: float, *, remote: bool) -> None:
     """Raise unless low <= value <= high; NaN raises too."""
     if not low <= value <= high:
-        raise _error(remote)(what, value, f"from {low:g} to {high:g}")
+        raise _error(remote)(name, value, f"from {low:g} to {high:g}")
 
 
 def _error(remote: bool) -> type[LocalProtocolError] | type[RemoteProtocolError]:

@@ -1,9 +1,9 @@
-"""Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
+"""Handshake and control messages: rare, as JSON text; events in order, never dropped.
 
 client -> server    hello, set_law, bye
 server -> client    welcome, user_joined, user_left, error
 
-What a connection that only watches says besides is in `control_watch.py`.
+The further messages of a connection that only watches are in `watch_messages.py`.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Name = Annotated[
 
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
-# The rates that a server may be told, 10 to 200 Hz; a loop that believed another would ramp its
-# surface in no time, or for ever.
+# Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
+# could be made to ramp its surface in no time, or for ever.
 Period = Annotated[float, Field(ge=MIN_PERIOD, le=MAX_PERIOD)]  # [s]
 
 
 class ControlMessage(BaseModel):
-    """What all of them have in common: frozen, nothing unknown, no infinities."""
+    """Base of all control messages: frozen, without unknown fields and without infinities."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -61,9 +61,9 @@ class Hello(ControlMessage):
         name: How the others see this user; unique in the room.
         law: Local model that the client runs.
         max_stiffness: Largest gain that the device renders stably [N/m].
-        max_force: Largest force that the client lets the device give; the body takes no more [N].
-        damping_budget: What the client's passivity layer may damp on this device (Colgate); the
-            less, the more the room's lag has to do (science 3.8) [N s/m].
+        max_force: Largest force of the device; the server applies no more to the body [N].
+        damping_budget: Largest damping that the client's passivity layer may render on this device
+            (Colgate); the smaller it is, the longer the room's lag (science 3.8) [N s/m].
         geometry: Local surface that the client wants; `mesh` gets the resting mesh first.
         friction: Whether the force may have a part along the surface; patches then carry the
             compliance of the contact in all directions.
@@ -96,13 +96,13 @@ class SetLaw(ControlMessage):
 
 
 class Bye(ControlMessage):
-    """A client lets go and leaves."""
+    """A client ends its contact and leaves."""
 
     type: Literal["bye"] = "bye"
 
 
 class BodyInfo(ControlMessage):
-    """What a client needs to find the body before its first patch.
+    """Position and size of the body, for a client before its first patch.
 
     Args:
         name: Of the body.
@@ -127,7 +127,7 @@ class Welcome(ControlMessage):
         simulation_period: Time between patches, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: The body that everybody touches.
-        users: Names of those who are here already.
+        users: Names of the users who joined before.
     """
 
     type: Literal["welcome"] = "welcome"
@@ -141,7 +141,7 @@ class Welcome(ControlMessage):
 
 
 class UserJoined(ControlMessage):
-    """Somebody else came."""
+    """Another user has joined."""
 
     type: Literal["user_joined"] = "user_joined"
     user: int
@@ -149,7 +149,7 @@ class UserJoined(ControlMessage):
 
 
 class UserLeft(ControlMessage):
-    """Somebody else left."""
+    """Another user has left."""
 
     type: Literal["user_left"] = "user_left"
     user: int
@@ -158,7 +158,7 @@ class UserLeft(ControlMessage):
 
 
 class Error(ControlMessage):
-    """Why the server ends this session; the close follows."""
+    """Reason for which the server ends this session; the close follows."""
 
     type: Literal["error"] = "error"
     code: int
@@ -182,7 +182,7 @@ def encode_control(message: ControlMessage) -> str:
 
 
 def decode_client_control(text: str) -> ClientControl:
-    """What a client said; raises RemoteProtocolError, whatever the text.
+    """The message of a client; raises RemoteProtocolError for any invalid text.
 
     A hello of another protocol version is reported as that, even when the rest of it has changed.
     """
@@ -193,7 +193,7 @@ def decode_client_control(text: str) -> ClientControl:
 
 
 def decode_server_control(text: str) -> ServerControl:
-    """What the server said; raises RemoteProtocolError, whatever the text."""
+    """The message of the server; raises RemoteProtocolError for any invalid text."""
     return decode_text(_SERVER, text)
 
 
@@ -208,7 +208,7 @@ def wrong_version(theirs: object) -> RemoteProtocolError:
 
 
 def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
-    """A message of one of the types of `adapter`; raises RemoteProtocolError, whatever the text."""
+    """A message of a type of `adapter`; raises RemoteProtocolError for any invalid text."""
     if len(text) > limit:
         raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
     try:
@@ -219,5 +219,5 @@ def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
         if where.endswith("protocol"):
             raise wrong_version(first["input"]) from error
         # Both may quote the text itself: a field's name, an unknown type.
-        what, words = one_line(where), one_line(str(first["msg"]))
-        raise RemoteProtocolError(what, first["input"], words) from error
+        subject, problem = one_line(where), one_line(str(first["msg"]))
+        raise RemoteProtocolError(subject, first["input"], problem) from error

@@ -1,8 +1,8 @@
 """The tail of a mesh patch: the free surface around the contact, vertex by vertex.
 
 The client has the resting mesh (`rest_mesh.py`); a vertex here is its number, its displacement
-without this client's own force, and the compliance of a contact centred on it. The values stay as
-whole numbers with a common scale, as on the wire: what is sent is what is held.
+without this client's own force, and the compliance of a contact centred on it. The values are whole
+numbers with a common scale, as on the wire, so that both sides hold the same numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cohaptic.vec import Vec3
 
 _HEAD = struct.Struct("<Hff")
 _ITEM = struct.Struct("<H3hH")
-MAX_VERTICES = 97  # 1,108 bytes with a patch that has its compliance too
+MAX_VERTICES = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
 _SMALLEST = 2.0**-126
 _I16 = 2**15 - 1
 _U16 = 2**16 - 1
@@ -26,7 +26,7 @@ _U16 = 2**16 - 1
 
 @dataclass(frozen=True, slots=True)
 class Neighbourhood:
-    """Vertices of the resting mesh and where they are now, in rising order.
+    """Vertices of the resting mesh with their present displacements, by rising index.
 
     Args:
         scale: One unit of `displacements` [m].
@@ -46,7 +46,7 @@ class Neighbourhood:
     def of(
         cls, indices: Sequence[int], displacements: Sequence[Vec3], c_ii: Sequence[float]
     ) -> Neighbourhood:
-        """The neighbourhood nearest to these values.
+        """The neighbourhood with these values, rounded to its units.
 
         Args:
             indices: Rising, shape (k,).
@@ -84,7 +84,7 @@ class Neighbourhood:
 
     @classmethod
     def decode(cls, data: bytes) -> Neighbourhood:
-        """The neighbourhood in a tail; raises RemoteProtocolError, whatever the bytes."""
+        """The neighbourhood in a tail; raises RemoteProtocolError for any invalid bytes."""
         if len(data) < _HEAD.size:
             limit = f"at least {_HEAD.size} bytes"
             raise RemoteProtocolError("length of a neighbourhood", len(data), limit)
@@ -94,15 +94,15 @@ class Neighbourhood:
         if len(data) != size:
             raise RemoteProtocolError("length of a neighbourhood", len(data), f"{size} bytes")
         items = list(_ITEM.iter_unpack(data[_HEAD.size :]))
-        found = cls(
+        neighbourhood = cls(
             scale,
             c_scale,
             tuple(item[0] for item in items),
             tuple(item[1:4] for item in items),
             tuple(item[4] for item in items),
         )
-        found._check(remote=True)
-        return found
+        neighbourhood._check(remote=True)
+        return neighbourhood
 
     def _check(self, *, remote: bool) -> None:
         count = len(self.indices)
@@ -121,7 +121,7 @@ class Neighbourhood:
 def _single(x: float) -> float:
     """The next 32-bit number that is not below x: the largest value must fit its integer.
 
-    Below the smallest that has all its digits it is 0: nothing moved.
+    Below the smallest normal 32-bit number it is 0.
     """
     if x < _SMALLEST:
         return 0.0

@@ -3,8 +3,8 @@
 State, not an event: the newest replaces every older one. The patch is the surface *free of this
 client's own force* (science 3.3); with `c_ii` and `own_force` the surface as it stands follows,
 x_o = x_free - c_ii own_force, so that one message serves every law. A mesh patch has a tail, the
-neighbourhood (`neighbourhood.py`); its curvature serves where that one ends. A client believes no
-number that would make its loop dangerous: each has bounds, on either side of the wire.
+neighbourhood (`neighbourhood.py`); outside of that its curvature is used. Every number has bounds,
+checked at both ends, so that no accepted patch makes a client's loop dangerous.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from enum import IntEnum
 
 from cohaptic.control.friction import Compliance3, is_definite
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -37,13 +37,18 @@ _BODY = struct.Struct("<IIddf3f3f4f3f3ffee")
 SIZE = HEADER.size + _BODY.size
 _U32 = 2**32 - 1
 MAX_STIFFNESS = 1e6  # N/m
-# What is held or hard has this compliance: a contact like any other, with the device's stiffness.
+# Compliance of a contact on fixed or rigid parts: with it they need no special case, and the hand
+# feels the stiffness of its device.
 MIN_COMPLIANCE = 1.0 / MAX_STIFFNESS  # m/N
 MAX_CURVATURE = 1e4  # 1/m; a tenth of a millimetre round
-MAX_LAG = 60.0  # s; a room of sixteen hands at one place, a second away, needs less
-MAX_COUPLING = 1e3  # of 64 hands at one place it is 63
-MAX_MARGIN = 6e4  # what 16 bits hold; a room without coupling is as far from the edge as can be
-# c_ii is seen again along the normal of `compliance`, rounded to 32 bits.
+# s. Sixteen users at one place with 1 s of delay need 13 s; 64 users at one place with 2 s of delay
+# would need 114 s. A longer lag is sent as this value, and a margin below 1 then shows that it is
+# too short.
+MAX_LAG = 60.0
+MAX_COUPLING = 1e3  # 63 for 64 users at one place; a larger one is sent as this value
+# largest in 16 bits, sent for larger ones; without coupling the margin is infinite
+MAX_MARGIN = 6e4
+# Relative; c_ii may differ by this much from `compliance` along the normal, which has 32 bits.
 _ROUNDING = 1e-6
 _GEOMETRY_MASK = 0x000F
 _LAW_SHIFT = 4
@@ -63,7 +68,7 @@ class Geometry(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """One user's local surface and what the local model needs to press on it.
+    """One user's local surface, and the parameters of its local model.
 
     Args:
         tick: Simulation tick that made it, from 1.
@@ -81,7 +86,7 @@ class Patch:
         integral_gain: I of the law's integral; 0 when unused [N/(m s)].
         own_force: Force on this hand that the body carries at this tick, its opposite [N].
         u_others: Displacement of the material under the contact by the others [m].
-        room: How soon the object answers the others (science 3.8).
+        room: Lag, coupling and margin of the room (science 3.8).
         neighbourhood: Of a mesh patch: the surface around the contact; None for the others.
         compliance: Of the contact in all directions, for a client with friction; None without.
     """
@@ -142,7 +147,7 @@ class Patch:
 
     @classmethod
     def decode(cls, data: bytes) -> Patch:
-        """The patch in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The patch in a frame; raises RemoteProtocolError for any invalid bytes."""
         flags = open_header(data, FrameKind.PATCH)
         kind = flags & _GEOMETRY_MASK
         check_range("geometry of a patch", kind, Geometry.PLANE, Geometry.MESH, remote=True)
@@ -171,8 +176,8 @@ class Patch:
 
     def _check(self, *, remote: bool) -> None:
         if (self.geometry is Geometry.MESH) != (self.neighbourhood is not None):
-            what, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"
-            raise wrong(what, self.neighbourhood, limit, remote=remote)
+            name, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"
+            raise wrong(name, self.neighbourhood, limit, remote=remote)
         check_range("tick of a patch", self.tick, 1, _U32, remote=remote)
         check_range("seq of a patch", self.seq, 0, _U32, remote=remote)
         check_finite("time stamp", self.t_server, self.t_client, remote=remote)
@@ -195,7 +200,7 @@ class Patch:
 
 
 def check_room(room: RoomLag, *, remote: bool) -> None:
-    """Raise unless what is said of a room can be true; NaN raises too."""
+    """Raise unless lag, coupling and margin of a room are in their limits; NaN raises too."""
     check_range("lag of the room", room.lag, 0.0, MAX_LAG, remote=remote)
     check_range("coupling of the room", room.coupling, 0.0, MAX_COUPLING, remote=remote)
     check_range("margin of the room", room.margin, 0.0, math.inf, remote=remote)

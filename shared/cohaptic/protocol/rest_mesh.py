@@ -1,7 +1,7 @@
 """Server to client, once, to those who asked for mesh patches: the resting surface.
 
 An event: it comes between the welcome and the first patch. Vertices and faces are deflated
-together; what comes out is bounded before anything is inflated.
+together; the inflated size is checked before anything is inflated.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class RestMesh:
 
     @classmethod
     def decode(cls, data: bytes) -> RestMesh:
-        """The mesh in a frame; raises RemoteProtocolError, whatever the bytes."""
+        """The mesh in a frame; raises RemoteProtocolError for any invalid bytes."""
         open_header(data, FrameKind.REST_MESH)
         start = HEADER.size + _COUNTS.size
         if not start < len(data) <= MAX_BYTES:
@@ -90,11 +90,11 @@ def _inflate(deflated: bytes, size: int) -> bytes:
     """Exactly `size` bytes, and never more of them in memory."""
     stream = zlib.decompressobj()
     try:
-        # One byte more than is right: room to see that there is none.
+        # Allow one byte more than expected, to detect a longer stream.
         raw = stream.decompress(deflated, size + 1)
     except zlib.error as error:
         raise RemoteProtocolError("content of a rest mesh", str(error), "a zlib stream") from error
     if len(raw) != size or not stream.eof or stream.unused_data:
-        what = "more" if len(raw) > size or stream.unused_data else len(raw)
-        raise RemoteProtocolError("inflated size of a rest mesh", what, f"{size} bytes")
+        size_found = "more" if len(raw) > size or stream.unused_data else len(raw)
+        raise RemoteProtocolError("inflated size of a rest mesh", size_found, f"{size} bytes")
     return raw

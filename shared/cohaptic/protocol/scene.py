@@ -1,4 +1,4 @@
-"""Server to client, on a watch connection: who touches where, and the surface if it is wanted.
+"""Server to client, on a watch connection: every user's contact, and the surface if requested.
 
 State, not an event: the newest replaces every older one. Without a surface a frame holds only the
 forces; a page with the Green's functions of the body makes the surface of them itself.
@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -32,7 +32,7 @@ _BODY = struct.Struct("<IdHHfee")
 _USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
 HEAD_SIZE = HEADER.size + _BODY.size
 USER_SIZE = _USER.size
-MAX_USERS = 256  # those who left fade for a moment, so more than touch at once
+MAX_USERS = 256  # above the largest room, since the forces of users who left fade for a moment
 MAX_CURVATURE = 6e4  # 1/m, of a half float
 MAX_LOOP_DELAY = 1e3  # s
 _SURFACE_FLAG = 0x0001
@@ -49,8 +49,8 @@ class UserRecord:
         user: Its number.
         probe: Tip of its device [m].
         foot: Centre of its pressure on the facets of the *resting* mesh [m].
-        force: That the body carries, as it acts on the hand [N]; the body gets its opposite. It
-            fades when the user lets go.
+        force: On the hand, the opposite of that applied to the body [N]. It fades when the user
+            leaves.
         c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as the next three.
         k_o_coupled: Coupling-aware stiffness [N/m].
         k_h: Gain of its law [N/m].
@@ -61,7 +61,7 @@ class UserRecord:
         geometry: Of its patches.
         presence: Share of its force that the body carries, from 0 to 1.
         curvature: Of its patch, positive where the body bulges [1/m].
-        fresh: Whether its samples still come.
+        fresh: Whether its samples still arrive.
         friction: Whether its force may have a part along the surface.
         x_free: Contact point of the surface without this user's own force [m].
     """
@@ -133,14 +133,14 @@ class UserRecord:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Everybody's hands at one tick.
+    """All users at one tick, with the surface if requested.
 
     Args:
         tick: Simulation tick, from 1.
         t_server: Time of the tick on the server's clock [s].
-        users: Who is there, those too whose force still fades.
+        users: Everybody in the room, and those who left but whose force still fades.
         surface: Displacement of the vertices of the rest mesh; None in a frame of forces only.
-        room: How soon the object answers the others (science 3.8).
+        room: Lag, coupling and margin of the room (science 3.8).
     """
 
     tick: int
@@ -161,7 +161,7 @@ class Scene:
 
     @classmethod
     def decode(cls, data: bytes, traversal: Traversal) -> Scene:
-        """The scene in a frame; raises RemoteProtocolError, whatever the bytes.
+        """The scene in a frame; raises RemoteProtocolError for any invalid bytes.
 
         Args:
             data: The frame.
@@ -186,7 +186,7 @@ class Scene:
 def encode_scene(
     tick: int, t_server: float, room: RoomLag, records: bytes, surface: bytes
 ) -> bytes:
-    """A frame from its parts, encoded before: one surface serves many frames.
+    """A frame from encoded parts, so that one encoded surface serves many frames.
 
     Args:
         tick: Simulation tick.

@@ -1,9 +1,9 @@
 """The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
 
-Whole numbers with a common scale, each less what its neighbours foretell (`traversal.py`, modulo
-2^16), folded so that small ones of both signs are small (zigzag), their low bytes apart from their
-high ones: what is left is mostly zeros, and level 1 of zlib finds them. No frame depends on
-another.
+Whole numbers with a common scale. Each is replaced by its difference from the prediction by its
+neighbours (`traversal.py`, modulo 2^16), mapped to an unsigned number that is small for small
+values of both signs (zigzag), and low bytes are stored apart from high ones. The result is mostly
+zeros, which zlib compresses well at level 1. No frame depends on another.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
 from cohaptic.protocol.traversal import Traversal
 
 _HEAD = struct.Struct("<fI")
-FINEST = 1e-5  # m; a hundredth of a millimetre is less than a pixel
-MAX_SCALE = 0.1  # m
+FINEST = 1e-5  # m; smaller than a pixel of any view of the body
+MAX_SCALE = 0.1  # m; far above MAX_POSITION / MAX_UNITS
 MAX_UNITS = 2**15 - 1
-_LEVEL = 1
-_SMALLEST = 2.0**-126
+_LEVEL = 1  # of zlib; higher ones take several times as long for a few percent
+_SMALLEST = 2.0**-126  # smallest normal 32-bit number
 
 Units = npt.NDArray[np.int16]
 
@@ -80,8 +80,8 @@ class Surface:
         """
         _check_scale(self.scale, remote=False)
         units = np.concatenate([self.units, np.zeros((1, 3), np.int16)])
-        foretold = units[traversal.p] + units[traversal.q] - units[traversal.r]
-        steps = units[traversal.order] - foretold
+        predicted = units[traversal.p] + units[traversal.q] - units[traversal.r]
+        steps = units[traversal.order] - predicted
         folded = ((steps << 1) ^ (steps >> 15)).astype("<u2", copy=False)
         # By component, then by byte: (2, 3, n).
         planes = folded.view(np.uint8).reshape(-1, 3, 2).transpose(2, 1, 0)
@@ -90,7 +90,7 @@ class Surface:
 
     @classmethod
     def decode(cls, data: bytes, traversal: Traversal) -> Surface:
-        """The surface in the tail of a frame; raises RemoteProtocolError, whatever the bytes.
+        """The surface in the tail of a frame; raises RemoteProtocolError for any invalid bytes.
 
         Args:
             data: From the scale on.
@@ -132,8 +132,8 @@ def _inflate(deflated: bytes, size: int) -> bytes:
     except zlib.error as error:
         raise RemoteProtocolError("content of a surface", str(error), "a zlib stream") from error
     if len(raw) != size or not stream.eof or stream.unused_data:
-        what = "more" if len(raw) > size or stream.unused_data else len(raw)
-        raise RemoteProtocolError("inflated size of a surface", what, f"{size} bytes")
+        size_found = "more" if len(raw) > size or stream.unused_data else len(raw)
+        raise RemoteProtocolError("inflated size of a surface", size_found, f"{size} bytes")
     return raw
 
 

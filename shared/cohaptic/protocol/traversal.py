@@ -1,8 +1,8 @@
-"""The order in which a surface is sent, and from which vertices each is foretold.
+"""The order in which a surface is sent, and the vertices that predict each vertex.
 
-Whoever has the resting mesh finds the same: breadth first from vertex 0, neighbours by number. A
-vertex is foretold by the parallelogram over an edge that came before it, p + q - r: where a surface
-bends smoothly, what is left is small. Touma and Gotsman (1998) code positions so.
+Both sides derive the same from the resting mesh: breadth first from vertex 0, neighbours by number.
+A vertex is predicted by the parallelogram over an edge that was sent before it, p + q - r; on a
+smooth surface the residual is small (Touma and Gotsman 1998, Triangle mesh compression).
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traversal:
-    """Of one resting mesh.
+    """Order and predictors of the vertices of one resting mesh.
 
     Args:
-        order: Vertices as they are sent, shape (n,).
-        p, q, r: Vertices that foretell `order[k]` as p + q - r, shape (n,); n stands for zero.
+        order: Vertices in the order of sending, shape (n,).
+        p, q, r: Vertices that predict `order[k]` as p + q - r, shape (n,); n stands for zero.
     """
 
     order: Ints
@@ -44,15 +44,15 @@ class Traversal:
         order = _breadth_first(graph)
         place = np.empty(n, dtype=np.int64)
         place[order] = np.arange(n)
-        foretold = np.full((n, 3), n)  # by vertex
-        _by_neighbour(foretold, graph, order, place)
-        _by_parallelogram(foretold, corners, place)
-        p, q, r = foretold[order].T
+        predicted = np.full((n, 3), n)  # by vertex
+        _by_neighbour(predicted, graph, order, place)
+        _by_parallelogram(predicted, corners, place)
+        p, q, r = predicted[order].T
         return cls(order, p, q, r)
 
     @property
     def vertices(self) -> int:
-        """How many there are."""
+        """Number of vertices."""
         return len(self.order)
 
 
@@ -67,7 +67,7 @@ def _graph(n: int, corners: Ints) -> sp.csr_array:
 
 
 def _breadth_first(graph: sp.csr_array) -> Ints:
-    """All vertices; each part of the mesh begins with its lowest."""
+    """All vertices, breadth first; each connected part begins with its lowest number."""
     left = np.ones(graph.shape[0], dtype=np.bool_)
     parts: list[Ints] = []
     while left.any():
@@ -78,17 +78,17 @@ def _breadth_first(graph: sp.csr_array) -> Ints:
     return np.concatenate(parts)
 
 
-def _by_neighbour(foretold: Ints, graph: sp.csr_array, order: Ints, place: Ints) -> None:
-    """The neighbour that came first foretells alone: p = q = r."""
+def _by_neighbour(predicted: Ints, graph: sp.csr_array, order: Ints, place: Ints) -> None:
+    """Predict each vertex by its neighbour that was sent first: p = q = r."""
     rows = np.repeat(np.arange(len(order)), np.diff(graph.indptr))
     first = np.full(len(order), len(order))
     np.minimum.at(first, rows, place[graph.indices])
     came = first < place
-    foretold[came] = order[first[came]][:, None]
+    predicted[came] = order[first[came]][:, None]
 
 
-def _by_parallelogram(foretold: Ints, corners: Ints, place: Ints) -> None:
-    """Over an edge of exactly two faces; of several, the one whose far corner r came first."""
+def _by_parallelogram(predicted: Ints, corners: Ints, place: Ints) -> None:
+    """Predict over an edge of exactly two faces; of several, that whose far corner r came first."""
     far = corners.ravel()
     ends = np.sort(np.stack([corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]], axis=2).reshape(-1, 2))
     _, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
@@ -104,4 +104,4 @@ def _by_parallelogram(foretold: Ints, corners: Ints, place: Ints) -> None:
     # Sorted so that the best of each vertex is the last to be written.
     best = keep[np.lexsort((place[q[keep]], place[p[keep]], place[r[keep]]))][::-1]
     for column, corner in enumerate((p, q, r)):
-        foretold[v[best], column] = corner[best]
+        predicted[v[best], column] = corner[best]

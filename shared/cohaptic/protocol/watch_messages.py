@@ -1,10 +1,10 @@
-"""What a connection that only watches says besides `control.py`, as JSON text.
+"""Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
 client -> server    watch, first; set_view, set_latency
 server -> client    watching, first; latency; user_joined, user_left, error as everybody gets them
 
-Here is also the decoder for whatever a client may say, touching or watching: the first message of
-a connection tells which it is.
+`decode_client_message` decodes the messages of both kinds of client, those that touch and those
+that watch: the first message of a connection decides which kind it is.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Watch(ControlMessage):
 
 
 class SetView(ControlMessage):
-    """Other scene frames from now on.
+    """Change encoding and rate of the scene frames.
 
     Args:
         encoding: As in `watch`.
@@ -72,7 +72,7 @@ class SetLatency(ControlMessage):
     """Inject latency between a user and the server; refused unless the server allows it.
 
     Args:
-        user: Its number; one who is not there (any more) is passed over.
+        user: Its number; ignored for a user who is not (or no longer) in the room.
         delay: Each way, so that the round trip is twice that longer [s]; 0 ends it.
         jitter: Largest extra delay of a message, each way [s].
     """
@@ -84,7 +84,7 @@ class SetLatency(ControlMessage):
 
 
 class WatchedUser(ControlMessage):
-    """Who is there.
+    """One user of the room.
 
     Args:
         user: Its number.
@@ -103,9 +103,9 @@ class Watching(ControlMessage):
         simulation_period: Time between ticks, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: The body that everybody touches.
-        model: Names the body's Green's functions, whatever server has it; None where the surface is
-            no sum of them.
-        users: Who is here already.
+        model: Identifies the body's Green's functions, on any server; None where the surface is not
+            a sum of them.
+        users: Users who joined before.
         allow_latency: Whether `set_latency` is allowed.
         allow_fixed_gains: Whether those who touch may choose their gains.
     """
@@ -122,7 +122,7 @@ class Watching(ControlMessage):
 
 
 class Latency(ControlMessage):
-    """The latency injected between a user and the server has changed, or is this when one comes.
+    """The latency injected between a user and the server: at each change, and to a new watcher.
 
     Args:
         user: Its number.
@@ -148,7 +148,7 @@ _SERVER: TypeAdapter[WatchControl] = TypeAdapter(
 
 
 def decode_client_message(text: str) -> ClientMessage:
-    """What any client said; raises RemoteProtocolError, whatever the text.
+    """The message of any client; raises RemoteProtocolError for any invalid text.
 
     A first message of another protocol version is reported as that, even when the rest of it has
     changed.
@@ -160,5 +160,5 @@ def decode_client_message(text: str) -> ClientMessage:
 
 
 def decode_watch_control(text: str) -> WatchControl:
-    """What the server said to a watcher; raises RemoteProtocolError, whatever the text."""
+    """The message of the server to a watcher; raises RemoteProtocolError for any invalid text."""
     return decode_text(_SERVER, text, MAX_WATCHING_TEXT)

@@ -1,1 +1,1 @@
-"""What the operating system and the event loop are asked for."""
+"""Settings of the operating system and the event loop: signals, scheduling, sockets."""

@@ -1,4 +1,4 @@
-"""Ctrl-C and a polite kill end a coroutine by cancelling it, on every system."""
+"""SIGINT (Ctrl-C) and SIGTERM cancel a coroutine, on every system."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool =
 
     Args:
         work: To be run.
-        lifeline: End when standard input closes too: a process that was started by another then
-            never outlives it, however that one dies.
+        lifeline: End as well when standard input closes, so that a child process never outlives
+            its parent, however that one dies.
     """
     task = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()

@@ -1,4 +1,4 @@
-"""Better scheduling for what must be punctual, where the system offers it; never an error."""
+"""More punctual scheduling of a process, where the system offers it; never an error."""
 
 from __future__ import annotations
 
@@ -7,16 +7,20 @@ import os
 import sys
 from typing import Any
 
-# Low real-time priorities: before every ordinary process, behind the system's own. The hand first.
+# Low real-time priorities: before every ordinary process, behind the system's own. The haptic loop
+# goes before the server, since a late period is felt at once.
 LOOP_PRIORITY = 5
 SERVER_PRIORITY = 2
 
 
 def prefer_this_process(priority: int) -> str:
-    """Ask for the most punctual scheduling that is allowed; returns what was had, for people.
+    """Request the most punctual scheduling that the system allows.
 
     Args:
         priority: Real-time priority where there is one; the higher goes first.
+
+    Returns:
+        The scheduling that was granted, in words for a user.
     """
     if sys.platform == "linux":
         return _linux(priority)
@@ -26,7 +30,7 @@ def prefer_this_process(priority: int) -> str:
 
 
 def stand_back() -> None:
-    """Let everything else of this machine go before this process, where that can be said."""
+    """Lower the priority of this process below all others, where the system allows it."""
     if sys.platform == "linux":
         try:
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

@@ -1,4 +1,4 @@
-"""The network settings of a connection, each set on purpose.
+"""Network settings of a connection.
 
 They are the same for every connection, at both ends, and explained in
 `docs/decisions/0004-network-settings.md`.

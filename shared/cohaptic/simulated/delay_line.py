@@ -15,7 +15,7 @@ from cohaptic.errors import LinkOverflow, SettingError
 
 T = TypeVar("T")
 
-MAX_DELAY = 5.0
+MAX_DELAY = 5.0  # s, of delay and of jitter; beyond any path on Earth
 CAPACITY = 4096  # messages in flight; 10 s (delay and jitter) at 200 Hz is 2,000
 
 
@@ -41,7 +41,7 @@ class LinkSettings:
 
 
 class DelayLine(Generic[T]):
-    """Holds what was pushed until it is due; pure but for its memory, `now` is an argument."""
+    """Queue that holds each message until it is due; without a clock, `now` is an argument."""
 
     def __init__(self, settings: LinkSettings) -> None:
         self.settings = settings

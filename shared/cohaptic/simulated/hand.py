@@ -1,7 +1,7 @@
-"""A simulated hand: its mechanics, and what it intends to do, as values.
+"""A simulated hand: its mechanics and its intention, as values.
 
 The client integrates a hand at the rate of its device; the server's reference solution only needs
-its stiffness and its intention. Both read them here.
+its stiffness and its intention. Both import them from this module.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from cohaptic.errors import SettingError
 from cohaptic.vec import ZERO, Vec3, add, cross, norm, scale, unit
 
-# Stiffness over mass, a quarter of what `move` takes without damping in steps of 1 ms [1/s^2].
+# Largest stiffness over mass [1/s^2]: a quarter of the stability limit of `move`, semi-implicit
+# Euler without damping in steps of 1 ms, which is 4 / dt^2 = 4e6.
 MOST_PER_MASS = 1e6
 
 
@@ -61,7 +62,7 @@ class Rhythm:
         return min(0.3, 0.2 * self.period)
 
     def level(self, t: float) -> float:
-        """How far pressed at `t` [s], from 0 to 1: released first, pressed in the second half."""
+        """Level at `t` [s], from 0 (released, first half) to 1 (pressed, second half)."""
         t = t % self.period
         half = 0.5 * self.period
         if t < half:
@@ -104,7 +105,7 @@ class Intention:
 
     @property
     def _presses_at(self) -> float:
-        """When a hand that drags comes to press [s]: by then those who rest are there."""
+        """When a hand that drags begins to press [s]: by then resting hands are in contact."""
         return self.approach_at + (0.5 * self.rhythm.period if self.rhythm else 0.0)
 
     def level(self, t: float) -> float:
@@ -136,7 +137,7 @@ class Intention:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A place on a resting surface.
+    """A point on a resting surface, with the direction into the body.
 
     Args:
         point: Of the surface [m].
@@ -155,13 +156,13 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class HandScript:
-    """Where round a body a simulated hand stands, and what it does there.
+    """Position of a simulated hand round a body, and its intention there.
 
     Args:
         angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
-        depth: How far into the body it wants to press [m].
+        depth: Intended depth below the resting surface [m].
         rhythm: Press and release in this rhythm; None to rest.
-        approach_at: When it first comes [s].
+        approach_at: When the first approach begins [s].
         hand: Its mechanics.
         place: On the surface; None to come from far out at `angle`.
         drag: Way along the surface in the rhythm, instead of letting go: level, to the hand's own
@@ -202,7 +203,7 @@ class HandScript:
 
 
 def sideways(inward: Vec3) -> Vec3:
-    """Unit vector along a surface, level and to the right of who looks along `inward`."""
+    """Horizontal unit vector along a surface, to the right for a view along `inward`."""
     return unit(cross(inward, (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
 
 
@@ -235,6 +236,6 @@ def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> 
 
 
 def _ease(s: float) -> float:
-    """From 0 to 1 without a corner at either end."""
+    """Smoothstep from 0 to 1, with zero slope at both ends."""
     s = min(1.0, max(0.0, s))
     return s * s * (3.0 - 2.0 * s)

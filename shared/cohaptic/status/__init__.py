@@ -1,1 +1,1 @@
-"""What a loop writes down, what a client says of itself, and how a terminal shows it."""
+"""A loop's recorded rows, a client's status reports, and their display in a terminal."""

@@ -1,4 +1,4 @@
-"""What a running client says of itself, a line of JSON at a time; `cohaptic demo` reads it."""
+"""Status of a running client, one line of JSON per report; `cohaptic demo` reads them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from pydantic import BaseModel, ConfigDict
 
 from cohaptic.control.law import Law
 
-AS_STIFF = 0.99  # of the object's stiffness; a device that renders so much is no softer to the hand
+# Share of the object's stiffness from which a device counts as no softer: a difference of 1 % is
+# far below the just noticeable difference of stiffness, about 10 % or more.
+AS_STIFF = 0.99
 
 
 class TouchStatus(BaseModel):
-    """State of one client.
+    """Status of one client.
 
     Args:
         name: Of the user.
@@ -20,9 +22,9 @@ class TouchStatus(BaseModel):
         indentation: Of the surface under the probe [m].
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain in use; below `k_o` with the predictive law where the device is the softer [N/m].
-        max_stiffness: That the device renders; 0 for one that does not say [N/m].
-        along: Force along the surface; None without friction [N].
-        lag: In how long the object answers what the others do (science 3.8) [s].
+        max_stiffness: Largest that the device renders stably; 0 if it states none [N/m].
+        along: Tangential force, by friction; None without friction [N].
+        lag: Time constant with which the object answers the others' forces (science 3.8) [s].
         round_trip: Age of the own force in the newest patch, without its wait at the server [s].
         jitter: Mean deviation of the round trip [s].
         clock_offset: Server's wall clock less this machine's [s].
@@ -31,7 +33,7 @@ class TouchStatus(BaseModel):
         loop_hz: Periods per second since the start.
         loop_late_p99: Lateness of a period, 99th percentile [s].
         loop_missed: Periods left out because the one before was too late.
-        level: What a simulated hand intends, 0 to 1.
+        level: Intention of a simulated hand, from 0 (released) to 1 (pressed).
         fault: Why the safety layer keeps the force off; empty when it does not.
     """
 

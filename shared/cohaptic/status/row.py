@@ -1,4 +1,4 @@
-"""What the haptic loop writes down every period: one row of numbers, columns by name."""
+"""The record of one haptic period: a row of numbers with named columns."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Row(NamedTuple):
         k_h: Gain in use [N/m].
         damping: Force of the passivity layer, along the normal [N].
         k_o: Stiffness of the body at the contact [N/m].
-        level: What a simulated hand intends, from 0 (off the surface) to 1 (pressed).
-        scale: Of the safety layer: 1 when the force is given in full.
+        level: Intention of a simulated hand, from 0 (off the surface) to 1 (pressed).
+        scale: Share of the force that the safety layer passes; 1 in full.
         late: How late the period began [s].
         tick: Simulation tick of the patch in use.
         patch_age: Time since that patch came [s].
-        lag: Of the room: in how long the object answers what the others do [s].
-        along: Force along the surface that friction gives [N].
+        lag: Of the room: time constant with which the object answers the others' forces [s].
+        along: Tangential force, by friction [N].
     """
 
     t: float

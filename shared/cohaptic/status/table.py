@@ -14,18 +14,18 @@ from rich.text import Text
 from cohaptic.status.report import TouchStatus
 
 _BAR = 10  # characters of a full force bar
-_FULL = 6.0  # N that fill it
+_FULL = 6.0  # N that fill it; a firm press of a finger
 _NAME = 12  # characters of a name
-LEAST_LAG = 0.005  # s; what is less is none on a screen
+LEAST_LAG = 0.005  # s; shown with two decimals, a shorter lag would read as zero
 
 
 class _Column(NamedTuple):
     """A column of the table.
 
     Fields:
-        head: What stands over it.
-        rank: The highest is left out first.
-        least: Characters that it takes at least: while numbers change, columns stay.
+        head: Heading.
+        rank: In a narrow terminal the column with the highest rank is left out first.
+        least: Smallest width [characters], so that columns stay in place while numbers change.
         cells: One for each user.
     """
 
@@ -36,21 +36,21 @@ class _Column(NamedTuple):
 
     @property
     def wide(self) -> int:
-        """Characters that it takes."""
+        """Width [characters]."""
         return max(self.least, cell_len(self.head), *(cell.cell_len for cell in self.cells))
 
 
 def status_view(users: Sequence[TouchStatus], *, width: int = 120) -> Group:
-    """The table of `status_table`, and below it what a hand could not know from its numbers."""
+    """The table of `status_table`, and below it the sentences of `status_notes`."""
     notes = [Text(note, style="yellow") for note in status_notes(users)]
     return Group(status_table(users, width=width), *notes)
 
 
 def status_notes(users: Sequence[TouchStatus]) -> list[str]:
-    """Sentences on devices that are softer than the object, and on an object that takes its time.
+    """Sentences on devices that are softer than the object, and on a room with a lag.
 
     Args:
-        users: Who touch the same object.
+        users: Everybody who touches the object.
     """
     notes = [
         f"{user.name}: device renders {soft_words(user.max_stiffness, user.k_o)}"
@@ -62,17 +62,17 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
 
 
 def soft_words(renders: float, k_o: float) -> str:
-    """How stiff a device is beside the object [N/m]."""
+    """Stiffness of a device beside that of the object [N/m], in words for a user."""
     return f"{renders:,.0f} of {k_o:,.0f} N/m"
 
 
 def lag_words(lag: float) -> str:
-    """What the room's lag is to a hand [s]."""
+    """The room's lag [s], in words for a user."""
     return f"the object answers the others in {lag:.2f} s"
 
 
 def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
-    """A table of what each user feels now, with as many columns as a terminal has room for.
+    """A table of the users' present forces, with as many columns as the terminal has room for.
 
     Args:
         users: One row each.
@@ -96,7 +96,7 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
 
 
 def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
-    """Every column, in the order in which they stand."""
+    """Every column, from left to right."""
 
     def column(head: str, rank: int, least: int, cells: Sequence[str]) -> _Column:
         return _Column(head, rank, least, [Text(cell) for cell in cells])
@@ -123,7 +123,7 @@ def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
 
 
 def _wide(columns: Sequence[_Column]) -> int:
-    """Characters that a table of these columns takes."""
+    """Width of a table of these columns [characters]."""
     # A space on either side of a cell, the box between two, and its edges.
     return sum(column.wide for column in columns) + 3 * (len(columns) - 1) + 2
 

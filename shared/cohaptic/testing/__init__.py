@@ -1,4 +1,4 @@
-"""Doubles that are real code: public, for our tests and for those who build on cohaptic."""
+"""Public test doubles, for the tests of cohaptic and of programs that build on it."""
 
 from cohaptic.testing.manual_clock import ManualClock as ManualClock
 

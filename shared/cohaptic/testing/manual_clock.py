@@ -1,4 +1,4 @@
-"""A clock that moves when it is told to: hours of haptics in a `for` loop."""
+"""A clock that only advances on request, for tests of hours of haptics without waiting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The campaign's shell beside the real one, and what the campaign says."""
+"""The campaign's simplified room against the real room and client, and the campaign's verdicts."""
 
 from __future__ import annotations
 
@@ -14,19 +14,13 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.passivity import dissipate
-from cohaptic_experiments.campaign import campaign as hands_campaign
-from cohaptic_experiments.campaign.campaign import Variant, judge, play, trace
+from cohaptic_experiments.campaign import simulation
 from cohaptic_experiments.campaign.compiled import compiled
+from cohaptic_experiments.campaign.hand_motion import CLEARANCE, PRESS_TIME
 from cohaptic_experiments.campaign.hands import FAR_OFF, RULES, STEP, run
-from cohaptic_experiments.campaign.kernel import (
-    CLEARANCE,
-    EVERY,
-    FIGURES,
-    PRESS_TIME,
-    THRESHOLDS,
-    T,
-)
+from cohaptic_experiments.campaign.kernel import EVERY, FIGURES, THRESHOLDS, T
 from cohaptic_experiments.campaign.rows import ROWS, WEAK_OFF, Row
+from cohaptic_experiments.campaign.simulation import play, trace
 from cohaptic_experiments.campaign.trials import (
     MAX_USERS,
     Trial,
@@ -34,6 +28,8 @@ from cohaptic_experiments.campaign.trials import (
     no_motion,
     without_coupling,
 )
+from cohaptic_experiments.campaign.variants import Variant
+from cohaptic_experiments.campaign.verdicts import judge
 from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
@@ -69,7 +65,7 @@ def two_on_a_plate(law: Law, delay: float) -> Trial:
 
 @pytest.mark.parametrize("law", Law)
 @pytest.mark.parametrize("delay", [0.0, 0.08])
-def test_the_campaign_does_what_the_real_room_and_client_do(law: Law, delay: float) -> None:
+def test_the_campaign_agrees_with_the_real_room_and_client(law: Law, delay: float) -> None:
     trial, seconds = two_on_a_plate(law, delay), 6.0
     session = VirtualSession(Spring(SpringSettings(k_o=300.0)))
     users = [
@@ -154,7 +150,7 @@ def test_trials_are_rooms_of_the_published_ranges(seed: int, index: int) -> None
     assert 20.0 <= 1.0 / trial.simulation_period <= 100.0
     assert (draw(seed, index).C == trial.C).all()
     # Equilibrium: pressed tips on the surface, the others off it.
-    f = trial.truth
+    f = trial.reference
     gap = (trial.C + np.diag(1.0 / trial.stiffness)) @ f - trial.depth
     assert (f >= 0.0).all()
     assert gap[f > 0.0] == pytest.approx(0.0, abs=1e-9)
@@ -164,7 +160,7 @@ def test_trials_are_rooms_of_the_published_ranges(seed: int, index: int) -> None
 def test_a_swing_is_unstable_and_a_creep_is_not() -> None:
     trials = [draw(0, i) for i in range(3)]
     t = np.linspace(0.0, 4.0, 400)[:, None]
-    top = max(trial.truth.max() for trial in trials)
+    top = max(trial.reference.max() for trial in trials)
     tails = np.zeros((3, 400, MAX_USERS))
     tails[0] += top * (1.0 + 0.2 * np.sin(9.0 * t))  # goes on
     tails[1] += top * (1.0 + 0.5 * np.exp(-1.0 * t) * np.sin(9.0 * t))  # dies out
@@ -195,7 +191,7 @@ def test_without_its_lag_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> Non
     def none(_trial: Trial, _variant: Variant) -> float:
         return 0.0
 
-    monkeypatch.setattr(hands_campaign, "lag_of", none)
+    monkeypatch.setattr(simulation, "lag_of", none)
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
 
 
@@ -208,7 +204,7 @@ def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))
 @settings(max_examples=50, deadline=None)
-def test_the_wide_ensemble_is_what_it_says(seed: int, index: int) -> None:
+def test_the_wide_ensemble_is_as_described(seed: int, index: int) -> None:
     trial = draw_wide(seed, index, 40.0)
     assert np.linalg.eigvalsh(trial.C).min() > 0.0
     assert 50.0 * 0.99 <= 1.0 / np.diag(trial.C).mean() <= 10_000.0 * 1.01
@@ -216,7 +212,7 @@ def test_the_wide_ensemble_is_what_it_says(seed: int, index: int) -> None:
     assert trial.budget is not None
     assert ((trial.max_stiffness >= 500.0) & (trial.max_stiffness <= 5000.0)).all()
     assert set(trial.budget.tolist()) <= set(BUDGETS)
-    # Colgate: the device renders what it renders because it damps K T / 2 by itself.
+    # Colgate: a device that renders K stably has physical damping of at least K T / 2.
     assert (trial.damping >= 0.3 + 0.5 * trial.max_stiffness * T).all()
     assert (trial.jitter <= 0.4).all()
     assert (draw_wide(seed, index, 40.0).motion == trial.motion).all()

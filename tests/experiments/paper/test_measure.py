@@ -34,7 +34,7 @@ def test_settling_time_of_a_decay() -> None:
     assert settling_time(t, x, 1.0, 0.02) == pytest.approx(0.5 * math.log(50.0), abs=0.002)
 
 
-def test_what_still_swings_has_not_settled() -> None:
+def test_a_response_that_still_swings_has_not_settled() -> None:
     t = np.arange(0.0, 10.0, 0.001)
     assert settling_time(t, 1.0 + 0.1 * np.sin(20.0 * t), 1.0, 0.02) == math.inf
     assert swing(np.sin(20.0 * t)) == pytest.approx(2.0, rel=1e-3)
@@ -65,6 +65,6 @@ def test_limits_and_intention_of_a_rig_reach_the_session() -> None:
     script = HandScript(hand=CLAMP)
     session.join("user", script, limits=LIMITS, intention=press)
     trace = record(session, {"user": press}, START + 2.0, lambda _: None)["user"]
-    # 20 N are twice what a hand usually gets.
+    # 20 N are twice the usual limit of a device.
     assert trace.force[-1] == pytest.approx(20.0, rel=0.01)
     assert trace.felt[-1] == pytest.approx(0.0, abs=1e-6)

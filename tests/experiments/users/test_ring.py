@@ -17,7 +17,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 
 
 @given(st.floats(0.05, 1.5), st.floats(0.02, 1.0))
-def test_a_force_has_reached_the_truth_when_it_leaves_it_no_more(tau: float, start: float) -> None:
+def test_a_force_has_settled_when_it_stays_within_the_tolerance(tau: float, start: float) -> None:
     """An exponential on which somebody knocks once, later."""
     t = PERIOD * np.arange(1, 16001)
     furthest = start * np.exp(-(t - APPROACH).clip(0.0) / tau)
@@ -27,7 +27,7 @@ def test_a_force_has_reached_the_truth_when_it_leaves_it_no_more(tau: float, sta
     assert reached(furthest) == pytest.approx(t[14001] - APPROACH, abs=PERIOD)
 
 
-def test_what_is_off_in_the_end_has_never_reached_the_truth() -> None:
+def test_a_force_outside_the_tolerance_in_the_end_never_settles() -> None:
     assert reached(np.full(3000, 2.0 * REACHED)) == math.inf
     assert reached(np.zeros(3000)) == 0.0
 
@@ -38,7 +38,7 @@ def body() -> Balloon:
 
 
 def test_a_room_is_measured_against_the_equilibrium(body: Balloon) -> None:
-    """Two users: the predictive law comes to the truth, and the proportional one never does."""
+    """Two users: the predictive law reaches the reference, and the proportional one never does."""
     exact, soft = (play(body, law, 2, 4.0, 0) for law in (Law.PREDICTIVE, Law.PROPORTIONAL))
     assert exact.error < 0.01 < soft.error
     assert exact.reached < 2.0

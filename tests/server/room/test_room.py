@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
-from cohaptic.control.stability.room_lag import FULL_BUDGET
+from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.messages import FixedGains, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import MAX_FRICTION
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.applied_forces import (

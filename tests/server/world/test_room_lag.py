@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from cohaptic.control.delay import TOO_LONG, LoopDelay
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room import NO_LAG, RoomLag
-from cohaptic.control.stability.room_lag import FULL_BUDGET, choose_lag, lag_needed
+from cohaptic.control.room_lag import NO_LAG, RoomLag
+from cohaptic.control.stability.lag_choice import FULL_BUDGET, choose_lag, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats

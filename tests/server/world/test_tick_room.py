@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.delay import TOO_LONG, UNKNOWN
-from cohaptic.control.room import NO_LAG
-from cohaptic.control.stability.room_lag import choose_lag, kept
+from cohaptic.control.room_lag import NO_LAG
+from cohaptic.control.stability.lag_choice import choose_lag, kept
 from cohaptic.vec import ZERO, dot, norm, scale, sub
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody

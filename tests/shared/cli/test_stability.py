@@ -34,7 +34,7 @@ def test_figures_7b_and_7c(k_h: float, stable: bool, delay: float) -> None:
     assert answer["closed_condition"] is stable
 
 
-def test_figure_9_and_what_delay_does_to_it() -> None:
+def test_figure_9_and_the_effect_of_delay_on_it() -> None:
     """I = 0.003 N/(mm ms) = 3000 N/(m s): read with the unit printed it would settle in minutes."""
     figure = ["--law", "pi", "--k-o", 300, "--k-h", 100, "--integral-gain", 3000]
     near = ask(*figure, "--sim-period", 0.05)

@@ -41,7 +41,7 @@ def test_it_falls_when_a_slow_path_is_gone() -> None:
 
 
 @given(st.lists(st.floats(0.0, 20.0), max_size=10), st.floats(0.01, 10.0))
-def test_a_room_counts_what_was_measured_and_waits_for_nobody_beyond_a_limit(
+def test_a_room_counts_measured_delays_and_waits_for_nobody_beyond_a_limit(
     seen: list[float], wait: float
 ) -> None:
     """A newcomer slows nobody down before anything is known; one who is too slow only watches."""
@@ -54,5 +54,5 @@ def test_a_room_counts_what_was_measured_and_waits_for_nobody_beyond_a_limit(
 
 
 @given(st.floats(-1e9, 1e9))
-def test_what_a_client_says_is_bounded(delay: float) -> None:
+def test_a_measured_delay_is_bounded(delay: float) -> None:
     assert 0.0 <= LoopDelay().measured(delay, 0.0).value <= LONGEST

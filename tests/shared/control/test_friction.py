@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -12,56 +10,25 @@ from cohaptic.control.friction import (
     NO_FRICTION,
     Compliance3,
     FrictionState,
-    follow_material,
-    friction_step,
     normal_shift,
     stretch_of,
     tangential,
     tangents,
     times,
 )
-from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
+from tests.shared.control.contacts import (
+    compliances,
+    forces,
+    mus,
+    normals,
+    paths,
+    played,
+    rub,
+    shares,
+    ways,
+)
 from tests.strategies import vectors
-
-normals = vectors(1.0).map(unit)
-ways = vectors(0.001)
-mus = st.floats(0.05, MAX_FRICTION)
-forces = st.floats(0.01, 10.0)
-shares = st.floats(0.2, 1.0)
-
-
-@st.composite
-def compliances(draw: st.DrawFn) -> Compliance3:
-    """Symmetric positive definite, of 50 to 800 N/m or so."""
-    A = np.random.default_rng(draw(st.integers(0, 2**32 - 1))).normal(size=(3, 4))
-    C = (A @ A.T / 4.0 + 0.3 * np.eye(3)) * draw(st.floats(1.0 / 800.0, 1.0 / 50.0))
-    return Compliance3(
-        *(float(C[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    )
-
-
-def rub(
-    state: FrictionState,
-    way: Vec3,
-    n: Vec3,
-    f_n: float,
-    C: Compliance3,
-    mu: float,
-    share: float = 1.0,
-    material: Vec3 = ZERO,
-    max_stiffness: float = math.inf,
-    most: float = math.inf,
-) -> FrictionState:
-    """One period on material that is at rest, with a device that renders whatever it is told."""
-    return friction_step(state, way, material, n, f_n, C, mu, share, max_stiffness, most)
-
-
-def played(path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float) -> FrictionState:
-    """After a few periods of sticking and slipping."""
-    state = NO_FRICTION
-    for way in path:
-        state = rub(state, way, n, f_n, C, mu)
-    return state
 
 
 @given(normals)
@@ -110,7 +77,7 @@ def test_while_it_sticks_tip_and_contact_move_alike(
 
 
 @given(vectors(0.0001), vectors(0.0001), normals, forces, compliances(), mus, shares)
-def test_after_a_slip_the_stretch_is_what_friction_holds(
+def test_after_a_slip_friction_holds_the_stretch(
     first: Vec3, second: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
 ) -> None:
     """Standing still then changes nothing."""
@@ -164,105 +131,9 @@ def test_without_contact_or_friction_there_is_none() -> None:
         Compliance3(0.004, 0.004, 0.004, 0.01, 0.0, 0.0),
     ],
 )
-def test_what_is_no_bodys_compliance_makes_no_friction(C: Compliance3) -> None:
+def test_a_matrix_that_is_no_compliance_gives_no_friction(C: Compliance3) -> None:
     """A server that is wrong, or worse: a spring that pushes on would make energy."""
     assert rub(NO_FRICTION, (0.001, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, C, 0.5) == NO_FRICTION
-
-
-# Material that others drag
-
-
-paths = st.lists(ways, min_size=1, max_size=10)
-
-
-@given(paths, ways, normals, forces, compliances(), mus, shares)
-def test_material_that_goes_is_a_hand_that_goes_the_other_way(
-    path: list[Vec3], way: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
-) -> None:
-    """Science 3.10: a hand that sticks while others drag the material feels that."""
-    stuck = played(path, n, f_n, C, mu)
-    dragged = rub(stuck, ZERO, n, f_n, C, mu, share, material=way)
-    moved = rub(stuck, scale(way, -1.0), n, f_n, C, mu, share)
-    assert dragged.force == pytest.approx(moved.force, rel=1e-9, abs=1e-12)
-    assert dragged.stretch == pytest.approx(moved.stretch, rel=1e-9, abs=1e-15)
-    # Only once: as long as it stays there nothing more happens.
-    again = rub(dragged, ZERO, n, f_n, C, mu, share, material=way)
-    assert again.force == pytest.approx(dragged.force, rel=1e-6, abs=1e-9)
-
-
-def test_five_millimetres_of_material_are_what_science_says() -> None:
-    """3.10: 4.9 mm sideways under a hand that sticks are about 0.63 N, not zero."""
-    C = Compliance3(0.0078, 0.0078, 0.004, 0.0, 0.0, 0.0)
-    n = (0.0, 0.0, 1.0)
-    stuck = played([ZERO], n, 3.0, C, 0.5)
-    assert stuck.force == ZERO
-    dragged = rub(stuck, ZERO, n, 3.0, C, 0.5, material=(0.0049, 0.0, 0.0))
-    assert dragged.force == pytest.approx((0.0049 / 0.0078, 0.0, 0.0))
-
-
-@given(ways, normals, forces, compliances(), mus)
-def test_where_the_material_was_when_the_contact_began_makes_no_force(
-    material: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float
-) -> None:
-    first = rub(NO_FRICTION, ZERO, n, f_n, C, mu, material=scale(material, 10.0))
-    assert first.force == rub(NO_FRICTION, ZERO, n, f_n, C, mu).force
-    # Also after a lift-off in between, wherever it has gone meanwhile.
-    lifted = rub(first, ZERO, n, 0.0, C, mu, material=material)
-    assert lifted == NO_FRICTION
-    anew = rub(lifted, ZERO, n, f_n, C, mu, material=material)
-    assert anew.force == first.force
-
-
-@given(normals, forces, mus, st.floats(1e-5, 1e-3), st.floats(-1e-3, 1e-3), shares)
-def test_a_hand_that_slides_does_not_feel_it(
-    n: Vec3, f_n: float, mu: float, way: float, drag: float, share: float
-) -> None:
-    """As long as it goes faster than the material does."""
-    C = Compliance3(0.004, 0.004, 0.004, 0.0, 0.0, 0.0)
-    one, _ = tangents(n)
-    slides = rub(NO_FRICTION, scale(one, 1.0), n, f_n, C, mu, share)
-    there = rub(slides, scale(one, way), n, f_n, C, mu, share, material=scale(one, min(drag, way)))
-    assert there.force == pytest.approx(slides.force, rel=1e-9, abs=1e-12)
-    assert norm(there.force) == pytest.approx(mu * f_n)
-
-
-@given(paths, vectors(0.02), normals, forces, compliances(), mus, shares, st.floats(0.001, 0.1))
-def test_others_move_the_force_by_so_much_in_a_period_and_all_the_way_in_the_end(
-    path: list[Vec3],
-    material: Vec3,
-    n: Vec3,
-    f_n: float,
-    C: Compliance3,
-    mu: float,
-    share: float,
-    most: float,
-) -> None:
-    stuck = rub(played(path, n, f_n, C, mu), ZERO, n, f_n, C, mu, share)
-    # Until friction and contact agree on the share.
-    stuck = rub(stuck, ZERO, n, f_n, C, mu, share)
-    state = stuck
-    for _ in range(30):
-        before, gap = state.force, norm(sub(material, state.material))
-        state = rub(state, ZERO, n, f_n, C, mu, share, material=material, most=most)
-        assert norm(sub(state.force, before)) <= most * (1.0 + 1e-6) + 1e-9
-        # It follows, in no more periods than it needs at the softest.
-        left = norm(sub(material, state.material))
-        softest = most * min(C.xx, C.yy, C.zz) / (30.0 * share)
-        assert left <= max(0.0, gap - softest) + 1e-12
-
-
-@given(vectors(0.02), vectors(0.02), st.floats(0.0, 0.01), st.booleans())
-def test_an_anchor_goes_straight_to_where_the_material_is(
-    was: Vec3, now: Vec3, most: float, touching: bool
-) -> None:
-    way, followed = follow_material(FrictionState(ZERO, ZERO, was, touching), now, most)
-    if not touching:
-        assert (way, followed) == (ZERO, now)
-        return
-    gap = sub(now, was)
-    assert norm(way) == pytest.approx(min(most, norm(gap)), abs=1e-15)
-    assert sub(followed, was) == pytest.approx(way, abs=1e-15)
-    assert norm(sub(now, followed)) == pytest.approx(norm(gap) - norm(way), abs=1e-15)
 
 
 @given(paths, ways, normals, forces, compliances(), mus, st.floats(10.0, 1e4))
@@ -304,7 +175,7 @@ def test_the_force_tells_how_far_the_tip_is_from_its_material(
 
 
 @given(vectors(20.0), normals, forces)
-def test_what_a_client_calls_friction_is_bounded(force: Vec3, n: Vec3, f_n: float) -> None:
+def test_the_friction_of_a_client_is_bounded(force: Vec3, n: Vec3, f_n: float) -> None:
     along = tangential(force, n, f_n)
     assert abs(dot(along, n)) <= 1e-9 * (1.0 + norm(force))
     assert norm(along) <= MAX_FRICTION * f_n * (1.0 + 1e-9)

@@ -64,7 +64,9 @@ def test_alone_predictive_is_exact_and_proportional_keeps_its_margin(seed: int) 
 
 
 @given(sizes, seeds, st.floats(1.0, 1e4))
-def test_no_gain_exceeds_what_the_device_renders(n: int, seed: int, limit: float) -> None:
+def test_no_gain_exceeds_the_stiffness_that_the_device_renders(
+    n: int, seed: int, limit: float
+) -> None:
     C = random_compliance(n, seed)
     for law in Law:
         for g in chosen(law, C, np.ones(n, dtype=np.int64), limit):
@@ -110,7 +112,7 @@ def test_the_integrals_area_shrinks_with_the_delay(kappa: float, periods: int) -
         assert edge == pytest.approx(1.0 + percent, rel=2e-3)
 
 
-def test_fixed_gains_are_what_was_asked_for_but_never_beyond_the_device() -> None:
+def test_fixed_gains_are_as_requested_but_never_beyond_the_device() -> None:
     asked = Gains(500.0, 3000.0)
     for limit, k_h in ((1000.0, 500.0), (200.0, 200.0)):
         got = choose_gains(

@@ -43,7 +43,7 @@ def test_predictive_alone_feels_exactly_k_o_whatever_is_on_its_way(
 
 
 @given(stiffness, st.floats(0.01, 1.0), st.floats(0.0, 1e4), st.floats(0.001, 0.02))
-def test_predictive_remembers_nothing_and_nothing_restores_what_a_device_takes(
+def test_predictive_has_no_memory_and_no_integral(
     k_o: float, share: float, integral_gain: float, depth: float
 ) -> None:
     """Science 3.8: f = K d at once and for good, whatever integral a server names."""
@@ -56,7 +56,7 @@ def test_predictive_remembers_nothing_and_nothing_restores_what_a_device_takes(
 
 
 @given(laws, stiffness, st.floats(-0.005, 0.02), st.floats(0.0, 3.0), st.floats(0.05, 1.0))
-def test_what_is_stored_is_the_work_of_the_way_in(
+def test_the_stored_energy_is_the_work_of_pressing_in(
     law: Law, k_o: float, depth: float, own: float, share: float
 ) -> None:
     """Of the law's spring; an integral is no spring, and stores nothing that could be got back."""
@@ -101,7 +101,7 @@ def test_pi_settles_where_its_threshold_says(
 
 
 @given(laws, stiffness, st.floats(-0.005, 0.02), st.floats(0.0, 0.01))
-def test_what_is_felt_of_others_is_the_rest_of_the_force(
+def test_the_part_felt_from_others_is_the_rest_of_the_force(
     law: Law, k_o: float, alone: float, lift: float
 ) -> None:
     """Force with others = force at the same place without them + felt of others."""

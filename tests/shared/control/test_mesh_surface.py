@@ -53,7 +53,7 @@ def surface(
 def test_a_ball_is_a_ball_however_deep_the_probe_is(a: float, b: float, depth: float) -> None:
     out = direction(a, b)
     sight = surface().look(scale(out, RADIUS - depth))
-    # Its vertices lie on the ball; what is left is the third order between them: 4 um at the most
+    # Its vertices lie on the ball; the error is of third order between them: 4 um at the most
     # up to 10 mm off the surface, 25 um at 20 mm, where few vertices count and nothing is felt.
     assert sight.depth == pytest.approx(depth, abs=1e-5 if depth > -0.01 else 3e-5)
     assert dot(sight.normal, out) > 0.99999
@@ -61,7 +61,9 @@ def test_a_ball_is_a_ball_however_deep_the_probe_is(a: float, b: float, depth: f
 
 
 @given(angles, angles, st.floats(-0.01, 0.02), st.tuples(*[st.floats(-0.02, 0.02)] * 3))
-def test_what_is_pushed_aside_is_found_there(a: float, b: float, depth: float, by: Vec3) -> None:
+def test_a_surface_that_is_pushed_aside_is_evaluated_there(
+    a: float, b: float, depth: float, by: Vec3
+) -> None:
     out = direction(a, b)
     here = surface().look(scale(out, RADIUS - depth))
     there = surface(moved=by).look(add(scale(out, RADIUS - depth), by))
@@ -125,8 +127,8 @@ def test_beyond_the_neighbourhood_plane_or_sphere_takes_over(a: float, b: float)
 
 
 @given(st.lists(st.tuples(angles, angles, st.floats(-0.02, 0.03)), min_size=2, max_size=6))
-def test_what_was_seen_before_changes_nothing(way: list[tuple[float, float, float]]) -> None:
-    """The surface remembers what is near only to be quick."""
+def test_earlier_evaluations_change_nothing(way: list[tuple[float, float, float]]) -> None:
+    """The cache of near vertices changes no result."""
     one = surface()
     for a, b, depth in way:
         probe = scale(direction(a, b), RADIUS - depth)

@@ -20,7 +20,7 @@ def test_it_is_a_spring_that_only_pushes(k_h: float, depth: float) -> None:
 
 @given(stiffness, st.lists(depths, min_size=2, max_size=60))
 def test_a_closed_way_makes_nothing(k_h: float, path: list[float]) -> None:
-    """Science 3.8: what restored more than a device renders would make energy at every frequency.
+    """Science 3.8: an integral beyond the device's limit would generate energy at every frequency.
 
     Work on the hand along the way, exactly: the force is linear between depths that press.
     """

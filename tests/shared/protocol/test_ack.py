@@ -44,6 +44,6 @@ def test_rubbish_is_named(frame: bytes, message: str) -> None:
 
 
 @pytest.mark.parametrize("ack", [Ack(0), Ack(2**32), Ack(1, wants=2)])
-def test_what_is_out_of_its_limits_is_our_mistake(ack: Ack) -> None:
+def test_a_value_out_of_its_limits_is_a_local_error(ack: Ack) -> None:
     with pytest.raises(LocalProtocolError):
         ack.encode()

@@ -52,7 +52,7 @@ def test_any_fields_give_a_message_or_the_peers_error(fields: dict[str, Any], ki
             decode(text)
 
 
-def test_an_error_never_repeats_more_than_a_line_of_what_came() -> None:
+def test_an_error_never_repeats_more_than_a_line_of_the_message() -> None:
     with pytest.raises(RemoteProtocolError) as caught:
         decode_client_control(hello(law="x" * 3000))
     assert len(str(caught.value)) < 300
@@ -91,7 +91,7 @@ def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
         ("x" * (MAX_TEXT + 1), str(MAX_TEXT)),
     ],
 )
-def test_the_error_names_what_is_wrong(text: str, words: str) -> None:
+def test_the_error_names_the_field_at_fault(text: str, words: str) -> None:
     with pytest.raises(RemoteProtocolError) as caught:
         decode_client_control(text)
     assert words in str(caught.value)

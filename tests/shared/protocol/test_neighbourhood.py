@@ -97,7 +97,7 @@ def test_a_tail_of_another_length_is_refused(near: Neighbourhood, more: int) -> 
         ({"compliances": (0, 0, -1)}, "compliance of a vertex is -1"),
     ],
 )
-def test_what_is_out_of_its_limits_is_our_mistake(wrong: dict[str, Any], message: str) -> None:
+def test_a_value_out_of_its_limits_is_a_local_error(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(LocalProtocolError, match=message):
         replace(NEAR, **wrong).encode()
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
@@ -104,7 +104,7 @@ def test_a_room_that_nothing_couples_is_as_far_from_the_edge_as_can_be_said() ->
     assert Patch.decode(GOOD.encode()).room == RoomLag(0.0, 0.0, MAX_MARGIN)
 
 
-def test_what_is_held_comes_back_with_the_least_compliance() -> None:
+def test_a_fixed_part_comes_back_with_the_least_compliance() -> None:
     """32 bits may round it to a little less than the limit."""
     held = replace(GOOD, c_ii=MIN_COMPLIANCE)
     assert Patch.decode(held.encode()).c_ii == pytest.approx(MIN_COMPLIANCE, rel=1e-6)
@@ -136,15 +136,15 @@ BOUNDS: list[tuple[str, str, int, float]] = [
 ]
 
 
-@pytest.mark.parametrize(("what", "kind", "at", "value"), BOUNDS)
+@pytest.mark.parametrize(("name", "kind", "at", "value"), BOUNDS)
 @pytest.mark.parametrize("bad", [None, math.nan])
 def test_no_number_of_a_patch_is_beyond_its_bounds(
-    what: str, kind: str, at: int, value: float, bad: float | None
+    name: str, kind: str, at: int, value: float, bad: float | None
 ) -> None:
     """A client that believed it would be a danger to its hand."""
     data = bytearray(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode())
     struct.pack_into(f"<{kind}", data, at, value if bad is None else bad)
-    with pytest.raises(RemoteProtocolError, match=what):
+    with pytest.raises(RemoteProtocolError, match=name):
         Patch.decode(bytes(data))
 
 

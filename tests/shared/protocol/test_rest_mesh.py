@@ -96,6 +96,6 @@ def test_a_bomb_is_not_inflated() -> None:
         (RestMesh(((11.0, 0.0, 0.0),) * 3, TRIANGLE.faces), "length of vertex"),
     ],
 )
-def test_what_is_out_of_its_limits_is_our_mistake(mesh: RestMesh, message: str) -> None:
+def test_a_value_out_of_its_limits_is_a_local_error(mesh: RestMesh, message: str) -> None:
     with pytest.raises(LocalProtocolError, match=message):
         mesh.encode()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic.control.law import Law
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG, MAX_MARGIN, Geometry
 from cohaptic.protocol.scene import HEAD_SIZE, MAX_USERS, USER_SIZE, Scene, UserRecord
@@ -164,7 +164,7 @@ def test_a_bomb_is_not_inflated() -> None:
 
 
 @given(user_records)
-def test_what_is_out_of_its_limits_is_our_mistake(user: UserRecord) -> None:
+def test_a_value_out_of_its_limits_is_a_local_error(user: UserRecord) -> None:
     for wrong in (
         replace(user, presence=1.1),
         replace(user, curvature=7e4),
@@ -189,7 +189,7 @@ def test_a_surface_is_within_half_a_unit(u: npt.NDArray[np.float64], size: float
     surface = Surface.of(u)
     assert surface.scale >= FINEST * (1.0 - 1e-6)
     assert surface.scale <= max(FINEST, float(np.abs(u).max()) / MAX_UNITS) * (1.0 + 1e-6)
-    # Half a unit, and what the scale's 32 bits do to the largest.
+    # Half a unit, and the rounding of the scale to 32 bits at the largest value.
     assert np.abs(surface.displacement - u).max() <= 0.501 * surface.scale
 
 

@@ -58,7 +58,7 @@ triangle = st.tuples(corner, corner, corner).filter(lambda face: len(set(face)) 
 
 
 @given(st.lists(triangle, max_size=16, unique_by=frozenset))
-def test_it_is_what_the_page_says_for_any_triangles(faces: Faces) -> None:
+def test_it_is_as_documented_for_any_triangles(faces: Faces) -> None:
     t = Traversal.of(10, faces)
     assert list(zip(*(a.tolist() for a in (t.order, t.p, t.q, t.r)), strict=True)) == plainly(
         10, faces
@@ -79,7 +79,7 @@ def test_a_smooth_surface_becomes_small_whatever_the_order_of_its_vertices() -> 
 
 @pytest.mark.parametrize("level", [0, 2])
 def test_a_plane_in_motion_costs_almost_nothing(level: int) -> None:
-    """The parallelogram is exact for any linear field: what is left is rounding."""
+    """The parallelogram is exact for any linear field, up to rounding."""
     x, faces = plate(0.2, 20)
     gradient = np.random.default_rng(level).normal(size=(3, 3))
     units = np.rint(2000 * x @ gradient).astype(np.int16)

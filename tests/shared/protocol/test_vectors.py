@@ -1,4 +1,4 @@
-"""The golden vectors that a second language reads too: bytes, and what they mean.
+"""The golden vectors, which the page's implementation reads too: bytes, and their meaning.
 
 `python -m tests.shared.protocol.test_vectors` writes them again after a change of the protocol.
 """
@@ -7,269 +7,51 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from cohaptic.control.friction import Compliance3
-from cohaptic.control.law import Law
-from cohaptic.control.room import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
-    BodyInfo,
     Bye,
-    Error,
     Hello,
     SetLaw,
-    UserJoined,
-    UserLeft,
-    Welcome,
     decode_server_control,
-    encode_control,
 )
-from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import (
-    MAX_COUPLING,
-    MAX_LAG,
-    MAX_MARGIN,
-    MIN_COMPLIANCE,
-    Geometry,
     Patch,
 )
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.scene import Scene, UserRecord
-from cohaptic.protocol.traversal import Traversal
-from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.watch_messages import (
     Latency,
     SetLatency,
     SetView,
     Watch,
-    WatchedUser,
     Watching,
     decode_client_message,
     decode_watch_control,
 )
-from cohaptic.vec import ZERO
-from tests.strategies import as_surface, single
+from tests.shared.protocol.vectors import (
+    ACKS,
+    CONTROL,
+    OF_SCENE,
+    PATCHES,
+    REST_MESHES,
+    SAMPLES,
+    SCENES,
+    as_json,
+    binary_vectors,
+    control_vectors,
+    traversal_vectors,
+)
 
 FOLDER = Path(__file__).parents[2] / "vectors"
 
-SAMPLES = {
-    "first": ContactSample(1, 0, 12345.5, (-0.125, 0.0, 0.25), (0.0, 0.0, 0.0)),
-    "pressing": ContactSample(
-        4_000_000_000,
-        77,
-        12345.625,
-        (single(-0.0875), single(0.001), 0.0),
-        (single(-3.2), single(0.01), 0.0),
-    ),
-}
-HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
-PATCHES = {
-    # Nobody else: as far from the edge as can be said.
-    "plane": Patch(
-        tick=1, seq=0, t_server=500.25, t_client=0.0, sample_wait=0.0, geometry=Geometry.PLANE,
-        law=Law.PROPORTIONAL, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0,
-        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=ZERO, u_others=ZERO,
-        room=RoomLag(0.0, 0.0, MAX_MARGIN),
-    ),
-    "sphere": Patch(
-        tick=4_000_000_000, seq=9, t_server=500.5, t_client=12345.625, sample_wait=single(0.003),
-        geometry=Geometry.SPHERE, law=Law.PI,
-        x_free=(0.0, single(0.1), single(-0.02)), normal=(0.0, 1.0, 0.0), curvature=10.0,
-        c_ii=single(0.00368), k_h=single(140.8), integral_gain=single(8400.0),
-        own_force=(single(0.25), single(2.75), single(-0.125)),
-        u_others=(single(0.0011), single(-0.0042), single(0.0003)), room=HALF,
-    ),
-    "rough": Patch(
-        tick=3, seq=2, t_server=501.0, t_client=12346.0, sample_wait=0.0, geometry=Geometry.PLANE,
-        law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0,
-        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.125, 0.0625),
-        u_others=(0.0, 0.00390625, 0.0), room=HALF,
-        compliance=Compliance3(0.00390625, 0.0078125, 0.015625, -0.0009765625, 0.0, 0.001953125),
-    ),
-    "mesh": Patch(
-        tick=2, seq=1, t_server=500.75, t_client=12345.75, sample_wait=0.0, geometry=Geometry.MESH,
-        law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=8.0,
-        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.0, 0.0),
-        u_others=(0.001953125, 0.0, -0.001953125), room=RoomLag(0.125, 0.75, 1.3330078125),
-        neighbourhood=Neighbourhood(
-            scale=single(1e-6), c_scale=single(6e-8), indices=(0, 3, 65_534),
-            displacements=((0, 0, 0), (-32_768, 1, 32_767), (2, -3, 4)),
-            compliances=(65_535, 0, 32_000),
-        ),
-    ),
-    # What is held or hard, on a device that is the softer; numbers at their limits.
-    "held": Patch(
-        tick=5, seq=4, t_server=501.5, t_client=12346.5, sample_wait=0.0, geometry=Geometry.PLANE,
-        law=Law.PREDICTIVE, x_free=(0.0, 0.0, -0.125), normal=(0.0, 0.0, -1.0), curvature=-1e4,
-        c_ii=single(MIN_COMPLIANCE), k_h=800.0, integral_gain=1e9, own_force=(0.0, 0.0, -3.5),
-        u_others=ZERO, room=RoomLag(MAX_LAG, MAX_COUPLING, 0.0),
-    ),
-}  # fmt: skip
-REST_MESHES = {
-    "tetrahedron": RestMesh(
-        ((0.125, 0.0, 0.0), (-0.125, 0.0, 0.0), (0.0, 0.25, 0.0), (0.0, 0.0, 0.5)),
-        ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
-    ),
-}
-ACKS = {"drawn": Ack(1), "columns missing": Ack(4_000_000_000, wants=1)}
-ANN = UserRecord(
-    user=1, probe=(-0.125, 0.0, 0.25), foot=(-0.125, 0.0, 0.1875), force=(-2.5, 0.25, 0.0),
-    c_ii=0.00390625, k_o_coupled=160.0, k_h=256.0, integral_gain=0.0, loop_delay=0.0625,
-    normal=(-1.0, 0.0, 0.0), law=Law.PREDICTIVE, geometry=Geometry.MESH, presence=1.0,
-    curvature=10.0, fresh=True, friction=True, x_free=(-0.125, 0.0078125, 0.0),
-)  # fmt: skip
-BOB = UserRecord(  # who has left: what the law needs is gone, the force fades
-    user=4_000_000_000, probe=(0.0, single(0.1), single(-0.02)), foot=(0.0, single(0.1), 0.0),
-    force=(0.0, single(0.7), 0.0), c_ii=0.0, k_o_coupled=0.0, k_h=0.0, integral_gain=0.0,
-    loop_delay=0.0, normal=(0.0, 26214 / 32767, -19660 / 32767), law=Law.PROPORTIONAL,
-    geometry=Geometry.PLANE, presence=51 / 255, curvature=0.0, fresh=False, friction=False,
-    x_free=(0.0, single(0.1), 0.0),
-)  # fmt: skip
-SCENES = {
-    "nobody": Scene(1, 500.25, (), room=RoomLag(0.0, 0.0, MAX_MARGIN)),
-    "forces": Scene(77, 500.5, (ANN, BOB), room=HALF),
-    "surface": Scene(
-        4_000_000_000,
-        500.75,
-        (ANN,),
-        # Steps that wrap, of both signs, beside small ones.
-        as_surface(
-            single(1e-5),
-            [
-                (0, 1, -1), (-32768, 2, -3), (32767, 300, -300), (32767, 0, 7), (5, -4, 3),
-                (-20000, 20000, 11),
-            ],
-        ),
-        RoomLag(0.125, 0.75, 1.3330078125),
-    ),
-}  # fmt: skip
-Faces = list[tuple[int, int, int]]
-OCTAHEDRON: Faces = [
-    (0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (5, 2, 1), (5, 3, 2), (5, 4, 3), (5, 1, 4),
-]  # fmt: skip
-MESHES: dict[str, tuple[int, Faces]] = {
-    "octahedron": (6, OCTAHEDRON),  # of the scene with a surface
-    "strip and a triangle apart": (8, [(0, 4, 2), (2, 4, 6), (4, 1, 6), (3, 5, 7)]),
-    "three faces at one edge": (5, [(0, 1, 2), (1, 0, 3), (0, 1, 4)]),
-}
-TRAVERSALS = {name: Traversal.of(n, faces) for name, (n, faces) in MESHES.items()}
-OF_SCENE = TRAVERSALS["octahedron"]
-CONTROL: dict[str, Any] = {
-    "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
-    "set_law": SetLaw(law=Law.PI),
-    "bye": Bye(),
-    "welcome": Welcome.model_validate(
-        {
-            "user": 2,
-            "name": "right",
-            "simulation_period": 0.0625,
-            "to_wall": 1.75e9,
-            "body": {
-                "name": "balloon",
-                "center": (0.0, 0.0, 0.0),
-                "radius": 0.1,
-                "contact_radius": 0.02,
-            },
-            "users": ("left",),
-        }
-    ),
-    "user_joined": UserJoined(user=2, name="right"),
-    "user_left": UserLeft(user=2, name="right", reason="bye"),
-    "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
-    "watch": Watch(protocol=PROTOCOL_VERSION),
-    "set_view": SetView(encoding="forces", rate=60.0),
-    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
-    "watching": Watching(
-        simulation_period=0.0625,
-        to_wall=1.75e9,
-        body=BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02),
-        model="00112233445566778899aabbccddeeff",
-        users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
-        allow_latency=True,
-        allow_fixed_gains=False,
-    ),
-    "watching without a model": Watching(
-        simulation_period=0.0625,
-        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
-        model=None,
-        users=(),
-        allow_latency=False,
-        allow_fixed_gains=True,
-    ),
-    "latency": Latency(user=2, delay=0.125, jitter=0.03125),
-}
-
-
-def binary_vectors() -> dict[str, list[dict[str, Any]]]:
-    """Every binary vector: name, frame in hexadecimal, fields."""
-    return {
-        "contact_sample": [
-            {"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in SAMPLES.items()
-        ],
-        "patch": [
-            {
-                "name": n,
-                "hex": m.encode().hex(),
-                "fields": asdict(m)
-                | {"geometry": m.geometry.name.lower(), "law": m.law.value}
-                | {"room": m.room._asdict()},
-            }
-            for n, m in PATCHES.items()
-        ],
-        "rest_mesh": [
-            {"name": n, "hex": m.encode().hex(), "fields": asdict(m)}
-            for n, m in REST_MESHES.items()
-        ],
-        "ack": [{"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in ACKS.items()],
-        "scene": [
-            {"name": n, "hex": m.encode(OF_SCENE).hex(), "fields": scene_fields(m)}
-            for n, m in SCENES.items()
-        ],
-    }
-
-
-def traversal_vectors() -> list[dict[str, Any]]:
-    """Every mesh, and how it is gone through."""
-    return [
-        {"name": name, "vertices": MESHES[name][0], "faces": MESHES[name][1]}
-        | {key: getattr(t, key).tolist() for key in ("order", "p", "q", "r")}
-        for name, t in TRAVERSALS.items()
-    ]
-
-
-def scene_fields(scene: Scene) -> dict[str, Any]:
-    """What a scene means; `surface` has its scale and its units, vertex by vertex."""
-    surface = scene.surface
-    return {
-        "tick": scene.tick,
-        "t_server": scene.t_server,
-        "users": [
-            asdict(user) | {"law": user.law.value, "geometry": user.geometry.name.lower()}
-            for user in scene.users
-        ],
-        "surface": surface and {"scale": surface.scale, "units": surface.units.tolist()},
-        "room": scene.room._asdict(),
-    }
-
-
-def as_json(vectors: list[dict[str, Any]]) -> str:
-    """What a file holds; a law is its name."""
-    return json.dumps(vectors, indent=1) + "\n"
-
-
-def control_vectors() -> list[dict[str, Any]]:
-    """Every control message: name, text."""
-    return [{"name": n, "text": encode_control(m)} for n, m in CONTROL.items()]
-
 
 @pytest.mark.parametrize("kind", ["contact_sample", "patch", "ack"])
-def test_the_written_frames_are_what_we_send(kind: str) -> None:
+def test_the_written_frames_are_those_we_send(kind: str) -> None:
     written = json.loads((FOLDER / f"{kind}.json").read_text())
     # Through JSON, so that tuples and lists compare.
     assert written == json.loads(as_json(binary_vectors()[kind]))
@@ -309,7 +91,7 @@ def test_the_written_traversals_are_ours() -> None:
     assert written == json.loads(json.dumps(traversal_vectors()))
 
 
-def test_the_written_control_messages_are_what_we_send_and_understand() -> None:
+def test_the_written_control_messages_are_those_we_send_and_understand() -> None:
     written = json.loads((FOLDER / "control.json").read_text())
     assert written == control_vectors()
     for vector in written:

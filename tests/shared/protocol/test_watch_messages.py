@@ -79,7 +79,7 @@ def test_comes_back_as_it_was(message: Watch | SetView | SetLatency) -> None:
         ({"type": "set_latency", "user": 0, "delay": 0}, "user is 0"),
     ],
 )
-def test_what_is_out_of_its_limits_is_named(fields: dict[str, Any], message: str) -> None:
+def test_a_value_out_of_its_limits_is_named(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(RemoteProtocolError, match=message):
         decode_client_message(json.dumps(fields))
 

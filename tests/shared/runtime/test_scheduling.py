@@ -1,4 +1,4 @@
-"""Each case in a process of its own: what is asked for would stay with the tests."""
+"""Each case in a process of its own, since a granted priority would stay with the tests."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def look(*arguments: str) -> dict[str, Any]:
 
 @posix
 @pytest.mark.parametrize("who", ["as we are", "powerless"])
-def test_what_is_said_is_what_was_had_and_never_worse_than_before(who: str) -> None:
+def test_the_reported_scheduling_is_the_granted_one_and_never_worse(who: str) -> None:
     seen = look(who)
     if seen["real_time"]:
         assert seen["said"] == "real-time (SCHED_FIFO 5)"

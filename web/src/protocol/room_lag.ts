@@ -1,4 +1,4 @@
-/** The lag of the room in a patch or scene, 8 bytes; `RoomLag` in `shared/cohaptic/control/room.py`. */
+/** The lag of the room in a patch or scene, 8 bytes; `RoomLag` in `shared/cohaptic/control/room_lag.py`. */
 
 import type { RoomLag } from "../model/body";
 import { checkRange, type Reader } from "./frame";

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cohaptic.control.room import NO_LAG, RoomLag
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.protocol.scene import UserRecord, encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal

@@ -1,1 +1,1 @@
-"""When contacts are stable: one, several, and a room of them with its delays."""
+"""Stability of one contact, of several, and of a room of contacts with its delays."""

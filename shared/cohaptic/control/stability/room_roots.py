@@ -1,4 +1,4 @@
-"""How fast a room of held hands comes to rest, or builds up: the rightmost root of its loop.
+"""Growth rate of a room of hands at rest: the rightmost root of its characteristic equation.
 
 With S of science 3.8, T_i the loop delay of row i and tau the room's lag, the roots are those of
 
@@ -28,22 +28,25 @@ import numpy as np
 
 from cohaptic.control.stability.single_contact import Floats
 
-# Points of a grid: some for smooth solutions, and so many for each radian over the delay.
+# Points of a delay's grid: a constant number for smooth solutions, and more for each radian of
+# phase over the delay: 4.7 per wavelength, where Chebyshev collocation needs pi.
 BASE, PER_RADIAN = 8, 0.75
-LARGEST = 1200  # unknowns of a discretised room; its eigenvalues take about two seconds
-CANDIDATES = 8  # eigenvalues that are refined at most
-SMALL = 1e-6  # a delay below this share of the longest time constant needs no grid
+LARGEST = 1200  # most unknowns of a discretised room; its eigenvalues take about two seconds
+CANDIDATES = (
+    8  # most eigenvalues that are refined, from the right; the rightmost root is among them
+)
+SMALL = 1e-6  # share of the longest time constant below which a delay needs no grid
 
 
 def growth(S: Floats, delays: Floats, lag: float) -> float:
     """Real part of the rightmost root: the room is stable iff it is negative [1/s].
 
-    Without a lag it is that for delays next to these as well. With a lag much shorter than the
+    Without a lag it is the supremum over delays next to these. With a lag much shorter than the
     delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the discretised room would
     be too large; then it is the upper bound `largest_growth`.
 
     Args:
-        S: Symmetric, `room_lag.coupling_matrix`, shape (n, n).
+        S: Symmetric, `lag_choice.coupling_matrix`, shape (n, n).
         delays: T_i of each row, at least 0, shape (n,) [s].
         lag: tau, 0 for none [s].
 
@@ -128,8 +131,8 @@ def unknowns(delays: Floats, lag: float, frequency: float) -> float:
 def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[complex]:
     """Rightmost eigenvalues of the discretised room, from the right, those with Im s >= 0 [1/s].
 
-    Its state are the lagged forces y and, of each delay, what is on its way through it, from
-    (S y)_i at its entrance to what comes out.
+    Its state are the lagged forces y and, for each delay, the values of (S y)_i on the grid from
+    the entrance to the exit of the delay.
     """
     n = len(S)
     counts = points(delays, lag, frequency)

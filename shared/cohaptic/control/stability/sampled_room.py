@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import kept
+from cohaptic.control.stability.lag_choice import kept
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 
 Ints = npt.NDArray[np.int64]
@@ -33,9 +33,9 @@ def room_radius(
 ) -> float:
     """Spectral radius of a whole room over one simulation period; stable iff < 1.
 
-    What user i sees at tick k is what the body made of everybody's forces of tick k - delays[i].
-    Only its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's
-    side is a change of variables.
+    At tick k user i receives the body's response to everybody's forces of tick k - delays[i]. Only
+    its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's side
+    is a change of variables.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
@@ -48,12 +48,12 @@ def room_radius(
     n, longest = len(C), int(delays.max())
     M = loop_matrix(C, law)
     k_h = np.array([g.k_h for g in gains])
-    # The predictive law has no memory, whatever it was granted.
+    # The predictive law has no integral, whatever its gains say.
     integrals = 0.0 if law is Law.PREDICTIVE else simulation_period
     rate = np.array([g.integral_gain for g in gains]) * integrals
     # State: the integrals, then everybody's forces behind the lag of the last `longest` ticks.
     A = np.zeros((n * (longest + 1),) * 2)
-    seen = np.zeros((n, len(A)))  # depth of each probe, held still, below what it presses on
+    seen = np.zeros((n, len(A)))  # depth of each probe, held still, below its surface
     for i in range(n):
         seen[i, n * delays[i] : n * (delays[i] + 1)] = -M[i]
     own = np.zeros((n, len(A)))

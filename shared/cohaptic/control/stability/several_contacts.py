@@ -1,4 +1,4 @@
-"""When several users on one object are stable: what their contacts share is C.
+"""Stability of several users on one object, whose contacts share the compliance matrix C.
 
 Each law is a fixed-point iteration of the forces on each other through the body, f <- K (x_h - M f)
 with M = C for the paper's laws and M = C off its diagonal for the predictive one (science 3.2,
@@ -6,8 +6,8 @@ with M = C for the paper's laws and M = C off its diagonal for the predictive on
 and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969). An integral makes the loop
 depend on its delays: `sampled_room.py` takes them one by one.
 
-The paper's laws get gains below that. The predictive law keeps K_i = 1 / C_ii whatever the others
-do, and where that is too much for the delays the room's lag makes it stable (science 3.8).
+The paper's laws get gains below that. The predictive law keeps K_i = 1 / C_ii with any number of
+others, and where the delays do not allow that the room's lag makes it stable (science 3.8).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import coupling_matrix, coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, lag_needed
 from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 from cohaptic.errors import SettingError
@@ -36,9 +36,9 @@ class Coupling:
         safe_k_h: Gains that `gains.choose_gains` takes: from the row rule; with the predictive law
             1 / C_ii, with the room's lag [N/m].
         safe_integral_gain: Same, for the integral [N/(m s)].
-        felt_stiffness: What each hand feels alone, at once, with its safe gain; with the pi law
-            once its integral has settled [N/m].
-        stiffness_loss: Its loss against K_o,i = 1 / C_ii, 0 to 1.
+        felt_stiffness: Stiffness that each hand feels alone with its safe gain; with the pi law in
+            the steady state [N/m].
+        stiffness_loss: Its relative loss against K_o,i = 1 / C_ii, 0 to 1.
         coupling: m of science 3.8 with the safe gains; below 1 they need no lag at any constant
             delays. None for the paper's laws, which have no lag.
         lag_needed: Above this lag the room with the safe gains is stable [s]; None likewise.
@@ -90,7 +90,7 @@ def couple(
         max_stiffness: Of the devices [N/m].
 
     Raises:
-        SettingError: C, k_h or the integral gain is not what it must be.
+        SettingError: C, k_h or the integral gain is outside its limits.
     """
     check_compliance(C)
     if law is Law.PREDICTIVE and integral_gain > 0.0:
@@ -99,23 +99,13 @@ def couple(
     n = len(C)
     if k_h.shape != (n,) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
         raise SettingError("k_h", k_h.tolist(), f"{n} gains of at least 0 N/m")
-    safe = [
-        choose_gains(
-            law,
-            row,
-            i,
-            max_stiffness=max_stiffness,
-            loop_delay=simulation_period + delay,
-            simulation_period=simulation_period,
-        )
-        for i, row in enumerate(C.tolist())
-    ]
+    safe = _safe_gains(C, law, simulation_period, delay, max_stiffness)
     no_delay = np.ones(n, dtype=np.int64)
     gains = [Gains(k, integral_gain) for k in k_h.tolist()]
     m = None
     if law is Law.PREDICTIVE:
         m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
-    # From a force to the surface that answers it, and the client's way there: a period each.
+    # One period from a force to the surface that answers it, one for the client's ramp to it.
     longest_delay = delay + 2.0 * simulation_period
     return Coupling(
         rho_no_delay=room_radius(C, gains, law, no_delay, simulation_period),
@@ -131,6 +121,23 @@ def couple(
         coupling=m,
         lag_needed=None if m is None else lag_needed(m, longest_delay),
     )
+
+
+def _safe_gains(
+    C: Floats, law: Law, simulation_period: float, delay: float, max_stiffness: float
+) -> list[Gains]:
+    """Gains that the server would choose for each user; arguments as in `couple`."""
+    return [
+        choose_gains(
+            law,
+            row,
+            i,
+            max_stiffness=max_stiffness,
+            loop_delay=simulation_period + delay,
+            simulation_period=simulation_period,
+        )
+        for i, row in enumerate(C.tolist())
+    ]
 
 
 def _felt(gains: Gains, c_ii: float, law: Law) -> float:

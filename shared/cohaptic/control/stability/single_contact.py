@@ -1,4 +1,4 @@
-"""When the loop between a local model and a slow, distant simulation is stable.
+"""Stability of the loop between a local model and a slow, distant simulation.
 
 Three views that must agree, and are tested against each other: the paper's closed conditions (8),
 (10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any
@@ -80,8 +80,9 @@ def lifted_radius(
 
     The force at the first fast sample of a period goes to the object, whose answer is seen by the
     local model one simulation period and `delay_samples` fast samples later, held until the next
-    (eqs. (1)-(6); with delay, what is seen changes within a period). Only the sum of the delays on
-    the way up and down matters: shifting the local model's clock moves one into the other.
+    (eqs. (1)-(6); with delay, the surface in use changes within a period). Only the sum of the
+    delays on the way up and down matters: shifting the local model's clock moves one into the
+    other.
 
     Args:
         local: Local model at the haptic rate, from penetration x_h - x_o to force.
@@ -90,7 +91,7 @@ def lifted_radius(
         delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
     """
     whole, part = divmod(delay_samples, rate_ratio)
-    # Seen in a period: an older position for the first `part` samples, then the newer one.
+    # The position in use: an older one for the first `part` samples of a period, then the newer.
     power = [np.linalg.matrix_power(local.A, i) for i in range(rate_ratio)]
     early = sum((power[rate_ratio - 1 - i] @ local.B for i in range(part)), np.zeros_like(local.B))
     late = sum(

@@ -1,7 +1,7 @@
 """The stable set of (K_h, I N T) of the integral model, closed and lifted, with and without delay.
 
-Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I holds what K_h alone would not:
-a K_h has then a least I N T too.
+Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that alone
+would be unstable: such a K_h has a least I N T as well.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from cohaptic.control.stability.single_contact import (
     lifted_radius,
 )
 
-_SCAN = 48  # values of I N T among which a stable one is looked for
-_BISECTIONS = 24
+_SCAN = 48  # values of I N T that are tried before the bisection
+_BISECTIONS = 24  # relative width 2^-24 of a scan step, the accuracy of a 32-bit number
 
 
 def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Floats]:
@@ -42,7 +42,7 @@ def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Flo
 def lifted_edges(
     k_h: Floats, k_o: float, b_o: float = 0.0, *, rate_ratio: int = 1, delay_samples: int = 0
 ) -> tuple[Floats, Floats]:
-    """The same by bisection on the lifted system, for any delay.
+    """Least and largest stable I N T by bisection on the lifted system, for any delay.
 
     With whole simulation periods of delay the rate ratio plays no part (I N T does); 1 is quick.
     """
@@ -77,7 +77,7 @@ def stability_area(
         b_o: Local damping over the simulation period [N/m].
         rate_ratio: N; 1 serves for delays of whole simulation periods.
         delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
-        points: Number of K_h that are looked at.
+        points: Number of values of K_h.
 
     Returns:
         Rows (K_h, I N T), shape (m, 2) [N/m].
@@ -95,16 +95,16 @@ def _interval(radius: Callable[[float], float], first: float, last: float) -> tu
     tried = np.linspace(first, last, _SCAN).tolist()
     radii = [radius(x) for x in tried]
     step = tried[1] - tried[0]
-    found = [x for x, r in zip(tried, radii, strict=True) if r < 1.0]
-    if not found:
+    stable = [x for x, r in zip(tried, radii, strict=True) if r < 1.0]
+    if not stable:
         # Near its corner the set is thinner than a step: go to where the radius is least.
         best = tried[int(np.argmin(radii))]
         least = minimize_scalar(radius, bounds=(best - step, best + step), method="bounded")
         if least.fun >= 1.0:
             return np.nan, np.nan
-        found = [float(least.x)]
-    low = 0.0 if found[0] == first else _bisect(radius, found[0], found[0] - step)
-    return low, _bisect(radius, found[-1], found[-1] + step)
+        stable = [float(least.x)]
+    low = 0.0 if stable[0] == first else _bisect(radius, stable[0], stable[0] - step)
+    return low, _bisect(radius, stable[-1], stable[-1] + step)
 
 
 def _bisect(radius: Callable[[float], float], good: float, bad: float) -> float:

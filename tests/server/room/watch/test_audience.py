@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cohaptic.control.room import RoomLag
+from cohaptic.control.room_lag import RoomLag
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.patch import MAX_MARGIN, Patch

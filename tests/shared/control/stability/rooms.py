@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.control.stability.room_lag import coupling_matrix
+from cohaptic.control.stability.lag_choice import coupling_matrix
 from cohaptic.control.stability.single_contact import Floats
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.stability.room_lag import SHARE, coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import SHARE, coupling_radius, lag_needed
 from cohaptic.control.stability.single_contact import Floats
 
 THETA = 0.12  # s

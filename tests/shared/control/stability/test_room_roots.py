@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import lambertw
 
-from cohaptic.control.stability.room_lag import coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import LARGEST, growth, largest_growth, unknowns
 from cohaptic.control.stability.single_contact import Floats
 from tests.shared.control.stability.rooms import draw
@@ -60,7 +60,8 @@ def roots_right_of(x: float, S: Floats, delays: Floats, lag: float) -> int:
             between = 0.5 * (s[coarse] + s[coarse + 1])
             s = np.insert(s, coarse + 1, between)
             angle = np.insert(angle, coarse + 1, angles(between))
-        assert len(coarse) == 0
+        else:
+            raise AssertionError("the angle is not resolved")
         turns += float(step.sum())
     return round(turns / (2.0 * math.pi))
 

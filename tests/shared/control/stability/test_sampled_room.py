@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import coupling_matrix, coupling_radius, kept, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.sampled_room import room_radius
 from tests.shared.control.stability.rooms import draw
 

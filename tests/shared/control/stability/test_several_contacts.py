@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.room_lag import coupling_matrix, lag_needed
+from cohaptic.control.stability.lag_choice import coupling_matrix, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
@@ -52,7 +52,7 @@ def test_safe_gains_of_the_papers_laws_are_safe_at_any_delay(n: int, seed: int, 
 def test_the_predictive_law_keeps_the_objects_stiffness_and_is_safe_with_its_lag(
     n: int, seed: int, delay: float
 ) -> None:
-    """Science 3.8: no gain is lowered for a neighbour; what is needed instead is said."""
+    """Science 3.8: no gain is lowered for a neighbour; the lag needed instead is returned."""
     C, period = random_compliance(n, seed), 0.02
     judged = couple(C, np.zeros(n), Law.PREDICTIVE, delay=delay, simulation_period=period)
     assert judged.safe_k_h == pytest.approx(1.0 / np.diag(C))
@@ -162,7 +162,7 @@ def test_a_lone_user_loses_nothing_with_predictive_and_half_with_proportional() 
         (np.array([[1.0, 2.0], [2.0, 1.0]]), "positive definite"),
     ],
 )
-def test_what_no_elastic_body_has_is_refused(C: np.ndarray, words: str) -> None:
+def test_a_matrix_that_no_elastic_body_has_is_refused(C: np.ndarray, words: str) -> None:
     with pytest.raises(SettingError, match=words):
         couple(C, np.ones(len(C)), Law.PREDICTIVE)
 

@@ -1,8 +1,8 @@
 """Extension 2: two users on one balloon feel each other.
 
 Right holds still and presses; left presses and lets go on the other side. Gains, smoothing and
-passivity layer as in the product, 80 ms each way. The truth is the equilibrium of body and hands
-(`equilibrium.solve`). The predictive law must reach it; the proportional one reaches another
+passivity layer as in the product, 80 ms each way. The reference is the equilibrium of body and
+hands (`equilibrium.solve`). The predictive law must reach it; the proportional one reaches another
 equilibrium, with its own local model in a row with the body, and must reach that.
 """
 
@@ -39,7 +39,7 @@ from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, complementarity, solve
 
 NAME = "ext2"
-TITLE = "two users feel each other: forces and truth, predictive and proportional"
+TITLE = "two users feel each other: forces and reference, predictive and proportional"
 DELAY = 0.08  # s, one way
 RHYTHM = Rhythm(6.0)
 SCRIPTS = {
@@ -57,7 +57,7 @@ class Played:
     Args:
         traces: By name.
         steady: Forces of left and right at the end of left's pause and of its press, (2, 2) [N].
-        felt: Right's force that is left's doing, at the same times, shape (2,) [N].
+        felt: Part of right's force that left causes, at the same times, shape (2,) [N].
         k_h: Gains at the end, shape (2,) [N/m].
     """
 
@@ -68,21 +68,21 @@ class Played:
 
 
 def run(options: Options, progress: Progress) -> Outcome:
-    """Both laws, and the truth with left away and left pressing."""
+    """Both laws, and the reference with left away and with left pressing."""
     mesh = BalloonSettings(subdivisions=2, contact_radius=0.03)
     body = Balloon(mesh if options.quick else None)
     info = describe(body)
     presses = {name: s.intention(info.center, info.radius) for name, s in SCRIPTS.items()}
-    truth = [_truth(body, presses, level) for level in (0.0, 1.0)]
+    references = [_reference(body, presses, level) for level in (0.0, 1.0)]
     played: dict[Law, Played] = {}
     for i, law in enumerate(LAWS):
         share = 1.0 / len(LAWS)
         played[law] = _play(body, presses, law, options, part(progress, i * share, share))
-    forces = np.array([t.force for t in truth])  # (2 levels, 2 users)
-    felt = np.array([t.felt_from_others[1] for t in truth])
+    forces = np.array([r.force for r in references])  # (2 levels, 2 users)
+    felt = np.array([r.felt_from_others[1] for r in references])
     p = played[Law.PROPORTIONAL]
-    # Local model, hand and body are springs in a row.
-    series = [_with_model(t, presses, p.k_h, level) for t, level in zip(truth, (0, 1), strict=True)]
+    # Local model, hand and body are springs in series.
+    series = [_with_model(r, presses, p.k_h, level) for level, r in enumerate(references)]
     checks: list[Check] = []
     most = float(forces.max())
     for law, expected, against in (
@@ -95,14 +95,14 @@ def run(options: Options, progress: Progress) -> Outcome:
     part_felt = {law: float(played[law].felt[1] / felt[1]) for law in LAWS}
     checks.append(at_least("true part of right's force that is left's doing, N", felt[1], 0.1))
     off = abs(part_felt[Law.PREDICTIVE] - 1.0)
-    checks.append(at_most("predictive: part felt from the other off the truth", off, TOLERANCE))
+    checks.append(at_most("predictive: part felt from the other off the reference", off, TOLERANCE))
     numbers = {
         "true_force_right_alone_n": float(forces[0, 1]),
         "true_force_right_n": float(forces[1, 1]),
         "true_felt_by_right_n": float(felt[1]),
         **{f"{law.value}_force_right_n": float(played[law].steady[1, 1]) for law in LAWS},
         **{f"{law.value}_felt_by_right_n": float(played[law].felt[1]) for law in LAWS},
-        **{f"{law.value}_share_of_truth_felt": part_felt[law] for law in LAWS},
+        **{f"{law.value}_share_of_reference_felt": part_felt[law] for law in LAWS},
     }
     return Outcome(_figure(played, forces, felt), _table(played), numbers, tuple(checks))
 
@@ -130,7 +130,7 @@ def _play(
     return Played(traces, steady, felt, k_h)
 
 
-def _truth(body: Body, presses: Mapping[str, Intention], level: float) -> Equilibrium:
+def _reference(body: Body, presses: Mapping[str, Intention], level: float) -> Equilibrium:
     """Body and hands in equilibrium with left at a level and right pressing."""
     hands = (
         RestingHand(presses["left"].tip(level), SCRIPTS["left"].hand.stiffness),
@@ -140,17 +140,17 @@ def _truth(body: Body, presses: Mapping[str, Intention], level: float) -> Equili
 
 
 def _with_model(
-    truth: Equilibrium, presses: Mapping[str, Intention], k_h: Floats, level: float
+    reference: Equilibrium, presses: Mapping[str, Intention], k_h: Floats, level: float
 ) -> Floats:
-    """Forces with the compliance of the local models too: eq. (11) for two, shape (2,) [N]."""
+    """Forces with the local models in series: eq. (11) for two users, shape (2,) [N]."""
     hands = 1.0 / np.array([script.hand.stiffness for script in SCRIPTS.values()]) + 1.0 / k_h
     left, right = presses["left"], presses["right"]
     depth = np.array([-left.clearance + (left.clearance + left.depth) * level, right.depth])
-    return complementarity(truth.compliance + np.diag(hands), depth)
+    return complementarity(reference.compliance + np.diag(hands), depth)
 
 
-def _figure(played: Mapping[Law, Played], truth: Floats, felt: Floats) -> Figure:
-    """For each law the forces on both hands, and what right feels of left; truth dashed."""
+def _figure(played: Mapping[Law, Played], reference: Floats, felt: Floats) -> Figure:
+    """For each law the forces on both hands, and right's part caused by left; reference dashed."""
     figure = canvas(6.8, 4.2)
     axes = figure.subplots(2, len(LAWS), sharex=True, sharey="row")
     for j, law in enumerate(LAWS):
@@ -158,11 +158,12 @@ def _figure(played: Mapping[Law, Played], truth: Floats, felt: Floats) -> Figure
         left, right = (played[law].traces[name] for name in SCRIPTS)
         (a,) = top.plot(left.t, left.force, color=PROXY, label="left presses and lets go")
         (b,) = top.plot(right.t, right.force, color=PROBE, label="right rests")
-        for value, color in ((truth[1, 0], PROXY), (truth[1, 1], PROBE), (truth[0, 1], PROBE)):
+        expected = ((reference[1, 0], PROXY), (reference[1, 1], PROBE), (reference[0, 1], PROBE))
+        for value, color in expected:
             top.axhline(value, color=color, linewidth=0.8, linestyle="--")
         bottom.plot(right.t, right.felt, color=PROBE)
         bottom.axhline(felt[1], color=PROBE, linewidth=0.8, linestyle="--")
-        (c,) = bottom.plot([], [], color=GREY, linewidth=0.8, linestyle="--", label="truth")
+        (c,) = bottom.plot([], [], color=GREY, linewidth=0.8, linestyle="--", label="reference")
         top.set_title(f"{law.value}, {1e3 * DELAY:.0f} ms each way")
         bottom.set_xlabel("time [s]")
         if j == 0:
@@ -177,6 +178,6 @@ def _table(played: Mapping[Law, Played]) -> Table:
     names, columns = ["t [s]"], [played[LAWS[0]].traces["left"].t]
     for law in LAWS:
         left, right = (played[law].traces[name] for name in SCRIPTS)
-        names += [f"{law.value}: {what} [N]" for what in ("left", "right", "right feels of left")]
+        names += [f"{law.value}: {name} [N]" for name in ("left", "right", "right feels of left")]
         columns += [left.force, right.force, right.felt]
     return Table(tuple(names), list(zip(*(c[::5].tolist() for c in columns), strict=True)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cohaptic.control.stability.room_lag import lag_needed
+from cohaptic.control.stability.lag_choice import lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad.criteria import (
     Dyad,
@@ -44,7 +44,7 @@ def test_at_the_first_crossing_a_root_lies_on_the_axis(
 
 @pytest.mark.parametrize("hands", [(ONE, ONE), (ONE, OTHER), (OTHER, OTHER)])
 @pytest.mark.parametrize("delays", [(0.01, 0.01), (0.05, 0.2), (0.3, 0.1)])
-def test_no_criterion_allows_what_the_roots_forbid(
+def test_no_criterion_allows_less_than_the_roots(
     hands: tuple[Hand, Hand], delays: tuple[float, float]
 ) -> None:
     dyad = Dyad(hands, 0.7, delays)
@@ -69,7 +69,7 @@ def test_without_enough_coupling_no_lag_is_needed() -> None:
     assert by_rule(dyad) == pytest.approx(0.005)
 
 
-def test_a_spring_between_two_hands_bears_what_du_et_al_found() -> None:
+def test_a_spring_between_two_hands_bears_the_limit_of_du_et_al() -> None:
     free = Hand(0.3, 3.0, 0.0, 1.0)
     assert stiffest_spring((free, free)) == pytest.approx(3.0**2 / (2.0 * 0.3), rel=1e-3)
 

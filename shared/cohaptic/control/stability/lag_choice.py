@@ -1,9 +1,9 @@
-"""The room's lag: one time in which the object answers the others (science 3.8).
+"""Choice of the room's lag: the time constant with which the object answers the others (3.8).
 
-Every hand keeps the object's own stiffness, K_i = min(1 / C_ii, device). Where their coupling is so
-strong that the delayed forces of several hands would build up on each other, the forces enter the
-body through one first-order lag tau, the same for all: tau f~' = f - f~. The object is then
-slightly viscous towards what the others do, and never softer.
+Every hand keeps the object's own stiffness, K_i = min(1 / C_ii, device). Where the coupling is so
+strong that the delayed forces of several hands would amplify each other, the forces enter the body
+through one first-order lag tau, the same for all: tau f~' = f - f~. The object then answers the
+others' forces with some viscosity, and is never softer.
 
 With S_ij = K_i^(1/2) C_ij K_j^(1/2) off the diagonal, m its spectral radius and T_max the longest
 loop delay of the room, hands held still are stable
@@ -11,8 +11,8 @@ loop delay of the room, hands held still are stable
     without a lag for m < 1,    and else for    tau > T_max sqrt(m^2 - 1) / arccos(-1 / m).
 
 `docs/science.md` has the proof, for unequal delays; `room_roots.py` has the exact roots. Moving
-hands need more: tau >= theta m, with theta at least the mass of a hand over its damping, less what
-its device may damp.
+hands need more: tau >= theta m, with theta at least the mass of a hand over its damping. The
+damping that a device may add reduces theta.
 """
 
 from __future__ import annotations
@@ -23,20 +23,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from cohaptic.control.room import RoomLag as RoomLag
+from cohaptic.control.room_lag import RoomLag as RoomLag
 from cohaptic.control.stability.single_contact import Floats
 
-# Share of the theorem's rate that is taken, for delays that vary and hands that move.
+# Least stable lag of the theorem over the lag in use. The rest is a margin for delays that vary and
+# hands that move.
 SHARE = 0.7
-# theta for a device that may damp nothing [s]: a hand of 0.5 kg with 4 N s/m.
+# theta for a device that may damp nothing [s]: mass over damping of a heavy hand, 0.5 kg, 4 N s/m.
 HAND_TIME = 0.12
-FULL_BUDGET = 8.0  # N s/m; what the passivity layer damps at most
-# theta for a device that may damp so much, in a room whose coupling is beyond the second of TIGHT;
-# up to the first it needs none, and in between a share.
-DAMPED_HAND_TIME = 0.06  # s
+FULL_BUDGET = 8.0  # N s/m; most that the passivity layer damps
+# theta for a device with the full budget [s]: DAMPED_HAND_TIME for a coupling above the second
+# value of TIGHT, 0 below the first, linear in between. Both were found with `cohaptic experiment
+# hands`; two hands on opposite sides of a balloon have a coupling of 0.65 and need no lag.
+DAMPED_HAND_TIME = 0.06
 TIGHT = (0.7, 0.75)
+EXACT = 1e-9  # coupling below which hands count as uncoupled, far above its rounding
 Lag = TypeVar("Lag", float, Floats)
-EXACT = 1e-9  # a coupling below this is none
 
 
 def coupling_matrix(C: Floats, stiffness: Sequence[Floats]) -> Floats:
@@ -94,11 +96,11 @@ def lag_needed(coupling: float, longest_delay: float) -> float:
 def hand_time(damping_budget: float, coupling: float) -> float:
     """theta: the lag for each unit of coupling that moving hands need (science 3.8) [s].
 
-    A device that may damp needs less of it, and none in a room that is loosely coupled, such as two
-    hands on opposite sides of a balloon. Both were found with `cohaptic experiment hands`.
+    A device that may damp needs less, and none in a loosely coupled room.
 
     Args:
-        damping_budget: What the room's weakest device may damp, Colgate's bound [N s/m].
+        damping_budget: Largest damping that the room's weakest device may render, Colgate's bound
+            [N s/m].
         coupling: m.
     """
     damped = min(1.0, max(0.0, damping_budget) / FULL_BUDGET)
@@ -108,7 +110,7 @@ def hand_time(damping_budget: float, coupling: float) -> float:
 
 
 def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> RoomLag:
-    """The lag of a room: what hands held still need, with a margin, or moving hands if more.
+    """The lag of a room: that for hands at rest with a margin, or for moving hands if that is more.
 
     Args:
         coupling: m.
@@ -121,7 +123,7 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
 
 
 def margin(coupling: float, longest_delay: float, lag: float) -> float:
-    """How far a room with this lag is from the theorem's edge; above 1 it is stable.
+    """Distance of a room with this lag from the theorem's edge; above 1 it is stable.
 
     Args:
         coupling: m.
@@ -135,7 +137,7 @@ def margin(coupling: float, longest_delay: float, lag: float) -> float:
 
 
 def kept(lag: Lag, dt: float) -> Lag:
-    """Share of an old force that is left after a simulation period; 0 without a lag.
+    """Share of the previous force that remains after a simulation period; 0 without a lag.
 
     It is the implicit step tau / (tau + dt), not e^(-dt / tau): a lag much shorter than the period
     would hardly be there with the latter, and a room of m just above 1 unstable at the theorem's

@@ -1,7 +1,7 @@
 """Two users whose hands move, and three who hold still: how much lag is needed, by whom.
 
 Held still, two users need none: S_12 < 1, since an elastic body stores energy (science 3.8). What
-two hands need because they move is compared by the criteria of `dyad_criteria`, over the delay, the
+two hands need because they move is compared by the criteria of `criteria.py`, over the delay, the
 coupling and the ratio of both delays. Three close users are the first who need a lag at rest: there
 the theorem's edge stands beside the exact one (`held_edges`), over the ratio of their delays.
 """
@@ -138,7 +138,7 @@ def _trio(c: float, ratios: Floats, progress: Progress) -> Curves:
 def _checks(
     dyads: tuple[Curves, Curves], shares: Floats, trio: Mapping[float, Curves]
 ) -> tuple[Check, ...]:
-    """Nothing that a criterion calls stable is not, and the theorem is exact where it says so."""
+    """No criterion calls an unstable dyad stable, and the theorem is exact for equal delays."""
     crossed = max(float((d[ROOTS] - d[CROSSINGS]).max()) for d in dyads)
     unlike = by_roots(_dyad(0.9, 0.05, 0.25)) / by_roots(_dyad(0.9, 0.15, 0.15))
     free = (Hand(0.3, 3.0, 0.0, 1.0), Hand(0.4, 5.0, 0.0, 1.0))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.stability.room_lag import (
+from cohaptic.control.stability.lag_choice import (
     DAMPED_HAND_TIME,
     FULL_BUDGET,
     HAND_TIME,
@@ -76,7 +76,7 @@ def test_a_coupling_above_one_is_a_positive_eigenvalue(seed: int) -> None:
 
 
 def test_a_gain_above_the_objects_own_stiffness_is_outside_the_theorem() -> None:
-    """Two users with K = 1.3 / C_ii: no lag holds what grows without swinging."""
+    """Two users with K = 1.3 / C_ii: no lag stabilises growth without oscillation."""
     C = np.array([[1.0, 0.9], [0.9, 1.0]])
     S = coupling_matrix(C, [np.array([[1.3]])] * 2)
     assert float(np.linalg.eigvalsh(S).min()) < -1.0
