@@ -194,6 +194,7 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_forces_vector.py": "writes what the page is checked against",
     "tests/server/room/watch/test_goals.py": "measured goals of the stream",
     "tests/server/room/watch/test_serving.py": "over real sockets",
+    "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
     "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
     "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",
     "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",

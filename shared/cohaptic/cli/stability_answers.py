@@ -22,6 +22,7 @@ from cohaptic.control.stability.stable_set import stability_area
 from cohaptic.errors import SettingError
 
 
+# Above 60 lines with the docstring, which explains every value of the answer.
 def alone(
     law: Law,
     k_o: float,

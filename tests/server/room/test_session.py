@@ -10,69 +10,22 @@ from hypothesis import strategies as st
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
-    BodyInfo,
     Bye,
-    Error,
-    Hello,
-    UserJoined,
-    Welcome,
     decode_server_control,
     encode_control,
 )
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.protocol.watch_messages import Watch
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
 from tests.client.plane import PLANE
 from tests.server.peers import hello, hello_text, sample, text
+from tests.server.room.sessions import MESSAGES, NEWS, WELCOME, ended, last_words, session_in
 from tests.strategies import patches
 
-BODY = BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02)
-WELCOME = Welcome(user=1, name="left", simulation_period=0.02, body=BODY, users=())
-NEWS = UserJoined(user=2, name="right")
-MESSAGES: dict[type[Event], str | bytes] = {
-    Hello: hello_text(),
-    ContactSample: sample().encode(),
-    Bye: encode_control(Bye()),
-    Watch: encode_control(Watch(protocol=PROTOCOL_VERSION)),
-}
 CLOSE_REASON_BYTES = 123  # RFC 6455, section 5.5: 125 bytes of payload, two of them for the code
 
 anything_said = st.text(max_size=200) | st.binary(max_size=200)
-
-
-def session_in(state: State) -> ServerSession:
-    """A session that came to `state` by the ordinary way, at time 0."""
-    session = ServerSession(0.0)
-    if state is State.AWAIT_HELLO:
-        return session
-    first = MESSAGES[Watch] if state is State.WATCHES else hello_text()
-    session.receive(first, 0.0)
-    if state in (State.JOINED, State.CLOSED):
-        session.accept(WELCOME)
-    if state is State.CLOSED:
-        session.receive(encode_control(Bye()), 0.0)
-    session.events()
-    session.outbox.take(clear=True)
-    assert session.state is state
-    return session
-
-
-def ended(session: ServerSession) -> tuple[int, str]:
-    """Code and reason of a session that is over."""
-    assert session.state is State.CLOSED
-    assert session.close is not None
-    return session.close
-
-
-def last_words(session: ServerSession) -> Error:
-    """The error that a session has for its client; it must be the last that it has."""
-    written = session.outbox.take(clear=True)
-    assert isinstance(written[-1], str)
-    error = decode_server_control(written[-1])
-    assert isinstance(error, Error)
-    return error
 
 
 @pytest.mark.parametrize("state", State)

@@ -4,140 +4,34 @@ from __future__ import annotations
 
 import array
 import asyncio
-import contextlib
 import fcntl
 import http.client
-import itertools
 import logging
-import math
 import socket
 import termios
-from collections.abc import AsyncGenerator
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection
-from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.typing import Origin, Subprotocol
+from websockets.exceptions import InvalidStatus
+from websockets.typing import Origin
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.messages import Bye, Error, UserJoined, UserLeft, encode_control
-from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
-from cohaptic.protocol.scene import Scene
-from cohaptic.protocol.traversal import Traversal
-from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
-    EncodingName,
-    Latency,
     SetLatency,
     SetView,
-    Watch,
-    WatchControl,
-    Watching,
-    decode_watch_control,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.http.page_files import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
-from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, Client, Serving, serving, visit
+from tests.server.room.watch.pages import pressing, watching
+from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, serving, visit
 
-AGES = 6.0 * PATIENCE  # s; for a test that moves the clock
 BOUND = 256 * 1024  # bytes that one who watches may cost
-
-
-@dataclass
-class Page:
-    """One who watches."""
-
-    ws: ClientConnection
-    watching: Watching
-    mesh: RestMesh
-    traversal: Traversal
-    news: list[WatchControl] = field(default_factory=list[WatchControl])
-
-    async def hear(self) -> Scene | WatchControl:
-        data = await self.ws.recv()
-        if isinstance(data, bytes):
-            return Scene.decode(data, self.traversal)
-        self.news.append(decode_watch_control(data))
-        return self.news[-1]
-
-    async def scene(self, wants: int = 0) -> Scene:
-        """The next scene, acknowledged."""
-        while True:
-            message = await self.hear()
-            if isinstance(message, Scene):
-                await self.ws.send(Ack(message.tick, wants).encode())
-                return message
-
-    async def told(self, kind: type[WatchControl]) -> WatchControl:
-        """The next news of a kind; scenes meanwhile are acknowledged."""
-        while True:
-            message = await self.hear()
-            if isinstance(message, Scene):
-                await self.ws.send(Ack(message.tick).encode())
-            elif isinstance(message, kind):
-                return message
-
-    async def end(self) -> tuple[int, str]:
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                await self.hear()
-        return self.ws.close_code or 0, self.ws.close_reason or ""
-
-
-@contextlib.asynccontextmanager
-async def watching(
-    url: str,
-    encoding: EncodingName = "frames",
-    rate: float = 60.0,
-    sock: socket.socket | None = None,
-) -> AsyncGenerator[Page]:
-    async with (
-        asyncio.timeout(AGES),
-        connect(
-            url,
-            subprotocols=[Subprotocol(SUBPROTOCOL)],
-            compression=None,
-            proxy=None,
-            max_size=MAX_BYTES,
-            sock=sock,
-        ) as ws,
-    ):
-        watch = Watch(protocol=PROTOCOL_VERSION, encoding=encoding, rate=rate)
-        await ws.send(encode_control(watch))
-        first, second = await ws.recv(), await ws.recv()
-        assert isinstance(first, str)
-        assert isinstance(second, bytes)
-        answer, mesh = decode_watch_control(first), RestMesh.decode(second)
-        assert isinstance(answer, Watching)
-        yield Page(ws, answer, mesh, Traversal.of(len(mesh.vertices), mesh.faces))
-
-
-@contextlib.asynccontextmanager
-async def pressing(served: Serving, name: str = "ann") -> AsyncGenerator[Client]:
-    """A user who presses, and goes on while others do something."""
-    async with visit(served.url) as client:
-        client.probe, client.force = (0.09, 0.0, 0.0), (2.0, 0.0, 0.0)
-        await client.join(name)
-        await client.touch()
-
-        async def play() -> None:
-            for step in itertools.count():
-                client.force = (2.0 + math.sin(0.3 * step), 0.0, 0.0)
-                await client.play(1)
-
-        playing = asyncio.ensure_future(play())
-        try:
-            yield client
-        finally:
-            playing.cancel()
-            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
-                await playing
 
 
 def test_who_watches_gets_the_mesh_then_the_scene_at_once_then_what_moves(
@@ -334,67 +228,3 @@ def test_whose_page_may_connect(
                 return refused.response.status_code
 
     assert asyncio.run(play()) == status
-
-
-def test_injected_latency_delays_both_ways_is_told_to_all_and_stops(
-    small_balloon: Balloon,
-) -> None:
-    delay = 0.1  # s
-
-    async def round_trip(client: Client) -> int:
-        """Ticks from the newest patch until the one that contains the next sample."""
-        newest = (await client.play(1))[0].tick
-        await client.touch()
-        seq = client.seq
-        while True:
-            (patch,) = await client.play(1)
-            if patch.seq >= seq:
-                return patch.tick - newest
-
-    async def play() -> tuple[int, int, int]:
-        async with (
-            serving(small_balloon, allow_latency=True) as served,
-            watching(served.url) as page,
-            watching(served.url) as other,
-            visit(served.url) as client,
-        ):
-            assert page.watching.allow_latency
-            user = await client.join("ann")
-            await client.touch()
-            before = await round_trip(client)
-            change = SetLatency(user=user, delay=delay)
-            await page.ws.send(encode_control(change))
-            news = Latency(user=user, delay=delay, jitter=0.0)
-            for one in (page, other):
-                assert await one.told(Latency) == news
-            async with watching(served.url) as late:
-                assert await late.told(Latency) == news
-            during = max([await round_trip(client) for _ in range(3)])
-            # One who is not there is passed over; a fool's rush is one piece of news.
-            await page.ws.send(encode_control(SetLatency(user=999, delay=1.0)))
-            await page.ws.send(encode_control(SetLatency(user=user, delay=0.0)))
-            assert await other.told(Latency) == Latency(user=user, delay=0.0, jitter=0.0)
-            after = [await round_trip(client) for _ in range(4)]
-            return before, during, after[-1]
-
-    before, during, after = asyncio.run(play())
-    # Both ways, in ticks of the server: exact but for one tick at each end.
-    assert during >= 2.0 * delay * SIMULATION_HZ - 2
-    assert after <= before + 0.5 * delay * SIMULATION_HZ
-
-
-def test_what_was_said_within_the_delay_still_counts(small_balloon: Balloon) -> None:
-    async def play() -> WatchControl:
-        async with (
-            serving(small_balloon, allow_latency=True) as served,
-            watching(served.url) as page,
-            visit(served.url) as client,
-        ):
-            user = await client.join("ann")
-            await page.ws.send(encode_control(SetLatency(user=user, delay=1.0)))
-            await page.told(Latency)
-            await client.ws.send(encode_control(Bye()))
-            await client.ws.close()
-            return await page.told(UserLeft)
-
-    assert asyncio.run(play()) == UserLeft(user=1, name="ann", reason="bye")

@@ -1,0 +1,79 @@
+"""Latency that a page injects into a served room."""
+
+from __future__ import annotations
+
+import asyncio
+
+from cohaptic.protocol.messages import Bye, UserLeft, encode_control
+from cohaptic.protocol.watch_messages import (
+    Latency,
+    SetLatency,
+    WatchControl,
+)
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from tests.server.room.watch.pages import watching
+from tests.server.shell.stage import SIMULATION_HZ, Client, serving, visit
+
+
+def test_injected_latency_delays_both_ways_is_told_to_all_and_stops(
+    small_balloon: Balloon,
+) -> None:
+    delay = 0.1  # s
+
+    async def round_trip(client: Client) -> int:
+        """Ticks from the newest patch until the one that contains the next sample."""
+        newest = (await client.play(1))[0].tick
+        await client.touch()
+        seq = client.seq
+        while True:
+            (patch,) = await client.play(1)
+            if patch.seq >= seq:
+                return patch.tick - newest
+
+    async def play() -> tuple[int, int, int]:
+        async with (
+            serving(small_balloon, allow_latency=True) as served,
+            watching(served.url) as page,
+            watching(served.url) as other,
+            visit(served.url) as client,
+        ):
+            assert page.watching.allow_latency
+            user = await client.join("ann")
+            await client.touch()
+            before = await round_trip(client)
+            change = SetLatency(user=user, delay=delay)
+            await page.ws.send(encode_control(change))
+            news = Latency(user=user, delay=delay, jitter=0.0)
+            for one in (page, other):
+                assert await one.told(Latency) == news
+            async with watching(served.url) as late:
+                assert await late.told(Latency) == news
+            during = max([await round_trip(client) for _ in range(3)])
+            # One who is not there is passed over; a fool's rush is one piece of news.
+            await page.ws.send(encode_control(SetLatency(user=999, delay=1.0)))
+            await page.ws.send(encode_control(SetLatency(user=user, delay=0.0)))
+            assert await other.told(Latency) == Latency(user=user, delay=0.0, jitter=0.0)
+            after = [await round_trip(client) for _ in range(4)]
+            return before, during, after[-1]
+
+    before, during, after = asyncio.run(play())
+    # Both ways, in ticks of the server: exact but for one tick at each end.
+    assert during >= 2.0 * delay * SIMULATION_HZ - 2
+    assert after <= before + 0.5 * delay * SIMULATION_HZ
+
+
+def test_what_was_said_within_the_delay_still_counts(small_balloon: Balloon) -> None:
+    async def play() -> WatchControl:
+        async with (
+            serving(small_balloon, allow_latency=True) as served,
+            watching(served.url) as page,
+            visit(served.url) as client,
+        ):
+            user = await client.join("ann")
+            await page.ws.send(encode_control(SetLatency(user=user, delay=1.0)))
+            await page.told(Latency)
+            await client.ws.send(encode_control(Bye()))
+            await client.ws.close()
+            return await page.told(UserLeft)
+
+    assert asyncio.run(play()) == UserLeft(user=1, name="ann", reason="bye")

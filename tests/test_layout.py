@@ -1,0 +1,77 @@
+"""The layout holds for files that do not exist yet: sizes, and import contracts by folder."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("shared", "server", "client", "experiments")
+MAX_LINES = 300
+MAX_FUNCTION_LINES = 60
+
+
+def sources() -> list[Path]:
+    """Python files of the project and its tests."""
+    folders = (*PACKAGES, "tests", "benchmarks", "examples")
+    return [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+
+
+def test_no_file_is_longer_than_300_lines() -> None:
+    lengths = {path: len(path.read_text().splitlines()) for path in sources()}
+    assert {path: n for path, n in lengths.items() if n > MAX_LINES} == {}
+
+
+def test_a_function_above_60_lines_has_its_reason_above_it() -> None:
+    for path in sources():
+        text = path.read_text()
+        lines = text.splitlines()
+        for node in ast.walk(ast.parse(text)):
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                continue
+            if node.end_lineno is None or node.end_lineno - node.lineno < MAX_FUNCTION_LINES:
+                continue
+            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+            assert lines[first - 2].lstrip().startswith("#"), f"{path}: {node.name}"
+
+
+@pytest.mark.parametrize(
+    ("module", "line", "contract"),
+    [
+        ("cohaptic_server/bodies/jelly.py", "from cohaptic_server.world import tick", "bodies"),
+        ("cohaptic_server/world/socket_of_one.py", "import asyncio", "no I/O"),
+        ("cohaptic_server/attic/__init__.py", "X = 1", "attic"),
+        ("cohaptic_client/loop/chat.py", "import websockets", "no I/O"),
+    ],
+)
+def test_a_new_module_that_breaks_a_contract_is_found(
+    module: str, line: str, contract: str, tmp_path: Path
+) -> None:
+    for package in PACKAGES:
+        shutil.copytree(
+            ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("page", "__pycache__")
+        )
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    side = "server" if module.startswith("cohaptic_server") else "client"
+    added = tmp_path / side / module
+    added.parent.mkdir(exist_ok=True)
+    added.write_text(f'"""New."""\n\n{line}\n')
+    path = os.pathsep.join(str(tmp_path / package) for package in PACKAGES)
+    tool = Path(sys.executable).with_name("lint-imports")
+    found = subprocess.run(
+        [str(tool), "--no-cache"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert found.returncode != 0
+    assert contract in found.stdout
+    assert "BROKEN" in found.stdout
