@@ -60,10 +60,7 @@ def alone(
         ("simulation period", sim_period, haptic_period),
         ("delay", delay, 0.0),
     )
-    rate_ratio = round(sim_period / haptic_period)
-    samples = round(delay / haptic_period)
-    if rate_ratio * haptic_period > 10.0 or samples > 10_000:
-        raise SettingError("delay and periods", f"{samples} samples", "at most 10,000 samples")
+    rate_ratio, samples = _in_samples(sim_period, delay, haptic_period)
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
     if law is Law.PREDICTIVE:
@@ -88,6 +85,15 @@ def alone(
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }
+
+
+def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[int, int]:
+    """Simulation period and delay in haptic samples; raises SettingError when they are too long."""
+    rate_ratio = round(sim_period / haptic_period)
+    samples = round(delay / haptic_period)
+    if rate_ratio * haptic_period > 10.0 or samples > 10_000:
+        raise SettingError("delay and periods", f"{samples} samples", "at most 10,000 samples")
+    return rate_ratio, samples
 
 
 def _felt(law: Law, k_o: float, k_h: float) -> float:
