@@ -18,7 +18,7 @@ class Queue(NamedTuple):
 
     Fields:
         due: Time of arrival of each message, shape (n, SLOTS) [s].
-        payload: Its numbers, shape (n, SLOTS, m).
+        payload: Numbers of each message, shape (n, SLOTS, m).
         pushed: Messages sent so far, shape (n,).
         popped: Messages received so far, shape (n,).
         latest: Arrival of the newest message, before which no later one may arrive, shape (n,) [s].
@@ -56,7 +56,7 @@ def send(queue: Queue, user: int, due: float, payload: Floats | Vec3) -> None:
         queue: Links of all users.
         user: Index of the link.
         due: Time of arrival, raised to that of the message before so that order is kept [s].
-        payload: Its numbers.
+        payload: Numbers of the message.
     """
     slot = queue.pushed[user] % SLOTS
     queue.latest[user] = max(queue.latest[user], due)
