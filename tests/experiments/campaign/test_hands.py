@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)
 FAST_FRICTION = compiled(friction_step)
 FAST_SHARES, FAST_BOUNDED = compiled(allowed_shares), compiled(limit_forces)
+from tests.experiments.quick_run import check_quick_run
 
 
 def two_on_a_plate(law: Law, delay: float) -> Trial:
@@ -226,3 +228,7 @@ def test_one_trial_is_drawn_alone() -> None:
         not outcome.table.rows[-1][1] and float(outcome.table.rows[-1][2] or 0.0) <= FAR_OFF
     )
     assert replace(Options(), trial=1).trial == 1
+
+
+def test_the_experiment_holds_and_writes_its_outcome(tmp_path: Path) -> None:
+    check_quick_run("hands", tmp_path)
