@@ -36,12 +36,12 @@ from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.world.force_limits import allowed_shares, limit_forces
+from tests.experiments.quick_run import check_quick_run
 
 OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)
 FAST_FRICTION = compiled(friction_step)
 FAST_SHARES, FAST_BOUNDED = compiled(allowed_shares), compiled(limit_forces)
-from tests.experiments.quick_run import check_quick_run
 
 
 def two_on_a_plate(law: Law, delay: float) -> Trial:
