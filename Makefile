@@ -84,7 +84,7 @@ bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/tick.py
 	@$(BIN)/python benchmarks/spectators.py
 
-results: $(VENV)/.dev  ## make docs/results.md again, about eight minutes
+results: $(VENV)/.dev  ## make docs/results.md again, about half an hour
 	@$(BIN)/python experiments/results.py
 
 clean:  ## delete everything that was built

@@ -1,9 +1,11 @@
 """Make docs/results.md and its pictures again: scenes, experiments, then both benchmarks.
 
-    python experiments/results.py [--quick]
+    python experiments/results.py [--quick] [--keep DIR]
 
-Takes about eight minutes on an idle machine; nothing else should run meanwhile. `--quick` shortens
-every part, to see that it works; its figures are not for the page.
+Takes about half an hour on an idle machine, most of it the campaign `hands`; nothing else should
+run meanwhile. `--keep DIR` writes each part there as soon as it is done, and takes what is there
+already as it is: a run that was ended goes on. `--quick` shortens every part, to see that it works;
+its figures are not for the page.
 """
 
 from __future__ import annotations
@@ -91,28 +93,38 @@ def output(*command: str) -> str:
     return done.stdout.strip()
 
 
-def experiments(quick: bool) -> str:
-    """Run every experiment, keep its figure, and return its checks as Markdown."""
-    with tempfile.TemporaryDirectory() as folder:
-        # Its own tables go to the terminal; a verdict that does not hold ends this as well.
-        command = [sys.executable, "-m", "cohaptic", "experiment", "all", "--out", folder]
-        subprocess.run([*command, *(["--quick"] if quick else [])], stdout=sys.stderr, check=True)
-        pictures = ROOT / "docs/pictures/experiments"
-        pictures.mkdir(exist_ok=True, parents=True)
-        parts: list[str] = []
-        for name in EXPERIMENTS:
-            shutil.copy(Path(folder) / name / "figure.png", pictures / f"{name}.png")
-            said = json.loads((Path(folder) / name / "summary.json").read_text())
-            rows = [
-                f"| {check['sentence']} | {check['measured']:.3g} | {limit(check)} |"
-                for check in said["checks"]
-            ]
-            parts.append(
-                f"### {name}: {said['title']}\n\n"
-                f"`{said['command']}`: {said['verdict']}.\n\n"
-                f"![{said['title']}](pictures/experiments/{name}.png)\n\n"
-                "| check | measured | limit |\n|---|---|---|\n" + "\n".join(rows)
-            )
+def part(folder: Path, name: str, *command: str) -> str:
+    """Standard output of a script, kept in a file of the folder."""
+    kept = folder / f"{name}.md"
+    if not kept.exists():
+        text = output(*command)
+        kept.write_text(text)
+    return kept.read_text()
+
+
+def experiments(folder: Path, quick: bool) -> str:
+    """Run the experiments that are not in the folder yet; figures, and checks as Markdown."""
+    pictures = ROOT / "docs/pictures/experiments"
+    pictures.mkdir(exist_ok=True, parents=True)
+    parts: list[str] = []
+    for name in EXPERIMENTS:
+        if not (folder / name / "summary.json").exists():
+            # Its own tables go to the terminal; a verdict that does not hold ends this as well.
+            command = [sys.executable, "-m", "cohaptic", "experiment", name, "--out", str(folder)]
+            options = ["--quick"] if quick else []
+            subprocess.run([*command, *options], stdout=sys.stderr, check=True)
+        shutil.copy(folder / name / "figure.png", pictures / f"{name}.png")
+        said = json.loads((folder / name / "summary.json").read_text())
+        rows = [
+            f"| {check['sentence']} | {check['measured']:.3g} | {limit(check)} |"
+            for check in said["checks"]
+        ]
+        parts.append(
+            f"### {name}: {said['title']}\n\n"
+            f"`cohaptic experiment {name} --out DIR --seed {said['seed']}`: {said['verdict']}.\n\n"
+            f"![{said['title']}](pictures/experiments/{name}.png)\n\n"
+            "| check | measured | limit |\n|---|---|---|\n" + "\n".join(rows)
+        )
     return "\n\n".join(parts)
 
 
@@ -130,17 +142,23 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--quick", action="store_true", help="shorten every part")
-    quick = parser.parse_args().quick
-    with tempfile.TemporaryDirectory() as folder:
-        scenes = output(
-            "experiments/demo_scenes.py", "--out", folder, "--seconds", "7" if quick else "12"
-        )
-        outcomes = experiments(quick)
-        loop = output("benchmarks/loop.py", "--seconds", "1" if quick else "8")
-        tick = output("benchmarks/tick.py", "--ticks", "30" if quick else "400")
+    parser.add_argument("--keep", type=Path, help="folder of parts; what is there is not run again")
+    options = parser.parse_args()
+    quick = options.quick
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        seconds = "7" if quick else "12"
+        scenes = part(
+            folder, "scenes",
+            "experiments/demo_scenes.py", "--out", str(folder), "--seconds", seconds,
+        )  # fmt: skip
+        outcomes = experiments(folder, quick)
+        loop = part(folder, "loop", "benchmarks/loop.py", "--seconds", "1" if quick else "8")
+        tick = part(folder, "tick", "benchmarks/tick.py", "--ticks", "30" if quick else "400")
         pictures = ROOT / "docs/pictures"
         pictures.mkdir(exist_ok=True)
-        shutil.copy(Path(folder) / "two-users.png", pictures)
+        shutil.copy(folder / "two-users.png", pictures)
     machine = f"{os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
     page = PAGE.format(machine=machine, scenes=scenes, experiments=outcomes, loop=loop, tick=tick)
     (ROOT / "docs/results.md").write_text(page)
