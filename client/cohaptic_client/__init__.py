@@ -4,8 +4,9 @@ Its top level stays light, because the process that runs the loop imports it: a 
 imported from its module when it is first used.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from cohaptic.lazy import lazy_names
 
 if TYPE_CHECKING:
     from cohaptic_client.client import Client as Client
@@ -38,14 +39,4 @@ _HOMES = {
 }
 
 if not TYPE_CHECKING:  # otherwise a type checker would accept any name
-
-    def __getattr__(name: str) -> object:
-        """Import a public name when it is first used (PEP 562)."""
-        if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = globals()[name] = getattr(import_module(_HOMES[name]), name)
-        return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    __getattr__, __dir__ = lazy_names(globals(), _HOMES)

@@ -5,7 +5,6 @@ process that runs the 1 kHz loop imports it: a public name is imported from its 
 first used.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from cohaptic.errors import BodyError as BodyError
@@ -17,6 +16,7 @@ from cohaptic.errors import ProtocolError as ProtocolError
 from cohaptic.errors import RemoteProtocolError as RemoteProtocolError
 from cohaptic.errors import ServerLost as ServerLost
 from cohaptic.errors import SettingError as SettingError
+from cohaptic.lazy import lazy_names
 
 __version__ = "0.1.0"
 
@@ -67,14 +67,4 @@ _HOMES = {
 }
 
 if not TYPE_CHECKING:  # otherwise a type checker would accept any name
-
-    def __getattr__(name: str) -> object:
-        """Import a public name when it is first used (PEP 562)."""
-        if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = globals()[name] = getattr(import_module(_HOMES[name]), name)
-        return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    __getattr__, __dir__ = lazy_names(globals(), _HOMES)

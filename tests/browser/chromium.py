@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
-import pytest
 from playwright.sync_api import Browser, Playwright
 
 from cohaptic_server.http.page_files import has_page, load_page
+from tests.give_up import give_up
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 # WebGL in software, the same on every machine; no news of its own over the network.
@@ -30,10 +27,3 @@ def open_browser(playwright: Playwright, more: Sequence[str] = ()) -> Browser:
     if not has_page(load_page()):
         give_up("the page was not built: make page")
     return playwright.chromium.launch(executable_path=path, args=[*FLAGS, *more])
-
-
-def give_up(why: str) -> NoReturn:
-    """Skip for a developer, fail in CI, where the test must not be lost unnoticed."""
-    if os.environ.get("CI") == "true" and sys.platform == "linux":
-        pytest.fail(why)
-    pytest.skip(why)

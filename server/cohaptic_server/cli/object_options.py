@@ -96,8 +96,9 @@ def takes_object(command: Callable[..., None]) -> Callable[..., None]:
         values = {option.name: arguments.pop(option.name) for option in options}
         command(**arguments, **{taken: ObjectOptions(**values)})
 
-    with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_options.__annotations__ = {p.name: p.annotation for p in parameters}
+    result: Any = with_options  # of a type that has no signature to be set
+    result.__signature__ = inspect.Signature(parameters)
+    result.__annotations__ = {p.name: p.annotation for p in parameters}
     return with_options
 
 

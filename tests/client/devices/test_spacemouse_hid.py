@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import NoReturn
 
 import pytest
+
+from tests.give_up import give_up
 
 SCRIPT = Path(__file__).with_name("umock_spacemouse.py")
 UNAVAILABLE = 77  # exit status of the script
 FULL_SPEED = 0.15  # m/s
 REACH = 0.1  # m
 TOLERANCE = 1e-9  # m or m/s; rounding only
-
-
-def give_up(why: str) -> NoReturn:
-    """Skip for a developer, fail in CI, where the test must not be lost unnoticed."""
-    if os.environ.get("CI") == "true":
-        pytest.fail(why)
-    pytest.skip(why)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="umockdev mocks devices of Linux only")

@@ -7,6 +7,7 @@ import math
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
@@ -79,9 +80,9 @@ def unexplained(outputs: list[Output], first: Vec3) -> float:
     return max(norm(sub(b, a)) for a, b in itertools.pairwise(forces))
 
 
-def plane(c: float = 1e-3, n: Vec3 = (0.0, 0.0, 1.0), **changes: object) -> Patch:
+def plane(c: float = 1e-3, n: Vec3 = (0.0, 0.0, 1.0), **changes: Any) -> Patch:
     found = replace(PLANE, law=Law.PREDICTIVE, c_ii=c, k_h=1.0 / c, integral_gain=0.0)
-    return replace(found, x_free=ZERO, normal=unit(n), **changes)  # type: ignore[arg-type]
+    return replace(found, x_free=ZERO, normal=unit(n), **changes)
 
 
 @pytest.mark.parametrize("turn", [0.05, 0.3, 1.0, 2.0, 3.0, math.pi])

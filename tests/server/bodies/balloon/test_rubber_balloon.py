@@ -15,7 +15,7 @@ from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, MAX_STEPS
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.contacts import depth, settled
-from tests.server.bodies.presses import press
+from tests.server.bodies.presses import check_derivatives, press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
 DEEPEST = 10.0  # N, the largest force of the demo's simulated devices
@@ -95,21 +95,7 @@ def test_fields_and_compliance_are_derivatives_by_the_forces(
     C = at.compliance
     assert np.abs(C - C.T).max() == 0.0
     assert np.linalg.eigvalsh(C).min() > -1e-12
-    h = 1e-3  # N
-    for i, load in enumerate(loads):
-        up, down = (
-            settled(
-                small,
-                [*loads[:i], Load(load.vertices, load.weights, load.direction, f), *loads[i + 1 :]],
-                at,
-            )
-            for f in (load.force + h, load.force - h)
-        )
-        change = (up.displacement - down.displacement) / (2.0 * h)
-        # Not less than: a contact on the held base moves nothing.
-        assert np.abs(change - at.fields[i]).max() <= 1e-4 * np.abs(at.fields[i]).max()
-        row = [(depth(one, up) - depth(one, down)) / (2.0 * h) for one in loads]
-        assert C[i] == pytest.approx(row, abs=1e-4 * np.abs(C[i]).max())
+    check_derivatives(small, loads, at)
 
 
 @pytest.mark.parametrize("force", [2.0, DEEPEST])

@@ -21,7 +21,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.contacts import depth, settled
-from tests.server.bodies.presses import press
+from tests.server.bodies.presses import check_derivatives, press
 from tests.server.bodies.rubber_solid.inversion import least_volume
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -99,20 +99,7 @@ def test_fields_and_compliance_are_derivatives_by_the_forces(
     C = at.compliance
     assert np.abs(C - C.T).max() <= 1e-8 * np.abs(C).max()
     assert np.linalg.eigvalsh(C).min() > -1e-10 * np.abs(C).max()
-    h = 1e-3  # N
-    for i, load in enumerate(loads):
-        up, down = (
-            settled(
-                body,
-                [*loads[:i], Load(load.vertices, load.weights, load.direction, f), *loads[i + 1 :]],
-                at,
-            )
-            for f in (load.force + h, load.force - h)
-        )
-        change = (up.displacement - down.displacement) / (2.0 * h)
-        assert np.abs(change - at.fields[i]).max() <= 1e-4 * np.abs(at.fields[i]).max()
-        row = [(depth(one, up) - depth(one, down)) / (2.0 * h) for one in loads]
-        assert C[i] == pytest.approx(row, abs=1e-4 * np.abs(C[i]).max())
+    check_derivatives(body, loads, at)
 
 
 def test_the_compliance_before_it_is_made_symmetric_is_so() -> None:
