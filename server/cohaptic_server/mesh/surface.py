@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
+from cohaptic_server.mesh.contact_search import ContactSearch
+from cohaptic_server.mesh.near import NearTree, point_tree
 from cohaptic_server.numeric import Floats, Ints, cross
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
@@ -25,14 +28,34 @@ class Quadrature:
         areas: Area that each represents, shape (q,) [m^2].
         vertices: Corners of each point's face, shape (q, 3).
         shares: Barycentric coordinates, shape (q, 3).
-        tree: Search tree over `points`.
     """
 
     points: Floats
     areas: Floats
     vertices: Ints
     shares: Floats
-    tree: cKDTree
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Search tree over `points`, for many places at once."""
+        return cKDTree(self.points)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The search for contacts on a surface, and where it leaves what it finds.
+
+    Args:
+        search: It holds the contact that was found last.
+        frame: Foot, contact point and normal of that contact, shape (3, 3).
+        under: Vertices under its pressure, shape (n,); the first `search.count` count.
+        weights: Share of each of these in its force, shape (n,).
+    """
+
+    search: ContactSearch
+    frame: Floats
+    under: Ints
+    weights: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +73,6 @@ class SurfaceMesh:
         normals: Outward unit normal of each vertex, shape (n, 3).
         split: Quadrature points of a face, as the square root of their number.
         size: Radius of the sphere of the same area [m].
-        tree: Search tree over `vertices`.
     """
 
     vertices: Floats
@@ -61,13 +83,11 @@ class SurfaceMesh:
     normals: Floats = field(init=False)
     split: int = field(init=False)
     size: float = field(init=False)
-    tree: cKDTree = field(init=False)
 
     def __post_init__(self) -> None:
         x, faces = self.vertices, self.faces
         if x.ndim != 2 or x.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
             raise BodyError(f"a surface needs (n, 3) vertices and faces: {x.shape}, {faces.shape}")
-        object.__setattr__(self, "tree", cKDTree(x))
         object.__setattr__(self, "rings", _rings(faces, len(x)))
         object.__setattr__(self, "around", self.rings[faces].reshape(len(faces), -1))
         object.__setattr__(self, "split", SPLIT if len(faces) <= FINE else 1)
@@ -77,6 +97,38 @@ class SurfaceMesh:
         object.__setattr__(self, "size", (area / (4.0 * np.pi)) ** 0.5)
         for array in (x, faces, self.rings, self.around, self.normals):
             array.setflags(write=False)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Search tree over `vertices`, for many places at once."""
+        return cKDTree(self.vertices)
+
+    @cached_property
+    def near_tree(self) -> NearTree:
+        """Search among the vertices for one place at a time."""
+        return NearTree(self.vertices)
+
+    @cached_property
+    def contacts(self) -> Search:
+        """The search for contacts on this surface."""
+        q = self.quadrature
+        frame, n = np.zeros((3, 3)), len(self.vertices)
+        under, weights = np.zeros(n, dtype=np.int64), np.zeros(n)
+        search = ContactSearch(
+            self.vertices,
+            self.normals,
+            self.faces,
+            self.rings,
+            self.around,
+            point_tree(q.points),
+            q.areas,
+            np.ascontiguousarray(q.shares[: self.split**2]),
+            self.size,
+            frame,
+            under,
+            weights,
+        )
+        return Search(search, frame, under, weights)
 
     def spacing(self, count: int | None = None) -> float:
         """Mean distance between neighbours of evenly spread vertices [m].
@@ -89,7 +141,7 @@ class SurfaceMesh:
 
     def near(self, point: Floats, radius: float) -> Ints:
         """Vertices of the resting surface within `radius` [m] of a point, rising, shape (k,)."""
-        return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
+        return self.near_tree.near(point, radius)
 
 
 def face_area_vectors(x: Floats, faces: Ints) -> Floats:
@@ -145,5 +197,4 @@ def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
         np.repeat(areas, len(table)),
         np.repeat(faces, len(table), axis=0),
         np.tile(table, (len(faces), 1)),
-        cKDTree(points),
     )

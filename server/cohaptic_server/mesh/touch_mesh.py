@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
+from cohaptic_server.mesh.near import NearTree
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
@@ -36,7 +36,7 @@ class TouchMesh:
         spacing: Mean distance between neighbours of evenly spread vertices [m].
 
     Attributes:
-        tree: Search tree over `points`.
+        search: For the points near a place.
     """
 
     vertices: Ints
@@ -44,16 +44,16 @@ class TouchMesh:
     points: Floats
     normals: Floats
     spacing: float
-    tree: cKDTree = field(init=False)
+    search: NearTree = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tree", cKDTree(self.points))
+        object.__setattr__(self, "search", NearTree(self.points))
         for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
 
     def near(self, point: Floats, radius: float) -> Ints:
         """Indices into `vertices` within `radius` [m] of a point at rest, rising, shape (k,)."""
-        return np.array(self.tree.query_ball_point(point, radius, return_sorted=True), np.int64)
+        return self.search.near(point, radius)
 
     def among(self, vertices: Ints) -> Ints:
         """Those of some vertices of the whole surface that the touch mesh has, in their order."""

@@ -14,56 +14,60 @@ their normals, so that a hand that slides feels no facets; a client with the res
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.mesh.nearest import (
-    nearest_point,
-)
-from cohaptic_server.mesh.pressure import pressure, smooth_point
+from cohaptic_server.mesh.contact_search import KEPT, UNKNOWN
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints, cross
-from cohaptic_server.world.displacement_field import Field
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.displacement_field import CachedField, Field
 
 MAX_CONTACT_HEIGHT = 0.03  # m above the surface; a probe higher up applies no force
-_MIN_SLOPE = 0.1  # lower bound of `Contact.slope`; keeps the stopping distance positive
-# Each iteration shortens the offset by depth / radius of curvature; two follow a moving hand.
-_MAX_ITERATIONS = 20
-_MAX_RATIO = 0.5  # largest ratio of two successive offsets that Aitken extrapolation trusts
 _TOLERANCE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
 # m beside the normal within which a previous contact is kept, so that most ticks of a pressing hand
 # have nothing to search. On a fingertip's curvature it turns the force by 0.2 %.
 _KEEP_DISTANCE = 6e-5
+_NO_VERTICES = np.zeros(0, dtype=np.int64)
+_NO_VALUES = np.zeros((0, 3))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Contact:
     """Contact of one probe with a body.
 
     Args:
-        foot: Point on a facet of the resting mesh, shape (3,) [m].
-        point: Contact point on the smooth resting surface above it, shape (3,) [m].
-        vertices: Under the pressure, shape (k,).
+        frame: Point on a facet of the resting mesh [m], contact point on the smooth resting surface
+            above it [m], and outward unit normal of the free surface, averaged over the pressure;
+            shape (3, 3).
+        vertices: Under the pressure, rising, shape (k,).
         weights: Share of each vertex in the pressure, shape (k,); they sum to 1.
-        corners: Vertices of the faces that have one of `vertices`, shape (f, 3).
-        shares: Weight of each of these faces in the normal, the sum of its corners', shape (f,).
-        normal: Outward unit normal of the free surface, averaged over the pressure, shape (3,).
         slope: Decrease of the probe's offset beside the normal per distance that the contact moves
             along the surface: 1 on a plane, and less where the normal turns, such as at an edge
             under a deep probe.
     """
 
-    foot: Floats
-    point: Floats
+    frame: Floats
     vertices: Ints
     weights: Floats
-    corners: Ints
-    shares: Floats
-    normal: Floats
     slope: float = 1.0
+
+    @property
+    def foot(self) -> Floats:
+        """Point on a facet of the resting mesh, shape (3,) [m]."""
+        return self.frame[0]
+
+    @property
+    def point(self) -> Floats:
+        """Contact point on the smooth resting surface above the foot, shape (3,) [m]."""
+        return self.frame[1]
+
+    @property
+    def normal(self) -> Floats:
+        """Outward unit normal of the free surface, shape (3,)."""
+        return self.frame[2]
 
     def load(self, force: float) -> Load:
         """Load of a frictionless press with `force` [N]."""
@@ -95,56 +99,63 @@ def locate(
             tick.
     """
     final, keep = (_TOLERANCE, _KEEP_DISTANCE) if tolerance is None else (tolerance, tolerance)
-    if hint is None:
-        contact, limit = _contact_at(mesh, nearest_point(mesh, probe), free, radius), final
-    else:
-        # For a hand at rest the contact stays, and only the normal can have turned.
-        contact, limit = turned(mesh, hint, free), keep
-    previous: Floats | None = None
-    slope, factor = 1.0 if hint is None else hint.slope, 1.0
-    for _ in range(_MAX_ITERATIONS):
-        gap = probe - contact.moved(free)
-        height = float(gap @ contact.normal)
-        offset = gap - height * contact.normal
-        ratio = 0.0 if previous is None else float(offset @ previous) / float(previous @ previous)
-        if previous is not None and factor > 0.0:
-            slope = min(1.0, max(_MIN_SLOPE, (1.0 - ratio) / factor))
-        # With a small slope the contact is further from its solution than the offset says.
-        if np.abs(offset).max() < limit * slope:
-            break
-        limit = final
-        # Aitken extrapolation of a linearly converging step.
-        factor = 1.0 / (1.0 - min(_MAX_RATIO, max(-_MAX_RATIO, ratio)))
-        # Outside a round body the distance along the surface is shorter than the probe's offset.
-        # Inside, steps shrink to zero at the centre, since beyond it the nearest point lies on the
-        # far side: a hand that was driven through the body stays with the wall that it came from.
-        if height >= 0.0:
-            factor /= 1.0 + height / mesh.size
-        else:
-            factor *= max(0.0, 1.0 + height / mesh.size)
-        previous, step = offset, factor * offset
-        contact = _contact_at(mesh, nearest_point(mesh, contact.foot + step), free, radius)
-    return contact if contact.slope == slope else replace(contact, slope=slope)
+    search = mesh.contacts.search
+    x, y, z = probe.tolist()
+    known = _known(free)
+    state = UNKNOWN
+    while state == UNKNOWN:
+        search.load(*known)
+        if hint is not None:
+            search.take(hint.frame, hint.slope, hint.vertices, hint.weights)
+        state = search.locate(x, y, z, radius, hint is not None, keep, final)
+        if state == UNKNOWN:
+            known = _wider(mesh, known, free)
+    return _found(mesh, hint if state == KEPT else None)
 
 
 def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
     """The same contact with its normal on a surface displaced by `free`."""
-    return replace(contact, normal=_normal(mesh, contact.corners, contact.shares, free))
+    search = mesh.contacts.search
+    known = _known(free)
+    search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
+    search.load(*known)
+    while search.look() == UNKNOWN:
+        known = _wider(mesh, known, free)
+        search.load(*known)
+    return _found(mesh, contact)
 
 
-def _contact_at(mesh: SurfaceMesh, foot: Floats, free: Field, radius: float) -> Contact:
-    vertices, weights = pressure(mesh, foot, radius)
-    point = smooth_point(mesh, foot, vertices, weights)
-    corners = mesh.faces[np.unique(mesh.rings[vertices])]
-    index = np.minimum(np.searchsorted(vertices, corners), len(vertices) - 1)
-    shares = np.where(vertices[index] == corners, weights[index], 0.0).sum(axis=1)
-    normal = _normal(mesh, corners, shares, free)
-    return Contact(foot, point, vertices, weights, corners, shares, normal)
+class _Known(NamedTuple):
+    """A field where it is known: at some vertices, or at all of them in order."""
+
+    vertices: Ints
+    values: Floats
+    whole: bool
 
 
-def _normal(mesh: SurfaceMesh, corners: Ints, shares: Floats, free: Field) -> Floats:
-    """Unit normal of the displaced surface, averaged over the pressure, shape (3,)."""
-    displaced = mesh.vertices[corners] + free[corners]  # (f, 3, 3)
-    area = cross(displaced[:, 1] - displaced[:, 0], displaced[:, 2] - displaced[:, 0])
-    normal = shares @ area
-    return np.asarray(normal / math.sqrt(normal @ normal))
+def _known(field: Field) -> _Known:
+    if isinstance(field, np.ndarray):
+        return _Known(_NO_VERTICES, field, True)
+    if isinstance(field, CachedField):
+        return _Known(field.vertices, field.values, False)
+    return _Known(_NO_VERTICES, _NO_VALUES, False)
+
+
+def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
+    """The field also at the corners of all faces round the contact to which the search has come."""
+    found = mesh.contacts
+    under = found.under[: found.search.count]
+    vertices = np.union1d(known.vertices, mesh.faces[mesh.rings[under]])
+    return _Known(vertices, field[vertices], False)
+
+
+def _found(mesh: SurfaceMesh, same: Contact | None) -> Contact:
+    """The contact that was found; the vertices and weights of `same` if it is where that was."""
+    found = mesh.contacts
+    frame, search = found.frame.copy(), found.search
+    if same is not None:
+        return Contact(frame, same.vertices, same.weights, search.slope)
+    count = search.count
+    return Contact(
+        frame, found.under[:count].copy(), found.weights[:count].copy(), search.slope
+    )

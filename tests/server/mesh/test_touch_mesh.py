@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_surface import MeshSurface, RestSurface
@@ -51,9 +52,9 @@ def test_a_mesh_that_is_coarse_enough_is_taken_as_it_is(balloon: Balloon) -> Non
 def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     mesh = thinned(BALL, apart)
     assert (np.diff(mesh.vertices) > 0).all()
-    nearest = np.asarray(mesh.tree.query(mesh.points, k=[2])[0])
+    nearest = np.asarray(cKDTree(mesh.points).query(mesh.points, k=[2])[0])
     assert nearest.min() > apart
-    assert np.max(mesh.tree.query(BALL.vertices)[0]) <= apart
+    assert np.max(cKDTree(mesh.points).query(BALL.vertices)[0]) <= apart
     assert 0.9 * apart < mesh.spacing < 1.6 * apart
     assert holes(mesh.faces) == 0
     assert handles(mesh) == 0.0

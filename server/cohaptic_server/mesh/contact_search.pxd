@@ -1,0 +1,75 @@
+cimport cython
+cimport libc.math as math
+from libc.stdint cimport int64_t
+
+from cohaptic_server.mesh.point_tree cimport PointTree
+
+
+cdef class ContactSearch:
+    cdef const double[:, ::1] vertices
+    cdef const double[:, ::1] normals
+    cdef const int64_t[:, ::1] faces
+    cdef const int64_t[:, ::1] rings
+    cdef const int64_t[:, ::1] around
+    cdef PointTree tree
+    cdef const double[::1] areas
+    cdef const double[:, ::1] shares
+    cdef double size
+    cdef double[:, ::1] frame
+    cdef int64_t[::1] under
+    cdef double[::1] weights
+    cdef readonly Py_ssize_t count
+    cdef readonly double slope
+    cdef int64_t[::1] found
+    cdef double[::1] table
+    cdef int64_t[::1] row
+    cdef const int64_t[::1] known
+    cdef const double[:, ::1] values
+    cdef bint whole
+    cdef bint lacking
+
+    @cython.locals(k=Py_ssize_t)
+    cpdef void load(self, const int64_t[::1] known, const double[:, ::1] values, bint whole) noexcept
+    @cython.locals(i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t)
+    cpdef void take(self, const double[:, ::1] frame, double slope, const int64_t[::1] under,
+                    const double[::1] weights) noexcept
+    @cython.locals(state=int, limit=double, slope=double, before_x=double, before_y=double,
+                   before_z=double, factor=double, ratio=double, step=int, gx=double, gy=double,
+                   gz=double, nx=double, ny=double, nz=double, height=double, ox=double, oy=double,
+                   oz=double, square=double)
+    cpdef int locate(self, double x, double y, double z, double radius, bint again, double keep,
+                     double tolerance) noexcept
+    cpdef int look(self) noexcept
+    @cython.locals(moved=double, k=Py_ssize_t)
+    cdef double gap(self, Py_ssize_t axis, double place) noexcept
+    @cython.locals(row=int64_t)
+    cdef double moved(self, int64_t vertex, Py_ssize_t axis) noexcept
+    cdef void settle(self, double radius) noexcept
+    @cython.locals(x=double, y=double, z=double, most=double, points=Py_ssize_t, split=int64_t,
+                   total=double, count=Py_ssize_t, k=Py_ssize_t, point=int64_t, face=int64_t,
+                   inner=int64_t, profile=double, force=double, corner=Py_ssize_t, vertex=int64_t)
+    cpdef void press(self, double radius) noexcept
+    @cython.locals(x=double, y=double, z=double, nx=double, ny=double, nz=double, length=double,
+                   height=double, k=Py_ssize_t, vertex=int64_t, weight=double)
+    cpdef void lift(self) noexcept
+    @cython.locals(nx=double, ny=double, nz=double, k=Py_ssize_t, j=Py_ssize_t, vertex=int64_t,
+                   weight=double, first=int64_t, face=int64_t, a=int64_t, b=int64_t, c=int64_t,
+                   ax=double, ay=double, az=double, ux=double, uy=double, uz=double, vx=double,
+                   vy=double, vz=double, length=double)
+    cpdef void turn(self) noexcept
+    cdef double place(self, int64_t vertex, Py_ssize_t axis) noexcept
+    @cython.locals(face=int64_t, best=double, k=Py_ssize_t)
+    cpdef void nearest(self, double x, double y, double z) noexcept
+    @cython.locals(a=int64_t, b=int64_t, c=int64_t, ax=double, ay=double, az=double, ux=double,
+                   uy=double, uz=double, vx=double, vy=double, vz=double, wx=double, wy=double,
+                   wz=double, uu=double, uv=double, vv=double, wu=double, wv=double, det=double,
+                   s=double, t=double, along=double)
+    cdef double nearer(self, int64_t face, double x, double y, double z, double best) noexcept
+    @cython.locals(px=double, py=double, pz=double, square=double)
+    cdef double nearer_point(self, double ax, double ay, double az, double s, double t, double ux,
+                             double uy, double uz, double vx, double vy, double vz, double x,
+                             double y, double z, double best) noexcept
+
+
+@cython.locals(gap=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, number=int64_t)
+cdef void _sort(int64_t[::1] numbers, Py_ssize_t count) noexcept

@@ -1,0 +1,366 @@
+"""The search for a contact on a displaced surface, vertex by vertex: the inner loops of `contact.py`.
+
+Compiled where a compiler is at hand; as plain Python it gives the same numbers. What is found is
+left in arrays that the caller gave, so that nothing is made on the way.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohaptic_server.mesh.point_tree import PointTree
+from cohaptic_server.numeric import Floats, Ints
+
+KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
+MIN_SLOPE = 0.1  # lower bound of a contact's slope; keeps the stopping distance positive
+# Each iteration shortens the offset by depth / radius of curvature; two follow a moving hand.
+_MAX_ITERATIONS = 20
+_MAX_RATIO = 0.5  # largest ratio of two successive offsets that Aitken extrapolation trusts
+_FOOT, _POINT, _NORMAL = 0, 1, 2  # rows of a frame
+
+
+class ContactSearch:
+    """Searches on one surface. It holds the contact that was found last.
+
+    Args:
+        vertices: Resting positions, shape (n, 3) [m].
+        normals: At the vertices, shape (n, 3).
+        faces: Corners, shape (m, 3).
+        rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
+        around: Faces that share a vertex with each face, shape (m, 3 valence).
+        tree: Of the quadrature points, those of a face one after the other.
+        areas: Of the quadrature points, shape (q,) [m^2].
+        shares: Barycentric coordinates of the points of a face, shape (split^2, 3).
+        size: Radius of a sphere of the surface's area [m].
+        frame: Foot, contact point and normal that were found, shape (3, 3).
+        under: Vertices under the pressure, rising, shape (n,).
+        weights: Share of each of these in the force, shape (n,).
+
+    Attributes:
+        count: Number of vertices under the pressure.
+        slope: Of the contact, as in `Contact`.
+    """
+
+    def __init__(
+        self,
+        vertices: Floats,
+        normals: Floats,
+        faces: Ints,
+        rings: Ints,
+        around: Ints,
+        tree: PointTree,
+        areas: Floats,
+        shares: Floats,
+        size: float,
+        frame: Floats,
+        under: Ints,
+        weights: Floats,
+    ) -> None:
+        self.vertices = vertices
+        self.normals = normals
+        self.faces = faces
+        self.rings = rings
+        self.around = around
+        self.tree = tree
+        self.areas = areas
+        self.shares = shares
+        self.size = size
+        self.frame = frame
+        self.under = under
+        self.weights = weights
+        self.count = 0
+        self.slope = 1.0
+        self.found = np.zeros(len(areas), dtype=np.int64)
+        self.table = np.zeros(len(vertices))
+        self.row = np.full(len(vertices), -1, dtype=np.int64)
+        self.known = np.zeros(0, dtype=np.int64)
+        self.values = np.zeros((0, 3))
+        self.whole = False
+        self.lacking = False
+
+    def load(self, known: Ints, values: Floats, whole: bool) -> None:
+        """Take a displacement field: values at the vertices `known`, or at all of them in order."""
+        for k in range(self.known.shape[0]):
+            self.row[self.known[k]] = -1
+        for k in range(known.shape[0]):
+            self.row[known[k]] = k
+        self.known = known
+        self.values = values
+        self.whole = whole
+
+    def take(
+        self, frame: Floats, slope: float, under: Ints, weights: Floats
+    ) -> None:
+        """Take the contact of the last tick, from which the next search starts."""
+        for i in range(3):
+            for j in range(3):
+                self.frame[i, j] = frame[i, j]
+        self.count = under.shape[0]
+        for k in range(self.count):
+            self.under[k] = under[k]
+            self.weights[k] = weights[k]
+        self.slope = slope
+
+    def locate(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        radius: float,
+        again: bool,
+        keep: float,
+        tolerance: float,
+    ) -> int:
+        """Find the contact of a probe on the loaded field.
+
+        Args:
+            x, y, z: Probe [m].
+            radius: Of the pressure [m].
+            again: Start from the contact that was taken or found last; else search everywhere.
+            keep: Offset beside the normal within which that contact stays [m].
+            tolerance: Offset to which a moved contact is found [m].
+
+        Returns:
+            `KEPT`, `MOVED`, or `UNKNOWN` where the displacement is not known at some vertex under
+            the pressure or beside it; the foot is then where it is needed.
+        """
+        self.lacking = False
+        state, limit = KEPT, keep
+        if again:
+            self.turn()
+        else:
+            self.slope = 1.0
+            self.nearest(x, y, z)
+            self.settle(radius)
+            state, limit = MOVED, tolerance
+        slope = self.slope
+        before_x = before_y = before_z = 0.0
+        factor = ratio = 0.0
+        for step in range(_MAX_ITERATIONS):
+            if self.lacking:
+                return UNKNOWN
+            gx, gy, gz = self.gap(0, x), self.gap(1, y), self.gap(2, z)
+            nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
+            height = gx * nx + gy * ny + gz * nz
+            ox, oy, oz = gx - height * nx, gy - height * ny, gz - height * nz
+            if step > 0:
+                square = before_x * before_x + before_y * before_y + before_z * before_z
+                ratio = (ox * before_x + oy * before_y + oz * before_z) / max(square, 1e-300)
+                if factor > 0.0:
+                    slope = min(1.0, max(MIN_SLOPE, (1.0 - ratio) / factor))
+            # With a small slope the contact is further from its solution than the offset says.
+            if max(abs(ox), max(abs(oy), abs(oz))) < limit * slope:
+                break
+            state, limit = MOVED, tolerance
+            # Aitken extrapolation of a linearly converging step.
+            factor = 1.0 / (1.0 - min(_MAX_RATIO, max(-_MAX_RATIO, ratio)))
+            # Outside a round body the distance along the surface is shorter than the probe's
+            # offset. Inside, steps shrink to zero at the centre, since beyond it the nearest point
+            # lies on the far side: a hand that was driven through the body stays with the wall that
+            # it came from.
+            if height >= 0.0:
+                factor /= 1.0 + height / self.size
+            else:
+                factor *= max(0.0, 1.0 + height / self.size)
+            before_x, before_y, before_z = ox, oy, oz
+            self.nearest(
+                self.frame[_FOOT, 0] + factor * ox,
+                self.frame[_FOOT, 1] + factor * oy,
+                self.frame[_FOOT, 2] + factor * oz,
+            )
+            self.settle(radius)
+        if self.lacking:
+            return UNKNOWN
+        self.slope = slope
+        return state
+
+    def look(self) -> int:
+        """Turn the normal of the contact to the loaded field; `KEPT`, or `UNKNOWN` as above."""
+        self.lacking = False
+        self.turn()
+        return UNKNOWN if self.lacking else KEPT
+
+    def gap(self, axis: int, place: float) -> float:
+        """Coordinate of the probe from the contact point on the displaced surface [m]."""
+        moved = 0.0
+        for k in range(self.count):
+            moved += self.weights[k] * self.moved(self.under[k], axis)
+        return place - (self.frame[_POINT, axis] + moved)
+
+    def moved(self, vertex: int, axis: int) -> float:
+        """Displacement of a vertex along an axis; 0 and a note where it is not known [m]."""
+        if self.whole:
+            return self.values[vertex, axis]
+        row = self.row[vertex]
+        if row < 0:
+            self.lacking = True
+            return 0.0
+        return self.values[row, axis]
+
+    def settle(self, radius: float) -> None:
+        """Pressure, contact point and normal at the foot."""
+        self.press(radius)
+        self.lift()
+        self.turn()
+
+    def press(self, radius: float) -> None:
+        """Vertices under the pressure round the foot, and the share of the force on each.
+
+        The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point distributes
+        its part to the corners of its face. A radius below the mesh's resolution loads the nearest
+        quadrature point alone.
+        """
+        x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
+        most = radius * radius
+        points = self.tree.within(x, y, z, radius, self.found)
+        if points == 0:
+            self.found[0] = self.tree.nearest(x, y, z)
+            points = 1
+            most = 0.0  # its distance does not count then
+        split = self.shares.shape[0]
+        total = 0.0
+        count = 0
+        for k in range(points):
+            point = self.found[k]
+            face, inner = point // split, point % split
+            profile = 1.0
+            if most > 0.0:
+                profile = max(1e-12, 1.0 - self.tree.distance(point, x, y, z) / most)
+            force = profile * self.areas[point]
+            total += force
+            for corner in range(3):
+                vertex = self.faces[face, corner]
+                if self.table[vertex] == 0.0:
+                    self.under[count] = vertex
+                    count += 1
+                self.table[vertex] += force * self.shares[inner, corner]
+        _sort(self.under, count)
+        for k in range(count):
+            vertex = self.under[k]
+            self.weights[k] = self.table[vertex] / total
+            self.table[vertex] = 0.0
+        self.count = count
+
+    def lift(self) -> None:
+        """The point of the smooth resting surface over the foot.
+
+        Each vertex under the pressure estimates the height of the surface from its position and
+        normal; the mean of its normal and the common one makes the estimate exact to second order,
+        and so on every quadric.
+        """
+        x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
+        nx = ny = nz = 0.0
+        for k in range(self.count):
+            vertex, weight = self.under[k], self.weights[k]
+            nx += weight * self.normals[vertex, 0]
+            ny += weight * self.normals[vertex, 1]
+            nz += weight * self.normals[vertex, 2]
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        nx, ny, nz = nx / length, ny / length, nz / length
+        height = 0.0
+        for k in range(self.count):
+            vertex = self.under[k]
+            height += self.weights[k] * (
+                (self.vertices[vertex, 0] - x) * (self.normals[vertex, 0] + nx)
+                + (self.vertices[vertex, 1] - y) * (self.normals[vertex, 1] + ny)
+                + (self.vertices[vertex, 2] - z) * (self.normals[vertex, 2] + nz)
+            )
+        height *= 0.5
+        self.frame[_POINT, 0] = x + height * nx
+        self.frame[_POINT, 1] = y + height * ny
+        self.frame[_POINT, 2] = z + height * nz
+
+    def turn(self) -> None:
+        """Unit normal of the displaced surface at the contact, averaged over the pressure."""
+        nx = ny = nz = 0.0
+        for k in range(self.count):
+            vertex, weight = self.under[k], self.weights[k]
+            first = self.rings[vertex, 0]
+            for j in range(self.rings.shape[1]):
+                face = self.rings[vertex, j]
+                if j > 0 and face == first:
+                    break  # short rows repeat their first face
+                a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
+                ax, ay, az = self.place(a, 0), self.place(a, 1), self.place(a, 2)
+                ux, uy, uz = self.place(b, 0) - ax, self.place(b, 1) - ay, self.place(b, 2) - az
+                vx, vy, vz = self.place(c, 0) - ax, self.place(c, 1) - ay, self.place(c, 2) - az
+                nx += weight * (uy * vz - uz * vy)
+                ny += weight * (uz * vx - ux * vz)
+                nz += weight * (ux * vy - uy * vx)
+        length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
+        self.frame[_NORMAL, 0] = nx / length
+        self.frame[_NORMAL, 1] = ny / length
+        self.frame[_NORMAL, 2] = nz / length
+
+    def place(self, vertex: int, axis: int) -> float:
+        """Coordinate of a displaced vertex [m]."""
+        return self.vertices[vertex, axis] + self.moved(vertex, axis)
+
+    def nearest(self, x: float, y: float, z: float) -> None:
+        """Foot: the point of the resting surface nearest to a place.
+
+        It is sought on the face of the nearest quadrature point and on that face's neighbours.
+        """
+        face = self.tree.nearest(x, y, z) // self.shares.shape[0]
+        best = 1e300
+        for k in range(self.around.shape[1]):
+            best = self.nearer(self.around[face, k], x, y, z, best)
+
+    def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
+        """Move the foot to a face if that is nearer than `best` [m^2]; the least of both squares.
+
+        The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
+        """
+        a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
+        ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
+        ux, uy, uz = self.vertices[b, 0] - ax, self.vertices[b, 1] - ay, self.vertices[b, 2] - az
+        vx, vy, vz = self.vertices[c, 0] - ax, self.vertices[c, 1] - ay, self.vertices[c, 2] - az
+        wx, wy, wz = x - ax, y - ay, z - az
+        uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+        wu, wv = wx * ux + wy * uy + wz * uz, wx * vx + wy * vy + wz * vz
+        det = max(uu * vv - uv * uv, 1e-300)
+        s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            return self.nearer_point(ax, ay, az, s, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        # The nearest points of the three edges, as shares of `u` and `v`.
+        s = min(1.0, max(0.0, wu / max(uu, 1e-300)))
+        best = self.nearer_point(ax, ay, az, s, 0.0, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        t = min(1.0, max(0.0, wv / max(vv, 1e-300)))
+        best = self.nearer_point(ax, ay, az, 0.0, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        along = (wv - wu - uv + uu) / max(uu - 2.0 * uv + vv, 1e-300)
+        t = min(1.0, max(0.0, along))
+        return self.nearer_point(ax, ay, az, 1.0 - t, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+
+    def nearer_point(
+        self,
+        ax: float, ay: float, az: float, s: float, t: float,
+        ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
+        x: float, y: float, z: float, best: float,
+    ) -> float:  # fmt: skip
+        """Move the foot to the point a + s u + t v if that is nearer than `best` [m^2]."""
+        px, py, pz = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
+        square = (x - px) * (x - px) + (y - py) * (y - py) + (z - pz) * (z - pz)
+        if square >= best:
+            return best
+        self.frame[_FOOT, 0] = px
+        self.frame[_FOOT, 1] = py
+        self.frame[_FOOT, 2] = pz
+        return square
+
+
+def _sort(numbers: Ints, count: int) -> None:
+    """Sort the first `count` numbers in place: Shell's method, for some tens of them."""
+    gap = 1
+    while gap < count // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, count):
+            number = numbers[i]
+            j = i
+            while j >= gap and numbers[j - gap] > number:
+                numbers[j] = numbers[j - gap]
+                j -= gap
+            numbers[j] = number
+        gap //= 3

@@ -1,0 +1,25 @@
+cimport cython
+from libc.stdint cimport int64_t
+
+
+cdef class PointTree:
+    cdef readonly int64_t levels
+    cdef readonly int64_t count
+    cdef readonly const int64_t[::1] order
+    cdef readonly int64_t[::1] rank
+    cdef readonly const double[:, ::1] points
+    cdef readonly const double[:, ::1] boxes
+    cdef readonly int64_t[::1] stack
+
+    @cython.locals(best=double, square=double, node=int64_t, size=Py_ssize_t, found=int64_t,
+                   k=int64_t, nearer=int64_t)
+    cpdef int64_t nearest(self, double x, double y, double z) noexcept
+    @cython.locals(most=double, node=int64_t, size=Py_ssize_t, count=Py_ssize_t, k=int64_t)
+    cpdef Py_ssize_t within(self, double x, double y, double z, double radius, int64_t[::1] found) noexcept
+    @cython.locals(leaf=int64_t)
+    cdef int64_t first(self, int64_t node) noexcept
+    cdef double distance(self, int64_t index, double x, double y, double z) noexcept
+    @cython.locals(dx=double, dy=double, dz=double)
+    cdef double square(self, int64_t k, double x, double y, double z) noexcept
+    @cython.locals(dx=double, dy=double, dz=double)
+    cdef double apart(self, int64_t node, double x, double y, double z) noexcept

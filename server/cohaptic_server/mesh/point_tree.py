@@ -1,0 +1,113 @@
+"""Search among points of a surface: the nearest to a place, and all within a radius of it.
+
+A balanced tree of bounding boxes. It answers as scipy's `cKDTree` does, to which it is tested, but
+without a Python object on the way: a tick asks several times for each user. `near.py` builds it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.numeric import Floats, Ints
+
+_DEPTH = 64  # of the stack of a search; a tree of 2^60 points would fill it
+
+
+class PointTree:
+    """Points in space, sorted so that those of a box lie together.
+
+    Args:
+        points: In the order of the tree, shape (n, 3) [m].
+        order: Index of each of these in the order of whoever asks, shape (n,).
+        boxes: Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6)
+            [m].
+        levels: Of the tree below its root.
+    """
+
+    def __init__(self, points: Floats, order: Ints, boxes: Floats, levels: int) -> None:
+        self.levels = levels
+        self.count = len(points)
+        self.points = points
+        self.order = order
+        self.rank = np.zeros(len(points), dtype=np.int64)
+        for k in range(self.count):
+            self.rank[order[k]] = k
+        self.boxes = boxes
+        self.stack = np.zeros(_DEPTH, dtype=np.int64)
+
+    def nearest(self, x: float, y: float, z: float) -> int:
+        """Index of the point nearest to a place."""
+        best, found = 1e300, 0
+        self.stack[0] = 1
+        size = 1
+        while size > 0:
+            size -= 1
+            node = self.stack[size]
+            if self.apart(node, x, y, z) >= best:
+                continue
+            if node >> self.levels == 1:  # a leaf
+                for k in range(self.first(node), self.first(node + 1)):
+                    square = self.square(k, x, y, z)
+                    if square < best:
+                        best, found = square, k
+                continue
+            node *= 2
+            # The nearer child last, so that it is taken first.
+            nearer = 0
+            if self.apart(node + 1, x, y, z) < self.apart(node, x, y, z):
+                nearer = 1
+            self.stack[size] = node + 1 - nearer
+            self.stack[size + 1] = node + nearer
+            size += 2
+        return self.order[found]
+
+    def within(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
+        """Number of points within a radius of a place; their indices, unsorted, go into `found`.
+
+        Args:
+            x, y, z: The place [m].
+            radius: Round it [m].
+            found: As long as there are points.
+        """
+        most = radius * radius
+        count = 0
+        self.stack[0] = 1
+        size = 1
+        while size > 0:
+            size -= 1
+            node = self.stack[size]
+            if self.apart(node, x, y, z) > most:
+                continue
+            if node >> self.levels == 1:
+                for k in range(self.first(node), self.first(node + 1)):
+                    if self.square(k, x, y, z) <= most:
+                        found[count] = self.order[k]
+                        count += 1
+                continue
+            self.stack[size] = 2 * node
+            self.stack[size + 1] = 2 * node + 1
+            size += 2
+        return count
+
+    def first(self, node: int) -> int:
+        """Position of the first point of a leaf, or of the one behind it."""
+        leaf = node - (1 << self.levels)
+        return (leaf * self.count) >> self.levels
+
+    def distance(self, index: int, x: float, y: float, z: float) -> float:
+        """Squared distance of a point from a place, by its index in the given order [m^2]."""
+        return self.square(self.rank[index], x, y, z)
+
+    def square(self, k: int, x: float, y: float, z: float) -> float:
+        """Squared distance of a point, by its position in the tree [m^2]."""
+        dx = self.points[k, 0] - x
+        dy = self.points[k, 1] - y
+        dz = self.points[k, 2] - z
+        return dx * dx + dy * dy + dz * dz
+
+    def apart(self, node: int, x: float, y: float, z: float) -> float:
+        """Squared distance of a box [m^2]."""
+        dx = max(0.0, max(self.boxes[node, 0] - x, x - self.boxes[node, 3]))
+        dy = max(0.0, max(self.boxes[node, 1] - y, y - self.boxes[node, 4]))
+        dz = max(0.0, max(self.boxes[node, 2] - z, z - self.boxes[node, 5]))
+        return dx * dx + dy * dy + dz * dz
