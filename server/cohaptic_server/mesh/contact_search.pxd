@@ -5,6 +5,11 @@ from libc.stdint cimport int64_t
 from cohaptic_server.mesh.point_tree cimport PointTree
 
 
+cdef int _MAX_ITERATIONS, _FOOT, _POINT, _NORMAL
+cdef double _MAX_RATIO
+
+
+@cython.final
 cdef class ContactSearch:
     cdef const double[:, ::1] vertices
     cdef const double[:, ::1] normals
@@ -26,7 +31,7 @@ cdef class ContactSearch:
     cdef const int64_t[::1] known
     cdef const double[:, ::1] values
     cdef bint whole
-    cdef bint lacking
+    cdef readonly bint lacking
 
     @cython.locals(k=Py_ssize_t)
     cpdef void load(self, const int64_t[::1] known, const double[:, ::1] values, bint whole) noexcept
@@ -40,6 +45,11 @@ cdef class ContactSearch:
     cpdef int locate(self, double x, double y, double z, double radius, bint again, double keep,
                      double tolerance) noexcept
     cpdef int look(self) noexcept
+    @cython.locals(axis=Py_ssize_t)
+    cpdef void put(self, double[::1] place) noexcept
+    @cython.locals(k=Py_ssize_t, row=int64_t, axis=Py_ssize_t, value=double, before=double)
+    cpdef void follow(self, const int64_t[::1] vertices, const double[:, ::1] values, double share,
+                      double[:, ::1] followed) noexcept
     @cython.locals(moved=double, k=Py_ssize_t)
     cdef double gap(self, Py_ssize_t axis, double place) noexcept
     @cython.locals(row=int64_t)

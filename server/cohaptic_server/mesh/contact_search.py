@@ -41,6 +41,7 @@ class ContactSearch:
     Attributes:
         count: Number of vertices under the pressure.
         slope: Of the contact, as in `Contact`.
+        lacking: Whether the last answer would have needed a displacement that is not known.
     """
 
     def __init__(
@@ -181,6 +182,34 @@ class ContactSearch:
         self.lacking = False
         self.turn()
         return UNKNOWN if self.lacking else KEPT
+
+    def put(self, place: Floats) -> None:
+        """Put the contact point on the loaded field into `place`, shape (3,) [m].
+
+        `lacking` tells whether the displacement is not known at some vertex under the pressure.
+        """
+        self.lacking = False
+        for axis in range(3):
+            place[axis] = -self.gap(axis, 0.0)
+
+    def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
+        """Move the loaded field by a share of the way to another one.
+
+        Args:
+            vertices: At which the other one is known, shape (k,).
+            values: Its displacement there, shape (k, 3) [m].
+            share: Of the way, 0 to 1.
+            followed: Set to the field in between; where the loaded one is not known, to the other,
+                shape (k, 3) [m].
+        """
+        for k in range(vertices.shape[0]):
+            row = self.row[vertices[k]]
+            for axis in range(3):
+                value = values[k, axis]
+                if row >= 0:
+                    before = self.values[row, axis]
+                    value = before + share * (value - before)
+                followed[k, axis] = value
 
     def gap(self, axis: int, place: float) -> float:
         """Coordinate of the probe from the contact point on the displaced surface [m]."""

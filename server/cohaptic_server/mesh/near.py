@@ -15,16 +15,19 @@ class NearTree:
 
     Args:
         points: Shape (n, 3), n at least 1 [m].
+
+    Attributes:
+        tree: Of the points.
     """
 
     def __init__(self, points: Floats) -> None:
-        self._tree = point_tree(points)
+        self.tree = point_tree(points)
         self._found = np.zeros(len(points), dtype=np.int64)
 
     def near(self, point: Floats, radius: float) -> Ints:
         """Indices within `radius` [m] of a place (3,) [m], rising, shape (k,)."""
         x, y, z = point.tolist()
-        count = self._tree.within(x, y, z, radius, self._found)
+        count = self.tree.within(x, y, z, radius, self._found)
         return np.sort(self._found[:count])
 
 

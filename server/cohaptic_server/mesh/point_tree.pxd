@@ -2,6 +2,7 @@ cimport cython
 from libc.stdint cimport int64_t
 
 
+@cython.final
 cdef class PointTree:
     cdef readonly int64_t levels
     cdef readonly int64_t count

@@ -9,6 +9,7 @@ The mesh that is shown is not thinned.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,8 +19,10 @@ from scipy.sparse.csgraph import dijkstra
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic_server.mesh.near import NearTree
 from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.window_search import WindowSearch
 from cohaptic_server.numeric import Floats, Ints
 
+MAX_PATH = 0.3  # m ahead of a contact
 APART = 0.7  # least distance between two vertices of a thinned mesh, in contact radii
 _COARSE = 0.75  # share of that distance; a mesh of larger vertex spacing is not thinned
 
@@ -37,6 +40,9 @@ class TouchMesh:
 
     Attributes:
         search: For the points near a place.
+        window: For the points near a path.
+        found: Where `window` leaves points, as indices into `points`, shape (t,).
+        path: Where it leaves the points of a path, shape (w, 3) [m].
     """
 
     vertices: Ints
@@ -45,9 +51,16 @@ class TouchMesh:
     normals: Floats
     spacing: float
     search: NearTree = field(init=False)
+    window: WindowSearch = field(init=False)
+    found: Ints = field(init=False)
+    path: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "search", NearTree(self.points))
+        object.__setattr__(self, "found", np.zeros(len(self.points), dtype=np.int64))
+        object.__setattr__(self, "path", np.zeros((math.ceil(MAX_PATH / self.spacing) + 2, 3)))
+        window = WindowSearch(self.points, self.normals, self.search.tree, self.found, self.path)
+        object.__setattr__(self, "window", window)
         for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
 
@@ -56,9 +69,9 @@ class TouchMesh:
         return self.search.near(point, radius)
 
     def among(self, vertices: Ints) -> Ints:
-        """Those of some vertices of the whole surface that the touch mesh has, in their order."""
+        """Those of some vertices of the whole surface that the touch mesh has, as indices."""
         index = self.vertices.searchsorted(vertices)
-        return np.asarray(vertices[self.vertices.take(index, mode="clip") == vertices])
+        return np.flatnonzero(self.vertices.take(index, mode="clip") == vertices)
 
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:

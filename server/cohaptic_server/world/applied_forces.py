@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cohaptic.vec import norm, sub
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.force_limits import (
@@ -102,11 +103,8 @@ def apply_forces(
     normal = previous + share * (normal - previous)
     tangential = previous_tangential + share[:, None] * (tangential - previous_tangential)
     return [
-        replace(
-            user,
-            presence=user.presence * counts,
-            force=force,
-            tangential=None if user.requested_tangential is None else along,
+        user.carrying(
+            force, None if user.requested_tangential is None else along, user.presence * counts
         )
         for user, counts, force, along in zip(
             tracked, present.tolist(), normal.tolist(), tangential, strict=True
@@ -119,8 +117,7 @@ def _has_jumped(state: WorldState, user: UserState, max_move: float) -> bool:
     previous = state.users.get(user.touch.user)
     if previous is None:
         return True
-    move = user.contact.foot - previous.contact.foot
-    return float(move @ move) > max_move * max_move
+    return norm(sub(user.contact.places[0], previous.contact.places[0])) > max_move
 
 
 def _lag_of(state: WorldState, user: UserState) -> float:

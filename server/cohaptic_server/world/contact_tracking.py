@@ -6,10 +6,11 @@ import numpy as np
 
 from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
-from cohaptic.vec import scale
+from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT, locate
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT, locate, place_on
 from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
 from cohaptic_server.world.state import TickTime, Touch, UserState, WorldState
 
@@ -37,29 +38,23 @@ def track_contact(
     Returns:
         The user with its requested force; the applied force is zero until `apply_forces`.
     """
-    probe = np.array(touch.probe)
     previous = state.users.get(touch.user)
     free = _previous_free_field(state, previous)
-    surface: Field = free
-    followed: CachedField | None = None
-    if previous is not None and previous.surface is not None and previous.free is not None:
-        surface = followed = _follow(previous.surface, previous.free)
-    elif previous is not None:
-        followed = previous.free
+    followed = _followed(body.mesh, previous)
     contact = locate(
         body.mesh,
-        probe - _tangential_stretch(touch, previous),
-        surface,
+        _material_tip(touch, previous),
+        free if followed is None else followed,
         radius=body.contact_radius,
         hint=None if previous is None else previous.contact,
     )
-    height = contact.normal @ (probe - contact.moved(free))
-    pressed = float(np.clip(contact.normal @ np.array(touch.force), 0.0, touch.max_force))
+    normal = contact.places[2]
+    height = dot(normal, sub(touch.probe, place_on(body.mesh, contact, free)))
+    pressed = min(touch.max_force, max(0.0, dot(normal, touch.force)))
     requested = presence * pressed if height < MAX_CONTACT_HEIGHT else 0.0
     friction: Floats | None = None
     if touch.friction:
-        weighted = scale(touch.force, presence)
-        friction = np.array(tangential(weighted, vec3(contact.normal), requested))
+        friction = np.array(tangential(scale(touch.force, presence), normal, requested))
     return UserState(
         touch=touch,
         contact=contact,
@@ -73,26 +68,28 @@ def track_contact(
     )
 
 
-def _tangential_stretch(touch: Touch, previous: UserState | None) -> Floats:
-    """Vector from the material point under a finger to its tip, on the free surface, (3,) [m].
+def _material_tip(touch: Touch, previous: UserState | None) -> Vec3:
+    """The tip, less the stretch of the material under it along the free surface [m].
 
     A tangential force carries the material with it, which the free surface does not show. A finger
     that sticks must stay on its material point however far both have moved (science 3.10).
     """
     if not touch.friction or previous is None or previous.compliance is None:
-        return np.zeros(3)
-    return np.array(stretch_of(touch.force, vec3(previous.contact.normal), previous.compliance))
+        return touch.probe
+    normal = previous.contact.places[2]
+    return sub(touch.probe, stretch_of(touch.force, normal, previous.compliance))
 
 
-def _velocity(previous: UserState | None, touch: Touch) -> Floats:
-    """Smoothed velocity of the probe, shape (3,) [m/s]; it tells how far a patch has to reach."""
+def _velocity(previous: UserState | None, touch: Touch) -> Vec3:
+    """Smoothed velocity of the probe [m/s]; it tells how far a patch has to reach."""
     if previous is None:
-        return np.zeros(3)
+        return ZERO
     interval = touch.t_client - previous.touch.t_client
     if interval < _MIN_SAMPLE_INTERVAL:
-        return previous.velocity if touch.fresh else np.zeros(3)
-    newest = (np.array(touch.probe) - np.array(previous.touch.probe)) / interval
-    return np.asarray(previous.velocity + _VELOCITY_SMOOTHING * (newest - previous.velocity))
+        return previous.velocity if touch.fresh else ZERO
+    newest = scale(sub(touch.probe, previous.touch.probe), 1.0 / interval)
+    before = previous.velocity
+    return add(before, scale(sub(newest, before), _VELOCITY_SMOOTHING))
 
 
 def _loop_delay(
@@ -114,12 +111,21 @@ def _loop_delay(
     return delay.measured(UNKNOWN, time.now) if late else delay
 
 
-def _follow(surface: CachedField, free: CachedField) -> CachedField:
-    """The tracking surface after one relaxation step towards the free surface of the body."""
-    current = surface[free.vertices]
-    return CachedField(
-        free.vertices, current + RELAXATION * (free.values - current), free.elsewhere
-    )
+def _followed(mesh: SurfaceMesh, previous: UserState | None) -> CachedField | None:
+    """The tracking surface after one relaxation step towards the free surface of the body.
+
+    A vertex that the surface did not have begins on the body's; none before the first contact.
+    """
+    if previous is None or previous.free is None:
+        return None
+    surface, free = previous.surface, previous.free
+    if surface is None:
+        return free
+    values = np.empty_like(free.values)
+    search = mesh.contacts.search
+    search.load(surface.vertices, surface.values, False)
+    search.follow(free.vertices, free.values, RELAXATION, values)
+    return CachedField(free.vertices, values, free.elsewhere)
 
 
 def _previous_free_field(state: WorldState, previous: UserState | None) -> Field:

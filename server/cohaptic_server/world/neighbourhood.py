@@ -13,14 +13,12 @@ import numpy as np
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.mesh.touch_mesh import TouchMesh
+from cohaptic_server.mesh.touch_mesh import MAX_PATH, TouchMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.displacement_field import CachedField
 
 MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
 SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
 _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_surface.SUPPORT`)
-_MAX_PATH = 0.3  # m ahead of the contact
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
@@ -36,17 +34,17 @@ def _half_width(mesh: TouchMesh, horizon: float) -> float:
     return min(max(MIN_RADIUS, SPEEDING_UP * horizon) + _SUPPORT * spacing, widest)
 
 
-def cut_neighbourhood(touched_body: TouchedBody, free: CachedField, touched: Ints) -> Neighbourhood:
+def cut_neighbourhood(touched_body: TouchedBody, displacement: Floats, touched: Ints) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        free: Displacement round the contact without this user's own force.
+        displacement: Of these vertices without this user's own force, shape (k, 3) [m].
         touched: Vertices of the touch mesh, from `choose_vertices`.
     """
     vertices = touched_body.mesh.vertices[touched]
     compliance = touched_body.vertex_compliance[vertices]
-    return quantised(touched, free[vertices], compliance)
+    return quantised(touched, displacement, compliance)
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
@@ -84,51 +82,6 @@ def choose_vertices(mesh: TouchMesh, x_contact: Floats, velocity: Floats, horizo
         Numbers in the touch mesh, ascending, at most `MAX_VERTICES`.
     """
     half_width = _half_width(mesh, horizon)
-    length = min(_MAX_PATH, math.sqrt(velocity @ velocity) * horizon)
-    near = mesh.near(x_contact, length + half_width)
-    if not len(near):
-        return near
-    points = mesh.points[near]
-    # Path points no further apart than vertices leave no gap between the discs round them.
-    path = slide_path(points, mesh.normals[near], x_contact, velocity, length, mesh.spacing)
-    squares = (
-        np.einsum("ni,ni->n", points, points)[:, None]
-        + np.einsum("wi,wi->w", path, path)
-        - 2.0 * (points @ path.T)
-    ).min(axis=1)
-    count = min(MAX_VERTICES, len(squares))
-    nearest = np.argpartition(squares, count - 1)[:count]
-    return np.sort(near[nearest[squares[nearest] <= half_width**2]])
-
-
-def slide_path(
-    points: Floats,
-    normals: Floats,
-    start: Floats,
-    direction: Floats,
-    length: float,
-    step: float,
-) -> Floats:
-    """Points along the surface from a contact in the direction of its slide, shape (w, 3) [m].
-
-    Args:
-        points: Vertices round the contact, shape (k, 3) [m].
-        normals: At these vertices, shape (k, 3).
-        start: Contact point, shape (3,) [m].
-        direction: Of the slide, of any length, shape (3,).
-        length: Of the path [m].
-        step: Between two points of the path [m].
-    """
-    point, path, heading = start, [start], direction
-    squares = np.einsum("ni,ni->n", points, points)
-    for _ in range(math.ceil(length / step - 1e-9)):
-        stride = min(step, length)
-        length -= stride
-        point = point + (stride / max(1e-12, math.sqrt(heading @ heading))) * heading
-        # Project point and heading onto the tangent plane of the nearest vertex.
-        k = int((squares - 2.0 * (points @ point)).argmin())
-        n = normals[k]
-        point = point + ((points[k] - point) @ n) * n
-        heading = heading - (heading @ n) * n
-        path.append(point)
-    return np.array(path)
+    length = min(MAX_PATH, math.sqrt(velocity @ velocity) * horizon)
+    count = mesh.window.along(x_contact, velocity, length, mesh.spacing, half_width, MAX_VERTICES)
+    return np.sort(mesh.found[:count])

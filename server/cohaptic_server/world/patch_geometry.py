@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.patch import Geometry
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic_server.numeric import Floats, Ints, union
 from cohaptic_server.world import curvature, neighbourhood
 from cohaptic_server.world.contact import Contact
-from cohaptic_server.world.displacement_field import CachedField
 
 # A window reaches this far beyond the pressure, because a contact moves before the next tick: the
 # sum of a length and a number of vertex spacings.
@@ -21,46 +22,49 @@ _REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen an
 # Ratio of a distance at rest to the same distance on the displaced surface, which may have brought
 # vertices nearer.
 _MAX_COMPRESSION = 1.3
+_NO_VERTICES = np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class ContactWindow:
     """Vertices round one contact at which a tick evaluates the free surface.
 
     Args:
         geometry: Of the patch.
-        foot: Of the contact on the resting surface, shape (3,) [m].
-        slide: Distance that the probe slides while the patch is in use, shape (3,) [m].
+        foot: Of the contact on the resting surface [m].
+        slide: Distance that the probe slides while the patch is in use [m].
         horizon: Time for which the patch is in use [s].
         vertices: Of the surface, ascending, shape (k,).
-        touched: Vertices of the touch mesh that a mesh patch carries, ascending; empty for other
-            geometries.
+        fitted: Those of them that the touch mesh has, as indices into `vertices`, shape (r,); empty
+            for a plane.
+        touched: Vertices of the touch mesh that a mesh patch carries, ascending, shape (t,); empty
+            for other geometries.
+        carried: The same as indices into `vertices`, shape (t,).
     """
 
     geometry: Geometry
-    foot: Floats
-    slide: Floats
+    foot: Vec3
+    slide: Vec3
     horizon: float
     vertices: Ints
+    fitted: Ints
     touched: Ints
+    carried: Ints
 
-    def __post_init__(self) -> None:
-        # A body may cache its answers by the identity of this array, tick after tick.
-        self.vertices.setflags(write=False)
-
-    def covers(self, contact: Contact, slide: Floats, horizon: float) -> bool:
-        """Whether this window still covers the contact."""
-        moved = np.abs(contact.foot - self.foot).max()
-        turned = np.abs(slide - self.slide).max()
+    def covers(self, foot: Vec3, slide: Vec3, horizon: float) -> bool:
+        """Whether this window still covers a contact."""
+        moved, turned = sub(foot, self.foot), sub(slide, self.slide)
         widened = neighbourhood.SPEEDING_UP * abs(horizon - self.horizon)
-        return bool(max(moved, turned, widened) <= _REUSE_DISTANCE)
+        return (
+            max(widened, *map(abs, moved), *map(abs, turned)) <= _REUSE_DISTANCE
+        )
 
 
 def choose_window(
     touched_body: TouchedBody,
     geometry: Geometry,
     contact: Contact,
-    velocity: Floats,
+    velocity: Vec3,
     horizon: float,
     previous: ContactWindow | None,
 ) -> ContactWindow:
@@ -70,55 +74,72 @@ def choose_window(
         touched_body: The deformable object and its touch mesh.
         geometry: Of the patch.
         contact: Of the probe.
-        velocity: Of the probe, shape (3,) [m/s].
+        velocity: Of the probe [m/s].
         horizon: Time for which the patch will be in use [s].
         previous: Window of the last tick; None without one.
     """
-    tangential = velocity - (velocity @ contact.normal) * contact.normal
-    slide = horizon * tangential
+    foot, _, normal = contact.places
+    tangential = sub(velocity, scale(normal, dot(velocity, normal)))
+    slide = scale(tangential, horizon)
     if (
         previous is not None
         and previous.geometry is geometry
-        and previous.covers(contact, slide, horizon)
+        and previous.covers(foot, slide, horizon)
     ):
         return previous
     body = touched_body.body
-    mesh, foot = body.mesh, contact.foot
+    mesh = body.mesh
     radius = body.contact_radius + _MARGIN + _MARGIN_SPACINGS * mesh.spacing()
-    vertices, touched = mesh.near(foot, radius), np.zeros(0, dtype=np.int64)
+    vertices = mesh.near(contact.foot, radius)
+    fitted = touched = carried = _NO_VERTICES
     if geometry is not Geometry.PLANE:
         touch = touched_body.mesh
         if geometry is Geometry.MESH:
-            touched = neighbourhood.choose_vertices(touch, foot, tangential, horizon)
-        fitted = _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius)
-        shape = touch.vertices[np.union1d(touch.near(foot, fitted), touched)]
-        vertices = np.union1d(vertices, shape)
-    return ContactWindow(geometry, foot, slide, horizon, vertices, touched)
+            along = np.array(tangential)
+            touched = neighbourhood.choose_vertices(touch, contact.foot, along, horizon)
+        reach = _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius)
+        shape = touch.vertices[touch.near(contact.foot, reach)]
+        vertices = union(vertices, shape, touch.vertices[touched])
+        fitted = touch.among(vertices)
+        carried = vertices.searchsorted(touch.vertices[touched])
+    # A body may cache its answers by the identity of this array, tick after tick.
+    vertices.setflags(write=False)
+    return ContactWindow(
+        geometry, foot, slide, horizon, vertices, fitted, touched, carried
+    )
 
 
-def with_geometry(
-    plane: Patch, touched_body: TouchedBody, window: ContactWindow, free: CachedField
-) -> Patch:
-    """Add the shape of the free surface round a contact to its patch.
+def free_shape(
+    touched_body: TouchedBody,
+    window: ContactWindow,
+    displacement: Floats,
+    x_free: Vec3,
+    normal: Vec3,
+) -> tuple[float, Neighbourhood | None]:
+    """Curvature [1/m] and neighbourhood of the free surface round a contact, for its patch.
 
-    A mesh patch carries the curvature as well, for a probe beyond the end of its neighbourhood.
+    A plane has neither. A mesh patch carries the curvature as well, for a probe beyond the end of
+    its neighbourhood.
 
     Args:
-        plane: Patch of the contact.
         touched_body: The deformable object and its touch mesh.
         window: Of the contact; its geometry is the one that is made.
-        free: Displacement there without the user's own force.
+        displacement: At its vertices without the user's own force, shape (k, 3) [m].
+        x_free: Contact point on that surface [m].
+        normal: Outward unit normal there.
     """
-    geometry = window.geometry
-    if geometry is Geometry.PLANE:
-        return plane
-    x_free, normal = np.array(plane.x_free), np.array(plane.normal)
+    if window.geometry is Geometry.PLANE:
+        return 0.0, None
     body = touched_body.body
-    vertices = touched_body.mesh.among(free.vertices)
-    points = body.mesh.vertices[vertices] + free[vertices]
-    radius = curvature.fit_radius(body.mesh, body.contact_radius)
-    fitted = curvature.fit_curvature(points, x_free, normal, radius)
-    if geometry is Geometry.SPHERE:
-        return replace(plane, geometry=geometry, curvature=fitted)
-    near = neighbourhood.cut_neighbourhood(touched_body, free, window.touched)
-    return replace(plane, geometry=geometry, curvature=fitted, neighbourhood=near)
+    fitted = curvature.fit_curvature(
+        body.mesh.vertices,
+        window.vertices,
+        displacement,
+        window.fitted,
+        np.array([x_free, normal]),
+        curvature.fit_radius(body.mesh, body.contact_radius),
+    )
+    if window.geometry is Geometry.SPHERE:
+        return fitted, None
+    carried = displacement[window.carried]
+    return fitted, neighbourhood.cut_neighbourhood(touched_body, carried, window.touched)

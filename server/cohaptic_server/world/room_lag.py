@@ -85,8 +85,9 @@ def room_coupling(
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
     """Sum of |C| from all others to the normal of each user [m/N]."""
-    rows = [np.abs(C[span.start]) for span in spans]
-    return [float(row.sum() - row[span].sum()) for row, span in zip(rows, spans, strict=True)]
+    first = [span.start for span in spans]
+    sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
+    return np.asarray(sums.sum(axis=1) - sums.diagonal()).tolist()
 
 
 def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:
@@ -101,8 +102,10 @@ def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:
     limit = user.touch.max_stiffness
     if user.touch.fixed_gains is not None:
         limit = min(limit, user.touch.fixed_gains.k_h)
-        if user.touch.law is Law.PREDICTIVE:
-            return np.asarray(limit * c_ii * np.linalg.inv(C), dtype=np.float64)
+        share = limit * c_ii if user.touch.law is Law.PREDICTIVE else min(1.0, limit * c_ii)
     elif user.touch.law is not Law.PREDICTIVE:
-        limit = min(limit, 1.0 / (c_ii + others))
-    return np.asarray(min(1.0, limit * c_ii) * np.linalg.inv(C), dtype=np.float64)
+        share = min(1.0, min(limit, 1.0 / (c_ii + others)) * c_ii)
+    else:
+        share = min(1.0, limit * c_ii)
+    inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
+    return np.asarray(share * inverse, dtype=np.float64)

@@ -14,7 +14,6 @@ a pulled cable makes nobody else's force jump.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -22,10 +21,12 @@ from types import MappingProxyType
 import numpy as np
 
 from cohaptic.protocol.patch import Patch
+from cohaptic.vec import add, dot, norm, scale, sub
 from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
+from cohaptic_server.world.contact import place_on
 from cohaptic_server.world.contact_tracking import track_contact
 from cohaptic_server.world.displacement_field import CachedField, FreeField
 from cohaptic_server.world.loads import (
@@ -102,18 +103,12 @@ def advance(
 
     patches: dict[int, Patch] = {}
     after: dict[int, UserState] = {}
-    for user, row in zip(observed, _weighted_rows(coupling, weight), strict=True):
+    for user, row in zip(observed, _weighted_rows(coupling, weight).tolist(), strict=True):
         number = user.state.touch.user
         own = contact_compliance(compliance, user.state.press, user.loads)
         if number in connected:
             patches[number] = build_patch(touched_body, user, row, own, room, time)
-        after[number] = replace(
-            user.state,
-            free=user.free,
-            window=user.window,
-            compliance=own,
-            k_o_coupled=1.0 / float(np.abs(row).sum()),
-        )
+        after[number] = user.state.after(user.free, user.window, own, 1.0 / sum(map(abs, row)))
     world = WorldState(time.number, MappingProxyType(after), response, releases, room, coupling)
     return world, patches
 
@@ -134,7 +129,7 @@ def _participants(
     fading = {release.user for release in state.releases}
     participants: list[_Participant] = []
     for number, user in state.users.items():
-        touch = connected.get(number, replace(user.touch, fresh=False))
+        touch = connected.get(number) or replace(user.touch, fresh=False)
         rises = touch.fresh and not user.delay.too_long
         presence = user.presence + (fade if rises else -fade)
         if number in fading:
@@ -158,11 +153,10 @@ def _vertices_ahead(body: Body, users: Sequence[UserState]) -> Ints:
     """Vertices that fingers will press in `PREFETCH_TIME` if they slide on, shape (k,)."""
     vertices = [np.zeros(0, dtype=np.int64)]
     for user in users:
-        n = user.contact.normal
-        slide = PREFETCH_TIME * (user.velocity - (user.velocity @ n) * n)
-        radii = math.sqrt(slide @ slide) / body.contact_radius
-        if _SLOWEST_SLIDE < radii < _FASTEST_SLIDE:
-            vertices.append(body.mesh.near(user.contact.foot + slide, body.contact_radius))
+        foot, _, n = user.contact.places
+        slide = scale(sub(user.velocity, scale(n, dot(user.velocity, n))), PREFETCH_TIME)
+        if _SLOWEST_SLIDE < norm(slide) / body.contact_radius < _FASTEST_SLIDE:
+            vertices.append(body.mesh.near(np.array(add(foot, slide)), body.contact_radius))
     return np.concatenate(vertices)
 
 
@@ -211,7 +205,7 @@ def _observe(
         forces: Floats = np.array([load.force for load in loads])
         surface = FreeField(response, forces, span)
         free = CachedField(window.vertices, surface.on(window.vertices), surface)
-        x_free = user.contact.moved(free)
+        x_free = place_on(touched_body.body.mesh, user.contact, free)
         near = nearness(user, x_free)
         observed.append(UserTick(user, len(observed), span, window, free, x_free, near))
     return observed

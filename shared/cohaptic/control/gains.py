@@ -64,18 +64,18 @@ def choose_gains(
     """
     if fixed is not None:
         return Gains(min(fixed.k_h, max_stiffness), fixed.integral_gain)
+    if law is Law.PREDICTIVE:
+        return Gains(min(1.0 / row[i], max_stiffness))
     coupled = coupled_stiffness(row)
     if law is Law.PROPORTIONAL:
         return Gains(min(alpha * coupled, max_stiffness))
-    if law is Law.PI:
-        # Its integral, too, is one of the stiffness that the device renders.
-        coupled = min(coupled, max_stiffness)
-        k_h = PI_SHARE_K * coupled
-        # The client moves to a new patch over one period, which counts as one more.
-        periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
-        edge = largest_integral(k_h / coupled, periods)
-        return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
-    return Gains(min(1.0 / row[i], max_stiffness))
+    # The integral of `Law.PI`, too, is one of the stiffness that the device renders.
+    coupled = min(coupled, max_stiffness)
+    k_h = PI_SHARE_K * coupled
+    # The client moves to a new patch over one period, which counts as one more.
+    periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
+    edge = largest_integral(k_h / coupled, periods)
+    return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
 
 
 @lru_cache(maxsize=4096)

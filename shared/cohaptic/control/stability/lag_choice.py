@@ -59,6 +59,11 @@ def coupling_matrix(C: Floats, stiffness: Sequence[Floats]) -> Floats:
         numpy.linalg.LinAlgError: A (3, 3) stiffness is not positive definite.
     """
     S = np.array(C, dtype=np.float64)
+    if len(stiffness) == len(S):  # hands of one axis each: the roots are numbers
+        roots = np.sqrt(np.array(stiffness, dtype=np.float64).reshape(-1))
+        S *= roots[:, None] * roots
+        np.fill_diagonal(S, 0.0)
+        return np.asarray(0.5 * (S + S.T))
     start = 0
     for K in stiffness:
         end = start + len(K)

@@ -1,0 +1,164 @@
+"""Vertices round the path of a sliding contact: the inner loops of `world/neighbourhood.py`.
+
+Compiled where a compiler is at hand; as plain Python it gives the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohaptic_server.mesh.point_tree import PointTree
+from cohaptic_server.numeric import Floats, Ints
+
+
+class WindowSearch:
+    """Searches among the vertices of a touch mesh.
+
+    Args:
+        points: Resting positions, shape (t, 3) [m].
+        normals: Shape (t, 3).
+        tree: Of the points.
+        found: Where vertices are left, shape (t,).
+        path: Where points of a path are left, shape (w, 3); w bounds their number [m].
+
+    Attributes:
+        places: Number of points of the last path.
+    """
+
+    def __init__(
+        self, points: Floats, normals: Floats, tree: PointTree, found: Ints, path: Floats
+    ) -> None:
+        self.points = points
+        self.normals = normals
+        self.tree = tree
+        self.found = found
+        self.path = path
+        self.squares = np.zeros(len(points))
+        self.sorted = np.zeros(len(points))
+        self.places = 0
+
+    def along(
+        self,
+        start: Floats,
+        direction: Floats,
+        length: float,
+        step: float,
+        half_width: float,
+        most: int,
+    ) -> int:
+        """Vertices nearest to the path of a sliding contact; their number.
+
+        Args:
+            start: Contact point, shape (3,) [m].
+            direction: Of the slide, of any length, shape (3,).
+            length: Of the path [m].
+            step: Between two points of the path [m].
+            half_width: Largest distance of a vertex from the path [m].
+            most: Largest number of vertices.
+        """
+        x, y, z = start[0], start[1], start[2]
+        near = self.tree.within(x, y, z, length + half_width, self.found)
+        if near == 0:
+            return 0
+        # Path points no further apart than vertices leave no gap between the discs round them.
+        self.walk(near, start, direction, length, step)
+        widest = half_width * half_width
+        count = 0
+        for k in range(near):
+            vertex = self.found[k]
+            least = 1e300
+            for w in range(self.places):
+                dx = self.points[vertex, 0] - self.path[w, 0]
+                dy = self.points[vertex, 1] - self.path[w, 1]
+                dz = self.points[vertex, 2] - self.path[w, 2]
+                least = min(least, dx * dx + dy * dy + dz * dz)
+            if least <= widest:
+                self.found[count] = vertex
+                self.squares[count] = least
+                count += 1
+        if count <= most:
+            return count
+        limit = self.smallest(count, most)
+        kept = 0
+        for k in range(count):
+            if self.squares[k] <= limit and kept < most:
+                self.found[kept] = self.found[k]
+                kept += 1
+        return kept
+
+    def walk(
+        self, near: int, start: Floats, direction: Floats, length: float, step: float
+    ) -> None:
+        """Points along the surface from a contact in the direction of its slide.
+
+        Args:
+            near: Number of vertices in `found` round the path.
+            start: Contact point, shape (3,) [m].
+            direction: Of the slide, of any length, shape (3,).
+            length: Of the path [m].
+            step: Between two points of the path [m].
+        """
+        x, y, z = start[0], start[1], start[2]
+        hx, hy, hz = direction[0], direction[1], direction[2]
+        self.path[0, 0], self.path[0, 1], self.path[0, 2] = x, y, z
+        places = 1
+        left = length
+        while left > 1e-9 * step and places < self.path.shape[0]:
+            stride = min(step, left)
+            left -= stride
+            share = stride / max(1e-12, math.sqrt(hx * hx + hy * hy + hz * hz))
+            x, y, z = x + share * hx, y + share * hy, z + share * hz
+            k = self.closest(near, x, y, z)
+            # Project point and heading onto the tangent plane of the nearest vertex.
+            nx, ny, nz = self.normals[k, 0], self.normals[k, 1], self.normals[k, 2]
+            off = (
+                (self.points[k, 0] - x) * nx
+                + (self.points[k, 1] - y) * ny
+                + (self.points[k, 2] - z) * nz
+            )
+            x, y, z = x + off * nx, y + off * ny, z + off * nz
+            off = hx * nx + hy * ny + hz * nz
+            hx, hy, hz = hx - off * nx, hy - off * ny, hz - off * nz
+            self.path[places, 0], self.path[places, 1], self.path[places, 2] = x, y, z
+            places += 1
+        self.places = places
+
+    def closest(self, near: int, x: float, y: float, z: float) -> int:
+        """That of the first vertices in `found` which is nearest to a place."""
+        best = 1e300
+        closest = self.found[0]
+        for k in range(near):
+            vertex = self.found[k]
+            dx = self.points[vertex, 0] - x
+            dy = self.points[vertex, 1] - y
+            dz = self.points[vertex, 2] - z
+            square = dx * dx + dy * dy + dz * dz
+            if square < best:
+                best = square
+                closest = vertex
+        return closest
+
+    def smallest(self, count: int, rank: int) -> float:
+        """The `rank`-th smallest of the first `count` squares, by Hoare's selection."""
+        for k in range(count):
+            self.sorted[k] = self.squares[k]
+        low, high, wanted = 0, count - 1, rank - 1
+        while low < high:
+            pivot = self.sorted[wanted]
+            i, j = low, high
+            while i <= j:
+                while self.sorted[i] < pivot:
+                    i += 1
+                while pivot < self.sorted[j]:
+                    j -= 1
+                if i <= j:
+                    self.sorted[i], self.sorted[j] = self.sorted[j], self.sorted[i]
+                    i += 1
+                    j -= 1
+            if j < wanted:
+                low = i
+            if wanted < i:
+                high = j
+        return self.sorted[wanted]

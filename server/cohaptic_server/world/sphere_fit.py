@@ -1,0 +1,108 @@
+"""The inner loop of `curvature.py`: a weighted least-squares sphere through points of a surface."""
+
+from __future__ import annotations
+
+from cohaptic_server.numeric import Floats, Ints
+
+_UNKNOWNS = 5  # curvature, height, and tilt as a vector in the plane
+_TIKHONOV = 1e-10  # relative to the mean of the normal matrix's diagonal
+MIN_POINTS = 6  # a sphere with height and tilt has four unknowns
+
+
+def fit_sphere(
+    rest: Floats,
+    vertices: Ints,
+    displacement: Floats,
+    rows: Ints,
+    frame: Floats,
+    radius: float,
+    matrix: Floats,
+) -> float:
+    """Curvature of the sphere nearest to displaced vertices, without a bound [1/m].
+
+    Args:
+        rest: Resting positions of all vertices, shape (n, 3) [m].
+        vertices: Those whose displacement is known, shape (k,).
+        displacement: Of these, shape (k, 3) [m].
+        rows: Those of `vertices` that are fitted, as indices into them, shape (r,).
+        frame: Point through which the sphere goes, roughly, and its normal, shape (2, 3).
+        radius: Of the fit [m].
+        matrix: Room for the normal equations, shape (5, 6).
+
+    Returns:
+        The curvature; zero with fewer than six points.
+    """
+    nx, ny, nz = frame[1, 0], frame[1, 1], frame[1, 2]
+    used = 0
+    for i in range(_UNKNOWNS):
+        for j in range(_UNKNOWNS + 1):
+            matrix[i, j] = 0.0
+    for r in range(rows.shape[0]):
+        k = rows[r]
+        v = vertices[k]
+        x = rest[v, 0] + displacement[k, 0] - frame[0, 0]
+        y = rest[v, 1] + displacement[k, 1] - frame[0, 1]
+        z = rest[v, 2] + displacement[k, 2] - frame[0, 2]
+        height = x * nx + y * ny + z * nz
+        # With the height: points on the far side of a thin body are close in the tangent plane.
+        square = (x * x + y * y + z * z) / (radius * radius)
+        weight = 1.0 - square
+        if weight <= 0.0:
+            continue
+        used += 1
+        add_point(
+            matrix,
+            square,
+            (x - height * nx) / radius,
+            (y - height * ny) / radius,
+            (z - height * nz) / radius,
+            height,
+            weight * weight,
+        )
+    if used < MIN_POINTS:
+        return 0.0
+    trace = 0.0
+    for i in range(_UNKNOWNS):
+        trace += matrix[i, i]
+    # The tilt along the normal is undetermined, and so are more unknowns if the points lie in a
+    # row; the Tikhonov term sets those to zero.
+    for i in range(_UNKNOWNS):
+        matrix[i, i] += _TIKHONOV * max(1e-9, trace)
+    return -2.0 * first_unknown(matrix) / (radius * radius)
+
+
+def add_point(
+    matrix: Floats, square: float, x: float, y: float, z: float, height: float, weight: float
+) -> None:
+    """Add a point to the upper triangle and the right side of the normal equations."""
+    matrix[0, 0] += weight * square * square
+    matrix[0, 1] += weight * square
+    matrix[0, 2] += weight * square * x
+    matrix[0, 3] += weight * square * y
+    matrix[0, 4] += weight * square * z
+    matrix[0, 5] += weight * square * height
+    matrix[1, 1] += weight
+    matrix[1, 2] += weight * x
+    matrix[1, 3] += weight * y
+    matrix[1, 4] += weight * z
+    matrix[1, 5] += weight * height
+    matrix[2, 2] += weight * x * x
+    matrix[2, 3] += weight * x * y
+    matrix[2, 4] += weight * x * z
+    matrix[2, 5] += weight * x * height
+    matrix[3, 3] += weight * y * y
+    matrix[3, 4] += weight * y * z
+    matrix[3, 5] += weight * y * height
+    matrix[4, 4] += weight * z * z
+    matrix[4, 5] += weight * z * height
+
+
+def first_unknown(matrix: Floats) -> float:
+    """Solve the equations by elimination from the last unknown up; the first one."""
+    for i in range(_UNKNOWNS - 1, 0, -1):
+        for row in range(i):
+            factor = matrix[row, i] / matrix[i, i]
+            for j in range(row, i):
+                matrix[row, j] -= factor * matrix[j, i]
+            matrix[row, _UNKNOWNS] -= factor * matrix[i, _UNKNOWNS]
+    return matrix[0, _UNKNOWNS] / matrix[0, 0]
