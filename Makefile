@@ -3,6 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 ARGS   ?=
 BIN    := $(VENV)/bin
+# pip would compile every module of every package to bytecode; Python does it at a module's first
+# import. By pip's rule a negative option is switched on by a false value.
+PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
 # Tests that need no real time run side by side; `auto` is one process for each core.
@@ -25,16 +28,20 @@ $(VENV)/.made:
 	  echo "the venv module is missing; on Debian: apt-get install python3-venv"; exit 1; }
 	@touch $@
 
+# What the package needs is fetched and unpacked while the package is built, which takes as long.
+export NEEDED = import tomllib; \
+  print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
+	@$(PIP) -r $(VENV)/.needed & others=$$!; $(PIP) --no-deps -e . && wait $$others
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	@$(PIP) -e ".[dev]"
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.docs: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	@$(PIP) -e ".[docs]"
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"

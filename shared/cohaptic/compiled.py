@@ -140,6 +140,15 @@ class _Loader(ExtensionFileLoader):
             spec.loader, spec.origin, spec.cached = plain, str(self._source), None
             return ModuleType(spec.name)
 
+    def exec_module(self, module: ModuleType) -> None:
+        try:
+            super().exec_module(module)
+        except ImportError as error:
+            if self._source is None:
+                raise
+            _FINDER.gave_up(module.__name__, error)
+            SourceFileLoader(module.__name__, str(self._source)).exec_module(module)
+
 
 _FINDER = _Finder()
 
@@ -165,7 +174,8 @@ def _choose(group: str, folder: Path) -> Group:
         if problem:
             reasons.append(problem)
         else:
-            modules += unit["modules"]
+            # What several of them share has no source, and is no module of ours.
+            modules += [name for name, (_, source) in unit["modules"].items() if source]
     return Group(tuple(modules), tuple(dict.fromkeys(reasons)) if units else (NONE_BUILT,))
 
 
@@ -192,7 +202,8 @@ def _enter(unit: dict[str, Any], folder: Path) -> str:
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():
-        places[name] = Place(folder / file, None if library else source_path(source))
+        alone = source is not None and library is None
+        places[name] = Place(folder / file, source_path(source) if alone else None)
     if library is not None:
         name, file = library
         places[name] = Place(folder / file, None)
