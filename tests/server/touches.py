@@ -18,13 +18,9 @@ from cohaptic_server.world.state import Touch, UserState
 
 RADIUS = 0.1  # m, of the balloons
 NOWHERE = Contact(
-    np.zeros(3),
-    np.zeros(3),
+    np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
     np.zeros(0, dtype=np.int64),
     np.zeros(0),
-    np.zeros((0, 3), dtype=np.int64),
-    np.zeros(0),
-    np.array([0.0, 0.0, 1.0]),
 )
 
 

@@ -16,6 +16,13 @@ seeds = st.integers(0, 2**32 - 1)
 OUT = np.array([0.0, 0.0, 1.0])
 
 
+def curvature_of(points: Floats, x_free: Floats, normal: Floats, radius: float) -> float:
+    """Of the sphere through points of a surface that is not displaced."""
+    every = np.arange(len(points))
+    still, frame = np.zeros_like(points), np.array([x_free, normal])
+    return fit_curvature(points, every, still, every, frame, radius)
+
+
 def cap(radius: float, rng: np.random.Generator, count: int = 40, width: float = 0.4) -> Floats:
     """Points of a sphere that touches the origin from below; a bowl for a negative radius."""
     angle, round_it = width * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
@@ -28,7 +35,7 @@ def cap(radius: float, rng: np.random.Generator, count: int = 40, width: float =
 def test_a_sphere_has_its_own_curvature(seed: int, radius: float, bowl: bool) -> None:
     signed = -radius if bowl else radius
     points = cap(signed, np.random.default_rng(seed))
-    found = fit_curvature(points, np.zeros(3), OUT, 0.5 * radius)
+    found = curvature_of(points, np.zeros(3), OUT, 0.5 * radius)
     assert found == pytest.approx(1.0 / signed, rel=1e-6)
 
 
@@ -38,7 +45,7 @@ def test_neither_height_nor_tilt_passes_for_bending(
 ) -> None:
     flat = np.random.default_rng(seed).uniform(-0.05, 0.05, (60, 3))
     flat[:, 2] = lift + flat[:, :2] @ np.array(tilt)
-    assert fit_curvature(flat, np.zeros(3), OUT, 0.06) == pytest.approx(0.0, abs=1.0)
+    assert curvature_of(flat, np.zeros(3), OUT, 0.06) == pytest.approx(0.0, abs=1.0)
 
 
 @given(seeds, st.floats(0.0, 2.0 * np.pi))
@@ -46,18 +53,18 @@ def test_the_fit_turns_with_the_body(seed: int, angle: float) -> None:
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
     points = cap(0.1, np.random.default_rng(seed)) + np.array([0.0, 0.0, 1e-3])
-    here = fit_curvature(points, np.zeros(3), OUT, 0.06)
-    assert fit_curvature(points @ turn.T, np.zeros(3), turn @ OUT, 0.06) == pytest.approx(here)
+    here = curvature_of(points, np.zeros(3), OUT, 0.06)
+    assert curvature_of(points @ turn.T, np.zeros(3), turn @ OUT, 0.06) == pytest.approx(here)
 
 
 @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((9, 3)), np.ones((50, 3))])
 def test_where_there_is_nothing_to_fit_it_is_a_plane(points: Floats) -> None:
-    assert fit_curvature(points, np.zeros(3), OUT, 0.05) == pytest.approx(0.0, abs=1e-9)
+    assert curvature_of(points, np.zeros(3), OUT, 0.05) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_needle_is_no_sphere_smaller_than_what_was_looked_at() -> None:
     points = cap(0.001, np.random.default_rng(1), width=3.0)
-    assert abs(fit_curvature(points, np.zeros(3), OUT, 0.05)) <= 2.0 / 0.05
+    assert abs(curvature_of(points, np.zeros(3), OUT, 0.05)) <= 2.0 / 0.05
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.1, 0.4])
@@ -70,7 +77,7 @@ def test_a_ball_has_the_curvature_of_its_radius_everywhere(radius: float) -> Non
         d /= np.linalg.norm(d)
         contact = locate(mesh, 0.95 * radius * d, free, radius=0.2 * radius)
         at = contact.moved(free)
-        c = fit_curvature(mesh.vertices + free, at, contact.normal, fit_radius(mesh, 0.2 * radius))
+        c = curvature_of(mesh.vertices + free, at, contact.normal, fit_radius(mesh, 0.2 * radius))
         assert c == pytest.approx(1.0 / radius, rel=0.02)
 
 
@@ -87,7 +94,7 @@ def test_a_pressed_balloon_is_flatter_under_the_hand_and_elsewhere_as_it_was(
         contact = locate(balloon.mesh, probe, displacement, radius=0.02)
         at = contact.moved(displacement)
         points = balloon.mesh.vertices + displacement
-        return fit_curvature(points, at, contact.normal, fit_radius(balloon.mesh, 0.02))
+        return curvature_of(points, at, contact.normal, fit_radius(balloon.mesh, 0.02))
 
     assert curvature(0.0, at_rest) == pytest.approx(10.0, rel=0.03)
     assert curvature(0.0, pressed) < 6.0

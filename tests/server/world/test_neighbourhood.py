@@ -10,12 +10,10 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.displacement_field import CachedField
 from cohaptic_server.world.neighbourhood import (
     MIN_RADIUS,
     choose_vertices,
     cut_neighbourhood,
-    slide_path,
 )
 
 RADIUS = 0.1  # m, of the balloon
@@ -27,13 +25,6 @@ def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
     """Distance from a point to the nearest vertex that was not chosen [m]."""
     left = np.setdiff1d(np.arange(len(mesh.vertices)), chosen)
     return float(np.linalg.norm(mesh.vertices[left] - at, axis=1).min())
-
-
-def everywhere(mesh: SurfaceMesh, field: Floats | None = None) -> CachedField:
-    """All of a surface as one window, at rest unless a displacement is given."""
-    still = np.zeros_like(mesh.vertices)
-    values = still if field is None else field
-    return CachedField(np.arange(len(mesh.vertices)), values, values)
 
 
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
@@ -72,9 +63,10 @@ def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
 
 
 def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
-    mesh = balloon.mesh
     ahead = np.array([0.0, 0.3, 0.0])
-    stops = slide_path(mesh.vertices, mesh.normals, RADIUS * OUT, ahead, 0.15, 0.014)
+    touched = TouchedBody(balloon).mesh
+    assert touched.window.along(RADIUS * OUT, ahead, 0.15, 0.014, 0.05, MAX_VERTICES) > 0
+    stops = touched.path[: touched.window.places]
     assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
     assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)
     assert np.abs(stops[:, 2]).max() < 0.005
@@ -84,7 +76,7 @@ def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None
     rng = np.random.default_rng(1)
     free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
     chosen = choose(balloon, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(TouchedBody(balloon), everywhere(balloon.mesh, free), chosen)
+    near = cut_neighbourhood(TouchedBody(balloon), free[chosen], chosen)
     assert near.indices == tuple(chosen.tolist())
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(balloon)[chosen]
@@ -97,9 +89,8 @@ def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
     mesh = TouchedBody(body).mesh
     assert len(mesh.vertices) < 0.7 * len(body.mesh.vertices)
     free = np.random.default_rng(2).uniform(-0.02, 0.02, body.mesh.vertices.shape)
-    seen = everywhere(body.mesh, free)
     touched = choose(body, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(TouchedBody(body), seen, touched)
+    near = cut_neighbourhood(TouchedBody(body), free[mesh.vertices[touched]], touched)
     assert near.indices == tuple(touched.tolist())
     chosen = mesh.vertices[touched]
     assert len(chosen) > 20

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.vec import dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, dot, norm, scale, sub, unit
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
@@ -119,7 +119,7 @@ def test_a_window_is_kept_while_a_finger_hardly_moves(
         locate(balloon.mesh, np.array(side(a)) * 0.099, still, radius=balloon.contact_radius)
         for a in (0.0, slid)
     ]
-    body, velocity = TouchedBody(balloon), np.zeros(3)
+    body, velocity = TouchedBody(balloon), ZERO
     previous = choose_window(body, Geometry.MESH, contacts[0], velocity, first, None)
     assert choose_window(body, Geometry.MESH, contacts[0], velocity, first, previous) is previous
     now = choose_window(body, Geometry.MESH, contacts[1], velocity, later, previous)
@@ -130,7 +130,7 @@ def test_a_window_is_kept_while_a_finger_hardly_moves(
     elif slid != 0.0:
         assert abs(slid) < 0.05
     quick = choose_window(
-        body, Geometry.MESH, contacts[0], np.array([0.0, 0.3, 0.0]), 0.3, previous
+        body, Geometry.MESH, contacts[0], (0.0, 0.3, 0.0), 0.3, previous
     )
     assert quick is not previous
     other = choose_window(body, Geometry.PLANE, contacts[0], velocity, first, previous)

@@ -115,22 +115,20 @@ class Balloon:
         fixed = fixed_by_base(self.inflated, self.settings)
         self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3))
         self.compliance.setflags(write=False)
-        # What a contact reads: for each vertex three rows of C, in single precision, since a tick
-        # reads 19 vertices for each user and their bytes are most of its time.
-        n = len(self.mesh.vertices)
-        self._rows = self.compliance.astype(np.float32).reshape(n, 9 * n)
+        # What a contact reads: for each vertex three rows of C, which lie together.
+        self._rows = self.compliance.reshape(len(self.mesh.vertices), -1)
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Superpose the Green's functions under the loads; damping delays it from `before`."""
         n, count = len(self.mesh.vertices), len(loads)
-        per_axis = np.empty((count, 3, 3 * n), dtype=np.float32)
+        per_axis = np.empty((count, 3, 3 * n))
         for i, load in enumerate(loads):
             if i > 0 and load.weights is loads[i - 1].weights:
                 per_axis[i] = per_axis[i - 1]  # with friction three loads act on one contact
                 continue
             # C is symmetric: its rows are its columns, and rows lie together in memory.
             rows = self._rows.take(load.vertices, axis=0)
-            np.dot(load.weights.astype(np.float32), rows, out=per_axis[i].reshape(-1))
+            np.dot(load.weights, rows, out=per_axis[i].reshape(-1))
         directions = np.array([load.direction for load in loads]).reshape(count, 3)
         forces = np.array([load.force for load in loads])
         fields = np.empty((count, n, 3))
