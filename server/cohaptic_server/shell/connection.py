@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from websockets.asyncio.server import ServerConnection, broadcast
-
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import FrameKind
@@ -14,6 +12,7 @@ from cohaptic_server.room.latency import Data, UserLatency
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
+from cohaptic_server.shell.wire import Wire
 
 
 class Connection:
@@ -31,7 +30,7 @@ class Connection:
 
     def __init__(
         self,
-        ws: ServerConnection,
+        ws: Wire,
         peer: Peer,
         clock: Clock,
         deliver: Callable[[Connection, Data], None],
@@ -78,11 +77,12 @@ class Connection:
 
     def flush(self) -> None:
         """Write without waiting as far as the path is clear; begin to close an ended session."""
-        for data in self.session.take(clear=self.clear):
-            if self._latency is None:
-                broadcast([self.ws], data)
-            else:
-                self._push(self._latency.push_down, data)
+        messages = self.session.take(clear=self.clear)
+        if self._latency is None:
+            self.ws.write(messages)
+        else:
+            for data in messages:
+                self._delay_or_write(data)
         if self.session.close is not None and self._closing is None:
             self._write_delayed()
             # The close ends `recv` in the handler, which then removes the peer.
@@ -107,6 +107,13 @@ class Connection:
         """Wait for the end of a close that has begun."""
         if self._closing is not None:
             await self._closing
+
+    def _delay_or_write(self, data: Data) -> None:
+        # The delay may end at any message.
+        if self._latency is None:
+            self.ws.write([data])
+        else:
+            self._push(self._latency.push_down, data)
 
     def _push(self, push: Callable[[Data, float], None], data: Data) -> None:
         try:
@@ -145,10 +152,9 @@ class Connection:
         is_patch = isinstance(data, bytes) and data[1] == FrameKind.PATCH
         if is_patch and not self.clear:
             return  # a newer patch follows within a tick
-        broadcast([self.ws], data)
+        self.ws.write([data])
 
     def _write_delayed(self) -> None:
         """Write the messages that are still delayed, since they precede the close."""
         if self._latency is not None:
-            for data in self._latency.due_down(float("inf")):
-                broadcast([self.ws], data)
+            self.ws.write(self._latency.due_down(float("inf")))
