@@ -127,7 +127,9 @@ class User:
         assert head.startswith(b"HTTP/1.1 101"), head
         self._ours = not parts.path
         if self._ours:
-            name = f"u{number}-{os.urandom(4).hex()}"  # those of the last scene may still be leaving
+            name = (
+                f"u{number}-{os.urandom(4).hex()}"  # those of the last scene may still be leaving
+            )
             hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=geometry)
             self._send(0x81, encode_control(hello).encode())
 
@@ -166,8 +168,6 @@ class User:
     def _send(self, kind: int, data: bytes) -> None:
         """Send a frame, masked with zeros, which leaves it as it is."""
         length = (
-            bytes([0x80 | len(data)])
-            if len(data) < 126
-            else b"\xfe" + len(data).to_bytes(2, "big")
+            bytes([0x80 | len(data)]) if len(data) < 126 else b"\xfe" + len(data).to_bytes(2, "big")
         )
         self.socket.sendall(bytes([kind]) + length + bytes(4) + data)

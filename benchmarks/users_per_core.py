@@ -128,7 +128,10 @@ def main() -> None:
     servers = {"ours": Process(_ours, options.subdivisions, options.still), "bare": Process(bare)}
     everybody = Process(crowd)
     urls = {name: server.pipe.recv() for name, server in servers.items()}
-    print("| users | patches | motion | bytes | /s | bare | ours | world | wire | bare users/core", end="")
+    print(
+        "| users | patches | motion | bytes | /s | bare | ours | world | wire | bare users/core",
+        end="",
+    )
     print(" | users/core | ratio |\n|" + "---|" * 12)
     results: list[json_report.Result] = []
     for users in options.users:
