@@ -14,7 +14,8 @@ from dataclasses import replace
 from multiprocessing.connection import Connection as Pipe
 
 from threadpoolctl import threadpool_limits
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.exceptions import ConnectionClosed
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.room.room import Room
@@ -48,39 +49,36 @@ async def _report(pipe: Pipe, url: str, world: Callable[[], float], done: Awaita
 
 
 def bare(pipe: Pipe) -> None:
-    """A server of `websockets` alone, as its documentation writes one.
+    """A server of `websockets` alone, in the cheaper of the two ways of its documentation.
 
-    The handler of each connection has a consumer and a producer. The path of the connection is the
-    size of its patches in bytes.
+    One task sends to everybody 60 times a second with `broadcast`, which waits for nobody, as ours
+    does; a producer task for each connection costs half as much again. The path of a connection is
+    the size of its patches in bytes.
     """
+    patches: dict[ServerConnection, bytes] = {}
 
     async def handle(ws: ServerConnection) -> None:
         assert ws.request is not None
-        patch = bytes(int(ws.request.path[1:]))
-        newest: list[str | bytes] = [b""]
-
-        async def consume() -> None:
+        patches[ws] = bytes(int(ws.request.path[1:]))
+        newest: dict[ServerConnection, str | bytes] = {}
+        with contextlib.suppress(ConnectionClosed):
             async for message in ws:
-                newest[0] = message
+                newest[ws] = message
+        del patches[ws]
 
-        async def produce() -> None:
-            loop = asyncio.get_running_loop()
-            due = loop.time()
-            while True:
-                await ws.send(patch)
-                due += PERIOD
-                await asyncio.sleep(due - loop.time())
-
-        tasks = [asyncio.create_task(consume()), asyncio.create_task(produce())]
-        _, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        for task in pending:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    async def produce() -> None:
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            for ws, patch in list(patches.items()):
+                broadcast([ws], patch)
+            due += PERIOD
+            await asyncio.sleep(due - loop.time())
 
     async def play() -> None:
         async with serve(handle, "127.0.0.1", 0, compression=None) as server:
             port = next(iter(server.sockets)).getsockname()[1]
-            await _report(pipe, f"ws://127.0.0.1:{port}", float, server.serve_forever())
+            await _report(pipe, f"ws://127.0.0.1:{port}", float, produce())
 
     asyncio.run(play())
 

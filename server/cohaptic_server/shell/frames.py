@@ -28,11 +28,14 @@ def make_frame(data: str | bytes) -> bytes:
     return _LONG.pack(kind, _SMALL + 1, size) + payload
 
 
-def small_binary(frame: bytes) -> bytes | None:
-    """Payload of a client's frame if it is a whole binary message of less than 126 bytes."""
+def is_small_binary(frame: bytes) -> bool:
+    """Whether a client's frame is a whole binary message of less than 126 bytes."""
+    return _is_small_frame(frame) and frame[0] == _BINARY
+
+
+def unmask(frame: bytes) -> bytes:
+    """Payload of a client's frame of which `is_small_binary` holds."""
     size = len(frame) - 2 - _KEY
-    if size <= 0 or frame[0] != _BINARY or frame[1] != _MASKED | size or size >= _SMALL:
-        return None
     key = frame[2 : 2 + _KEY] * (size // _KEY + 1)
     # One operation on long integers instead of one for each byte.
     plain = int.from_bytes(frame[2 + _KEY :], "little") ^ int.from_bytes(key[:size], "little")
@@ -42,6 +45,12 @@ def small_binary(frame: bytes) -> bytes | None:
 def begins_message(frame: bytes) -> bool:
     """Whether a frame is the first, and perhaps the only one, of a message with data."""
     return bool(frame) and frame[0] & 0x0F in (_TEXT & 0x0F, _BINARY & 0x0F)
+
+
+def _is_small_frame(data: bytes) -> bool:
+    """Whether the bytes are exactly one frame with a mask and less than 126 bytes."""
+    size = len(data) - 2 - _KEY
+    return 0 <= size < _SMALL and data[1] == _MASKED | size
 
 
 class ClientStream:
@@ -63,17 +72,14 @@ class ClientStream:
         """Whether all of the request has come."""
         return self._opened
 
-    @property
-    def between_frames(self) -> bool:
-        """Whether the next byte begins a frame."""
-        return self._opened and not self._rest and self._whole
-
     def cut(self, data: bytes) -> list[bytes]:
         """The pieces that are complete with `data`, in order; joined, they are the stream."""
         if not self._whole:
             return [data]
         if not self._opened:
             return self._open(data)
+        if not self._rest and _is_small_frame(data):
+            return [data]
         data = self._rest + data
         return self._frames(data)
 

@@ -105,6 +105,8 @@ class CohapticServer:
 
     def _tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""
+        for connection in self._connections.values():
+            connection.take_samples()
         now = self.web.ticked = self.clock.now()
         self.lobby.tick(now)
         self._carry_out(self.lobby.serve(now))
@@ -147,7 +149,7 @@ class CohapticServer:
         reason = ""
         try:
             connection.flush()
-            ws.deliver = connection.receive
+            ws.deliver = connection.receive_frame
             while True:
                 connection.receive(await ws.recv())
                 if peer.needs_mesh:
@@ -164,10 +166,10 @@ class CohapticServer:
             self._carry_out(self.lobby.disconnect(peer, reason))
             await connection.closed()
 
-    def _take(self, connection: Connection, data: Data) -> None:
+    def _take(self, connection: Connection, data: Data, arrived: float) -> None:
         """Handle one message, at the end of its injected delay."""
-        now, to_wall = self.clock.now(), self.clock.to_wall()
-        self._carry_out(self.lobby.receive(connection.peer, data, now, to_wall))
+        to_wall = self.clock.to_wall()
+        self._carry_out(self.lobby.receive(connection.peer, data, arrived, to_wall))
 
     async def _send_mesh(self, connection: Connection) -> None:
         """Send the resting mesh, then the scene at once. Only this peer's handler waits for it.

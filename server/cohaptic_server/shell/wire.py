@@ -1,10 +1,8 @@
-"""A websocket of the library whose samples are read as they come, without a queue and a task.
+"""A websocket of the library whose samples pass by its parser, its queue and the handler's task.
 
-The library reads each message in three steps: its parser queues a frame, the queue wakes the task
-of the handler, and the task takes the message. At 60 messages a second and user that costs more
-than all that the server does with a sample. Here, a sample that comes alone goes straight to its
-session; all else goes by the library, and while any of it waits for the handler, so do samples, so
-that messages stay in order.
+At 60 messages a second and user, those cost more than all that the server does with a sample. Here,
+the frame of a sample is handed over as it came; all else goes by the library, and while any of it
+waits for the handler, so do samples: messages stay in order.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
-from cohaptic_server.shell.frames import ClientStream, begins_message, make_frame, small_binary
+from cohaptic_server.shell.frames import ClientStream, begins_message, is_small_binary, make_frame
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 
@@ -24,8 +22,8 @@ class Wire(ServerConnection):
     """The connection to one client.
 
     Attributes:
-        deliver: Called with each sample that comes while the handler waits for a message; None
-            leaves all messages to `recv`.
+        deliver: Called with the frame of each small binary message that comes while the handler
+            waits for a message; None leaves all messages to `recv`.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -45,18 +43,13 @@ class Wire(ServerConnection):
 
     def data_received(self, data: bytes) -> None:
         """Called by the event loop with bytes of the client."""
-        if self._free and self._stream.between_frames:
-            message = small_binary(data)
-            if message is not None and self.deliver is not None:
-                self.deliver(message)
-                return
         in_head = not self._stream.opened
         for piece in self._stream.cut(data):
+            # Nothing may be ahead of a message that is delivered at once.
+            direct = not self._waiting and self.deliver is not None and is_small_binary(piece)
+            if direct and self.state is State.OPEN:
+                self.deliver(piece)
+                continue
             self._waiting += not in_head and begins_message(piece)
             in_head = False
             super().data_received(piece)
-
-    @property
-    def _free(self) -> bool:
-        """Whether no message is ahead of one that comes now."""
-        return not self._waiting and self.deliver is not None and self.state is State.OPEN
