@@ -1,18 +1,19 @@
 """Users whose haptic loops run elsewhere: their connections to a server, without any loop.
 
-    python benchmarks/light_users.py URL USERS [GEOMETRY]
+    python benchmarks/light_users.py URL USERS [--geometry mesh] [--speed 0]
 
 Each presses on the top of a ring (`soft_ring.py`) up to 8 mm deep and lets go again, every two
 seconds, and sends the force of the newest patch, 60 times a second, over a websocket of its own.
-All in one process, which costs a tenth of a core. It asks for mesh patches, as clients do, unless
-told otherwise. Prints `here` once every user has a patch.
+With `--speed`, each slides along the ring without pause instead, 4 mm deep and all in the same
+direction. All in one process, which costs a tenth of a core. They ask for mesh patches, as clients
+do, unless told otherwise. Prints `here` once every user has a patch.
 """
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import math
-import sys
 
 from pydantic import TypeAdapter
 from websockets.asyncio.client import ClientConnection, connect
@@ -38,12 +39,13 @@ class User:
         number: Of this user, from 0.
         count: Of all users.
         geometry: Of its patches.
+        speed: Along the ring [m/s]; 0 to press in place.
     """
 
-    def __init__(self, number: int, count: int, geometry: GeometryName) -> None:
+    def __init__(self, number: int, count: int, geometry: GeometryName, speed: float) -> None:
         self.geometry: GeometryName = geometry
-        self.number, angle = number, 2.0 * math.pi * number / count
-        self.place: Vec3 = (RING * math.cos(angle), RING * math.sin(angle), TUBE)
+        self.number, self.angle = number, 2.0 * math.pi * number / count
+        self.speed = speed
         self.patch: Patch | None = None
 
     async def run(self, url: str) -> None:
@@ -77,10 +79,17 @@ class User:
         while True:
             seq += 1
             t = loop.time() - start
-            level = 0.5 - 0.5 * math.cos(2.0 * math.pi * (t / RHYTHM + 0.13 * self.number))
-            probe = sub(self.place, (0.0, 0.0, DEPTH * level))
+            probe = self._probe(t)
             await ws.send(ContactSample(seq, self._tick(), t, probe, self._force(probe)).encode())
             await asyncio.sleep(max(0.0, start + seq * PERIOD - loop.time()))
+
+    def _probe(self, t: float) -> Vec3:
+        """Where the tip is at the time `t` [s], whatever the force [m]."""
+        angle = self.angle + self.speed * t / RING
+        level = 0.5
+        if not self.speed:
+            level -= 0.5 * math.cos(2.0 * math.pi * (t / RHYTHM + 0.13 * self.number))
+        return (RING * math.cos(angle), RING * math.sin(angle), TUBE - DEPTH * level)
 
     def _tick(self) -> int:
         return 0 if self.patch is None else self.patch.tick
@@ -92,9 +101,9 @@ class User:
         return scale(self.patch.normal, min(9.0, max(0.0, self.patch.k_h * depth)))
 
 
-async def main(url: str, count: int, geometry: GeometryName) -> None:
+async def play(url: str, count: int, geometry: GeometryName, speed: float) -> None:
     """Run all users."""
-    users = [User(number, count, geometry) for number in range(count)]
+    users = [User(number, count, geometry, speed) for number in range(count)]
     running = [asyncio.create_task(user.run(url)) for user in users]
     while any(user.patch is None for user in users):
         await asyncio.sleep(0.1)
@@ -102,8 +111,17 @@ async def main(url: str, count: int, geometry: GeometryName) -> None:
     await asyncio.gather(*running)
 
 
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("url")
+    parser.add_argument("users", type=int)
+    parser.add_argument("--geometry", default="mesh")
+    parser.add_argument("--speed", type=float, default=0.0, help="of sliding, in m/s; 0 to press")
+    args = parser.parse_args()
+    geometry = TypeAdapter[GeometryName](GeometryName).validate_python(args.geometry)
+    asyncio.run(play(args.url, args.users, geometry, args.speed))
+
+
 if __name__ == "__main__":
-    named = sys.argv[3] if len(sys.argv) > 3 else "mesh"
-    asyncio.run(
-        main(sys.argv[1], int(sys.argv[2]), TypeAdapter(GeometryName).validate_python(named))
-    )
+    main()

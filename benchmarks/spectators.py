@@ -167,14 +167,14 @@ def report(noted: dict[bool, list[Lateness]], server: CohapticServer) -> list[js
     print(
         f"\noff its time, 99th percentile: {1e3 * (worst[True] - worst[False]):+.2f} ms with"
         f" spectators, {worst[True] / worst[False]:.2f} times"
-        f"\na tick took {1e3 * server.tick_cost.quantile(0.5):.2f} ms in the median, those who"
-        f" watched {1e3 * server.watch_cost.quantile(0.5):.2f} ms more"
+        f"\na tick took {1e3 * server.meters.cost.quantile(0.5):.2f} ms in the median, those who"
+        f" watched {1e3 * server.meters.watch_cost.quantile(0.5):.2f} ms more"
     )
     results.append(
         {
             "off_its_time_p99_with_over_without": worst[True] / worst[False],
-            "tick_p50_s": server.tick_cost.quantile(0.5),
-            "watch_p50_s": server.watch_cost.quantile(0.5),
+            "tick_p50_s": server.meters.cost.quantile(0.5),
+            "watch_p50_s": server.meters.watch_cost.quantile(0.5),
         }
     )
     return results

@@ -91,7 +91,7 @@ patches = st.builds(
 shorts = st.integers(-(2**15), 2**15 - 1)
 neighbourhoods = st.sets(st.integers(0, 2**16 - 1), max_size=MAX_VERTICES).flatmap(
     lambda chosen: st.builds(
-        Neighbourhood,
+        Neighbourhood.of_units,
         scale=floats(0.0, 3e-4),
         c_scale=floats(0.0, 1e-4),
         indices=st.just(tuple(sorted(chosen))),

@@ -136,18 +136,20 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
     finally:
         if worker is not None:
             worker.stop()
+        meters = server.meters
         logging.info(
-            "stopped after %d ticks, %d left out; a tick took %.2f ms in the median, %.2f ms at the"
-            " 99th percentile",
-            server.tick_cost.count,
-            server.overruns,
-            1e3 * server.tick_cost.quantile(0.5),
-            1e3 * server.tick_cost.quantile(0.99),
+            "stopped after %d ticks, %d missed, %d of them left out; a tick took %.2f ms in the"
+            " median, %.2f ms at the 99th percentile",
+            meters.ticks,
+            meters.missed,
+            meters.left_out,
+            1e3 * meters.cost.quantile(0.5),
+            1e3 * meters.cost.quantile(0.99),
         )
         if server.audience.came:
             logging.info(
                 "%d watched, %d times one was slow; they took %.2f ms a tick in the median",
                 server.audience.came,
                 server.audience.slow,
-                1e3 * server.watch_cost.quantile(0.5),
+                1e3 * meters.watch_cost.quantile(0.5),
             )

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
+from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
 from cohaptic_server.room.latency import Data
@@ -71,9 +72,12 @@ class Lobby:
         if isinstance(session, Watcher):
             for change in session.events():
                 self._set_latency(peer, change, outcome)
-        else:
-            self._handle_events(peer, session, now, to_wall, outcome)
-        outcome.flush.append(peer)
+            outcome.flush.append(peer)
+            return outcome
+        self._handle_events(peer, session, now, to_wall, outcome)
+        # Nothing answers a sample.
+        if peer.session.close is not None or not peer.session.outbox.empty:
+            outcome.flush.append(peer)
         return outcome
 
     def tick(self, now: float) -> None:
@@ -81,20 +85,26 @@ class Lobby:
         self._ticked = now
         self.room.tick(now)
 
-    def serve(self, peer: Peer, now: float) -> Outcome:
-        """Queue the newest patch of a user, and check its session's deadline."""
-        outcome = Outcome([peer])
-        session = peer.session
-        assert isinstance(session, ServerSession)
-        patch = None if peer.user is None else self.room.patches.get(peer.user)
-        if peer.user is not None and patch is not None:
-            previous_problem = session.problem
-            session.send_patch(patch)
-            if session.problem and not previous_problem:
-                name = self.room.members[peer.user].hello.name
-                outcome.log.append(LogLine(f"{name} gets no patch: {session.problem}", True))
-        session.handle_timer(now)
+    def serve(self, now: float) -> Outcome:
+        """Queue the newest patch of each user in one pass, and check the sessions' deadlines."""
+        outcome = Outcome()
+        patches = self.room.patches
+        for peer in self.peers:
+            session = peer.session
+            if isinstance(session, Watcher):
+                continue
+            patch = None if peer.user is None else patches.get(peer.user)
+            if patch is not None:
+                self._serve_patch(peer, session, patch, outcome)
+            session.handle_timer(now)
+            if session.close is not None or not session.outbox.empty:
+                outcome.flush.append(peer)
         return outcome
+
+    @property
+    def watching(self) -> list[Peer]:
+        """Peers who watch."""
+        return [peer for peer in self.peers if peer.watches]
 
     def update_scene(self) -> None:
         """Take the world of the newest tick as the scene for all watchers."""
@@ -180,17 +190,27 @@ class Lobby:
             peer.session.stop()
         return Outcome(list(self.peers))
 
+    def _serve_patch(
+        self, peer: Peer, session: ServerSession, patch: Patch, outcome: Outcome
+    ) -> None:
+        previous_problem = session.problem
+        session.send_patch(patch)
+        if session.problem and not previous_problem and peer.user is not None:
+            name = self.room.members[peer.user].hello.name
+            outcome.log.append(LogLine(f"{name} gets no patch: {session.problem}", True))
+
     def _handle_events(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
     ) -> None:
         for event in session.events():
             match event:
+                # The most frequent one first.
+                case ContactSample() if peer.user is not None:
+                    self.room.sample(peer.user, event, now)
                 case Hello():
                     self._join(peer, session, event, now, to_wall, outcome)
                 case Watch():
                     self._watch(peer, event, to_wall)
-                case ContactSample() if peer.user is not None:
-                    self.room.sample(peer.user, event, now)
                 case SetLaw() if peer.user is not None:
                     self._set_law(peer, peer.user, event)
                 case _:

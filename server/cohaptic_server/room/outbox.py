@@ -24,6 +24,11 @@ class Outbox:
         self._patch: bytes | None = None
         self.patches_skipped = 0
 
+    @property
+    def empty(self) -> bool:
+        """Whether nothing waits."""
+        return self._patch is None and not self._events
+
     def put_event(self, data: str | bytes) -> bool:
         """Queue an event: text, or a frame that no later one replaces (the resting mesh).
 
@@ -50,8 +55,10 @@ class Outbox:
         """
         if not clear:
             return []
-        messages: list[str | bytes] = [*self._events]
-        self._events.clear()
+        messages: list[str | bytes] = []
+        if self._events:
+            messages += self._events
+            self._events.clear()
         if self._patch is not None:
             messages.append(self._patch)
             self._patch = None

@@ -6,7 +6,7 @@ go. Joining and leaving are events.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from cohaptic.control.law import Gains
 from cohaptic.errors import CloseCode, RemoteProtocolError
@@ -31,21 +31,31 @@ STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until 
 REPLACE_AFTER = 2.0  # s without a sample, after which another client may take over the name
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Member:
-    """A user in the room.
+    """The room's record of a user; only the room changes it.
 
     Args:
         user: Number, which is never used twice.
         hello: Settings of the user, with its later changes.
-        touch: Newest sample; None before the first.
         heard: Time of the newest message from it [s].
+
+    Attributes:
+        touch: Newest sample; None before the first.
+        gains: That the user chose itself; None for the server's.
+        geometry: Of its patches.
     """
 
     user: int
     hello: Hello
-    touch: Touch | None
     heard: float
+    touch: Touch | None = None
+    gains: Gains | None = field(init=False)
+    geometry: Geometry = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.gains = _gains(self.hello.fixed_gains)
+        self.geometry = Geometry[self.hello.geometry.upper()]
 
 
 class Room:
@@ -101,7 +111,7 @@ class Room:
         user = self._next_user
         self._next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
-        self.members[user] = Member(user, hello, None, now)
+        self.members[user] = Member(user, hello, now)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -114,23 +124,26 @@ class Room:
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
         """Keep the newest sample of a user."""
         member = self.members[user]
-        touch = Touch(
-            user=user,
-            law=member.hello.law,
-            max_stiffness=member.hello.max_stiffness,
-            max_force=member.hello.max_force,
-            damping_budget=member.hello.damping_budget,
-            probe=sample.probe,
-            force=sample.force,
-            seq=sample.seq,
-            tick=sample.tick,
-            t_client=sample.t_client,
-            arrived=now,
-            fixed_gains=_gains(member.hello.fixed_gains),
-            geometry=Geometry[member.hello.geometry.upper()],
-            friction=member.hello.friction,
+        hello = member.hello
+        # By position: names would take as long again as all the rest.
+        member.touch = Touch(
+            user,
+            hello.law,
+            hello.max_stiffness,
+            hello.max_force,
+            sample.probe,
+            sample.force,
+            sample.seq,
+            sample.tick,
+            sample.t_client,
+            now,
+            True,
+            member.gains,
+            member.geometry,
+            hello.friction,
+            hello.damping_budget,
         )
-        self.members[user] = replace(member, touch=touch, heard=now)
+        member.heard = now
 
     def set_law(self, user: int, change: SetLaw) -> None:
         """Change the control law of a user's local model.
@@ -140,13 +153,12 @@ class Room:
         """
         self._check_gains(change.fixed_gains)
         member = self.members[user]
-        hello = member.hello.model_copy(
+        member.hello = member.hello.model_copy(
             update={"law": change.law, "fixed_gains": change.fixed_gains}
         )
-        touch = member.touch and replace(
-            member.touch, law=change.law, fixed_gains=_gains(change.fixed_gains)
-        )
-        self.members[user] = replace(member, hello=hello, touch=touch)
+        member.gains = _gains(change.fixed_gains)
+        if member.touch is not None:
+            member.touch = replace(member.touch, law=change.law, fixed_gains=member.gains)
 
     def _check_gains(self, gains: FixedGains | None) -> None:
         if gains is not None and not self.settings.allow_fixed_gains:

@@ -15,13 +15,13 @@ from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
+from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
 
-MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 _ALL_INTERFACES = ("0.0.0.0", "::")
 
 
 async def listen(
-    handle: Callable[[ServerConnection], Awaitable[None]],
+    handle: Callable[[Wire], Awaitable[None]],
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
 ) -> tuple[Server, str]:
@@ -35,11 +35,16 @@ async def listen(
     Raises:
         SettingError: The address or port cannot be had.
     """
+
+    async def handle_wire(connection: ServerConnection) -> None:
+        assert isinstance(connection, Wire)
+        await handle(connection)
+
     host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
     try:
         listener = await serve(
-            handle,
+            handle_wire,
             host,
             port,
             process_request=process,
@@ -48,6 +53,7 @@ async def listen(
             select_subprotocol=_select_subprotocol,
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
+            create_connection=Wire,
             **options,
         )
     except OSError as error:

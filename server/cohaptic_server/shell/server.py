@@ -12,16 +12,16 @@ import gc
 import logging
 from collections.abc import Callable, Collection
 
-from websockets.asyncio.server import Server, ServerConnection
+from websockets.asyncio.server import Server
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import one_line
 from cohaptic.runtime.transport import tune
-from cohaptic.status.quantiles import Tally
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
+from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
@@ -29,6 +29,7 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import listen
+from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
 
@@ -47,10 +48,7 @@ class CohapticServer:
         room: The users.
         audience: The watchers.
         lobby: Both, as peers.
-        tick_cost: Time for the world's tick and for writing its patches [s].
-        tick_late: Delay of each tick's start [s].
-        watch_cost: Time for serving the watchers after a tick [s].
-        overruns: Ticks that were left out because the one before took too long.
+        meters: Of the ticks since the start, or since somebody put fresh ones here.
     """
 
     def __init__(self, body: Body, settings: ServerSettings) -> None:
@@ -60,10 +58,7 @@ class CohapticServer:
         self.web = Web(body, settings, self.clock)
         self.audience = Audience(self.room, self.web.model)
         self.lobby = Lobby(self.room, self.audience)
-        self.tick_cost = Tally()
-        self.tick_late = Tally()
-        self.watch_cost = Tally()
-        self.overruns = 0
+        self.meters = TickMeters()
         self._connections: dict[Peer, Connection] = {}
         self._listener: Server | None = None
 
@@ -93,40 +88,49 @@ class CohapticServer:
         gc.collect()
         gc.freeze()
         period = self.settings.simulation_period
+        pace = Pace(period)
         due = self.clock.now()
         try:
             while True:
-                due += period
-                late = self.clock.now() - due
-                if late > period:
-                    missed = int(late / period)
-                    self.overruns += missed
-                    due += missed * period
+                due, left_out = next_tick(due, self.clock.now(), period)
                 await asyncio.sleep(max(0.0, due - self.clock.now()))
-                self.tick_late.add(max(0.0, self.clock.now() - due))
+                started = self.clock.now()
                 if before_tick is not None:
                     before_tick()
-                self._tick()
+                written = self._tick()
+                self._count(pace, left_out, due, started, written)
+                self._show(written)
         finally:
             await self._stop()
 
-    def _tick(self) -> None:
+    def _tick(self) -> float:
+        """Advance the world and write its patches; returns the time at which they have left [s]."""
+        for connection in self._connections.values():
+            connection.take_samples()
         now = self.web.ticked = self.clock.now()
         self.lobby.tick(now)
-        watching: list[tuple[Peer, Connection]] = []
-        for peer, connection in list(self._connections.items()):
-            if peer.watches:
-                watching.append((peer, connection))
-            else:
-                self._carry_out(self.lobby.serve(peer, now))
-        done = self.clock.now()
-        self.tick_cost.add(done - now)
-        if watching:
-            self.lobby.update_scene()
-            for peer, connection in watching:
-                self._carry_out(self.lobby.show(peer, done, clear=connection.clear))
-            self._carry_out(self.lobby.report_scene())
-            self.watch_cost.add(self.clock.now() - done)
+        self._carry_out(self.lobby.serve(now))
+        return self.clock.now()
+
+    def _count(self, pace: Pace, left_out: int, due: float, started: float, written: float) -> None:
+        period = self.settings.simulation_period
+        self.meters.leave_out(left_out)
+        self.meters.add(due, started, written, period)
+        line = pace.see(1 + left_out, left_out + is_missed(due, written, period))
+        if line:
+            log.warning("%s", line)
+
+    def _show(self, now: float) -> None:
+        """Serve the watchers."""
+        watching = self.lobby.watching
+        if not watching:
+            return
+        self.lobby.update_scene()
+        for peer in watching:
+            clear = self._connections[peer].clear
+            self._carry_out(self.lobby.show(peer, now, clear=clear))
+        self._carry_out(self.lobby.report_scene())
+        self.meters.watch_cost.add(self.clock.now() - now)
 
     def _carry_out(self, outcome: Outcome) -> None:
         for line in outcome.log:
@@ -136,7 +140,7 @@ class CohapticServer:
         for peer in outcome.flush:
             self._connections[peer].flush()
 
-    async def _handle(self, ws: ServerConnection) -> None:
+    async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
@@ -145,24 +149,27 @@ class CohapticServer:
         reason = ""
         try:
             connection.flush()
+            ws.deliver = connection.receive_frame
             while True:
                 connection.receive(await ws.recv())
                 if peer.needs_mesh:
                     await self._send_mesh(connection)
+                ws.taken()
         except ConnectionClosed as closed:
             frame = closed.rcvd or closed.sent
             if frame is not None and frame.reason:
                 reason = one_line(frame.reason)  # it is shown on other users' terminals
         finally:
+            ws.deliver = None
             connection.take_rest()
             del self._connections[peer]
             self._carry_out(self.lobby.disconnect(peer, reason))
             await connection.closed()
 
-    def _take(self, connection: Connection, data: Data) -> None:
+    def _take(self, connection: Connection, data: Data, arrived: float) -> None:
         """Handle one message, at the end of its injected delay."""
-        now, to_wall = self.clock.now(), self.clock.to_wall()
-        self._carry_out(self.lobby.receive(connection.peer, data, now, to_wall))
+        to_wall = self.clock.to_wall()
+        self._carry_out(self.lobby.receive(connection.peer, data, arrived, to_wall))
 
     async def _send_mesh(self, connection: Connection) -> None:
         """Send the resting mesh, then the scene at once. Only this peer's handler waits for it.

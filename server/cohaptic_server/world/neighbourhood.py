@@ -22,6 +22,8 @@ _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_surfac
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
+# One vertex in the frame of a patch (`protocol.neighbourhood`), packed.
+_ITEM = np.dtype([("index", "<u2"), ("displacement", "<i2", (3,)), ("compliance", "<u2")])
 
 
 def _half_width(mesh: TouchMesh, horizon: float) -> float:
@@ -51,22 +53,23 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
     """`Neighbourhood.of` for arrays, without a Python loop over the vertices.
 
     Args:
-        vertices: Ascending, shape (k,).
+        vertices: Rising, at most 65,535, shape (k,).
         displacement: Shape (k, 3) [m].
-        c_ii: Shape (k,) [m/N].
+        c_ii: Not negative, shape (k,) [m/N].
+
+    Raises:
+        ValueError: The vertices are not as above.
     """
+    if len(vertices) and not (vertices[-1] < 2**16 and (vertices[1:] > vertices[:-1]).all()):
+        raise ValueError(f"vertices of a neighbourhood must rise to at most 65535: {vertices}")
     scale, c_scale = Neighbourhood.scales(
         float(np.abs(displacement).max(initial=0.0)), float(c_ii.max(initial=0.0))
     )
-    units = np.rint(displacement * (1.0 / scale if scale else 0.0)).astype(np.int64)
-    c_units = np.rint(c_ii * (1.0 / c_scale if c_scale else 0.0)).astype(np.int64)
-    return Neighbourhood(
-        scale,
-        c_scale,
-        tuple(vertices.tolist()),
-        tuple(zip(*units.T.tolist(), strict=True)),
-        tuple(c_units.tolist()),
-    )
+    items = np.empty(len(vertices), _ITEM)
+    items["index"] = vertices
+    items["displacement"] = np.rint(displacement * (1.0 / scale if scale else 0.0))
+    items["compliance"] = np.rint(c_ii * (1.0 / c_scale if c_scale else 0.0))
+    return Neighbourhood(scale, c_scale, items.tobytes())
 
 
 def choose_vertices(mesh: TouchMesh, x_contact: Floats, velocity: Floats, horizon: float) -> Ints:

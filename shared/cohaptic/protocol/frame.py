@@ -74,8 +74,9 @@ def check_finite(name: str, *values: float, remote: bool) -> None:
 
 def check_vector(name: str, value: Vec3, limit: float, unit: str, *, remote: bool) -> None:
     """Raise unless `value` is finite and no longer than `limit`."""
-    check_finite(name, *value, remote=remote)
-    if norm(value) > limit:
+    # One comparison for the values that are right, which no NaN passes.
+    if not norm(value) <= limit:
+        check_finite(name, *value, remote=remote)
         raise _error(remote)(f"length of {name}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
 
 

@@ -2,7 +2,8 @@
 
 The client has the resting mesh (`rest_mesh.py`); a vertex here is its number, its displacement
 without this client's own force, and the compliance of a contact centred on it. The values are whole
-numbers with a common scale, as on the wire, so that both sides hold the same numbers.
+numbers with a common scale. They are kept as the bytes of the wire, so that both sides hold the
+same numbers, and a server can pack its arrays at once; whoever wants numbers unpacks them.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
@@ -18,6 +18,7 @@ from cohaptic.vec import Vec3
 
 _HEAD = struct.Struct("<Hff")
 _ITEM = struct.Struct("<H3hH")
+ITEM_SIZE = _ITEM.size
 MAX_VERTICES = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
 _SMALLEST = 2.0**-126
 _I16 = 2**15 - 1
@@ -31,16 +32,13 @@ class Neighbourhood:
     Args:
         scale: One unit of `displacements` [m].
         c_scale: One unit of `compliances` [m/N].
-        indices: Of the vertices in the resting mesh, rising, shape (k,).
-        displacements: Without this client's own force, shape (k, 3) [scale].
-        compliances: Of a contact centred at each vertex, along its normal, shape (k,) [c_scale].
+        items: Number, displacement and compliance of each of k vertices as on the wire, packed
+            little-endian in `ITEM_SIZE` bytes: u16, 3 i16, u16.
     """
 
     scale: float
     c_scale: float
-    indices: tuple[int, ...]
-    displacements: tuple[tuple[int, int, int], ...]
-    compliances: tuple[int, ...]
+    items: bytes
 
     @classmethod
     def of(
@@ -52,35 +50,74 @@ class Neighbourhood:
             indices: Rising, shape (k,).
             displacements: Shape (k, 3) [m].
             c_ii: Shape (k,) [m/N].
+
+        Raises:
+            LocalProtocolError: A value is out of its limits.
         """
         most = max((abs(u) for v in displacements for u in v), default=0.0)
         scale, c_scale = cls.scales(most, max(c_ii, default=0.0))
         per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
-        return cls(
+        return cls.of_units(
             scale,
             c_scale,
-            tuple(indices),
-            tuple((round(per * x), round(per * y), round(per * z)) for x, y, z in displacements),
-            tuple(round(c_per * c) for c in c_ii),
+            indices,
+            [(round(per * x), round(per * y), round(per * z)) for x, y, z in displacements],
+            [round(c_per * c) for c in c_ii],
         )
+
+    @classmethod
+    def of_units(
+        cls,
+        scale: float,
+        c_scale: float,
+        indices: Sequence[int],
+        displacements: Sequence[tuple[int, int, int]],
+        compliances: Sequence[int],
+    ) -> Neighbourhood:
+        """The neighbourhood with these whole numbers.
+
+        Args:
+            scale: One unit of `displacements` [m].
+            c_scale: One unit of `compliances` [m/N].
+            indices: Rising, shape (k,).
+            displacements: Shape (k, 3) [scale].
+            compliances: Shape (k,) [c_scale].
+
+        Raises:
+            LocalProtocolError: A value is out of its limits.
+        """
+        _check_rising(indices, remote=False)
+        for u in (u for v in displacements for u in v):
+            check_range("displacement of a vertex", u, -_I16 - 1, _I16, remote=False)
+        for c in compliances:
+            check_range("compliance of a vertex", c, 0, _U16, remote=False)
+        items = zip(indices, displacements, compliances, strict=True)
+        return cls(scale, c_scale, b"".join(_ITEM.pack(i, *u, c) for i, u, c in items))
 
     @staticmethod
     def scales(displacement: float, c_ii: float) -> tuple[float, float]:
         """Units [m], [m/N] that hold values up to these [m], [m/N]."""
         return _single(displacement / _I16), _single(c_ii / _U16)
 
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Of the vertices in the resting mesh, rising, shape (k,)."""
+        return tuple(item[0] for item in _ITEM.iter_unpack(self.items))
+
+    @property
+    def displacements(self) -> tuple[tuple[int, int, int], ...]:
+        """Without this client's own force, shape (k, 3) [scale]."""
+        return tuple((x, y, z) for _, x, y, z, _ in _ITEM.iter_unpack(self.items))
+
+    @property
+    def compliances(self) -> tuple[int, ...]:
+        """Of a contact centred at each vertex, along its normal, shape (k,) [c_scale]."""
+        return tuple(item[4] for item in _ITEM.iter_unpack(self.items))
+
     def encode(self) -> bytes:
         """The tail of the frame; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
-        units = [u for v in self.displacements for u in v]
-        for worst in (min(units, default=0), max(units, default=0)):
-            check_range("displacement of a vertex", worst, -_I16 - 1, _I16, remote=False)
-        for worst in (min(self.compliances, default=0), max(self.compliances, default=0)):
-            check_range("compliance of a vertex", worst, 0, _U16, remote=False)
-        return _HEAD.pack(len(self.indices), self.scale, self.c_scale) + b"".join(
-            _ITEM.pack(i, *u, c)
-            for i, u, c in zip(self.indices, self.displacements, self.compliances, strict=True)
-        )
+        return _HEAD.pack(len(self.items) // ITEM_SIZE, self.scale, self.c_scale) + self.items
 
     @classmethod
     def decode(cls, data: bytes) -> Neighbourhood:
@@ -90,32 +127,32 @@ class Neighbourhood:
             raise RemoteProtocolError("length of a neighbourhood", len(data), limit)
         count, scale, c_scale = _HEAD.unpack_from(data)
         check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=True)
-        size = _HEAD.size + count * _ITEM.size
+        size = _HEAD.size + count * ITEM_SIZE
         if len(data) != size:
             raise RemoteProtocolError("length of a neighbourhood", len(data), f"{size} bytes")
-        items = list(_ITEM.iter_unpack(data[_HEAD.size :]))
-        neighbourhood = cls(
-            scale,
-            c_scale,
-            tuple(item[0] for item in items),
-            tuple(item[1:4] for item in items),
-            tuple(item[4] for item in items),
-        )
+        neighbourhood = cls(scale, c_scale, data[_HEAD.size :])
         neighbourhood._check(remote=True)
+        _check_rising(neighbourhood.indices, remote=True)
         return neighbourhood
 
     def _check(self, *, remote: bool) -> None:
-        count = len(self.indices)
+        """What the items cannot break: those that were packed from numbers rise already."""
+        count = len(self.items) // ITEM_SIZE
         check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=remote)
         check_range("scale of a neighbourhood", self.scale, 0.0, MAX_POSITION / _I16, remote=remote)
         limit = MAX_POSITION / _U16
         check_range("c_scale of a neighbourhood", self.c_scale, 0.0, limit, remote=remote)
-        # A strict order leaves no vertex twice.
-        for before, i in pairwise((-1, *self.indices)):
-            if i <= before:
-                limits = f"more than the one before, {before}"
-                raise wrong("index of a vertex", i, limits, remote=remote)
-        check_range("index of a vertex", max(self.indices, default=0), 0, _U16, remote=remote)
+
+
+def _check_rising(indices: Sequence[int], *, remote: bool) -> None:
+    """Raise unless the indices rise, which leaves no vertex twice, from 0 to the largest."""
+    before = -1
+    for i in indices:
+        if i <= before:
+            limits = f"more than the one before, {before}"
+            raise wrong("index of a vertex", i, limits, remote=remote)
+        before = i
+    check_range("index of a vertex", max(before, 0), 0, _U16, remote=remote)
 
 
 def _single(x: float) -> float:

@@ -153,7 +153,9 @@ def test_what_is_said_first_and_last_is_what_a_server_understands() -> None:
 
 
 def mesh_patch(*indices: int) -> Patch:
-    near = Neighbourhood(0.0, 0.0, indices, ((0, 0, 0),) * len(indices), (0,) * len(indices))
+    near = Neighbourhood.of_units(
+        0.0, 0.0, indices, ((0, 0, 0),) * len(indices), (0,) * len(indices)
+    )
     return replace(PLANE, geometry=Geometry.MESH, neighbourhood=near)
 
 

@@ -156,11 +156,11 @@ def test_a_sample_reaches_the_room_and_its_patch_the_user(small_balloon: Balloon
     peer = join(there, "ann")
     peer.session.take(clear=True)
     there.tick(0.0)
-    assert there.serve(peer, 0.0).flush == [peer]
+    assert there.serve(0.0).flush == []
     assert peer.session.take(clear=True) == []
     say(there, peer, sample(5).encode())
     there.tick(0.01)
-    there.serve(peer, 0.01)
+    assert there.serve(0.01).flush == [peer]
     (patch,) = peer.session.take(clear=True)
     assert isinstance(patch, bytes)
 
@@ -172,7 +172,7 @@ def test_a_patch_that_the_wire_cannot_carry_is_logged_once(small_balloon: Balloo
     lines: list[LogLine] = []
     for now in (1.1e6, 1.1e6 + 0.01):
         there.tick(now)
-        lines += there.serve(peer, now).log
+        lines += there.serve(now).log
     (line,) = lines
     assert line.warning
     assert line.text.startswith("ann gets no patch: sample_wait is 1100000")

@@ -18,7 +18,7 @@ from cohaptic.protocol.messages import (
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.shell.listener import MAX_INBOUND_BYTES
+from cohaptic_server.shell.wire import MAX_INBOUND_BYTES
 from tests.server.peers import hello_text, sample, text
 from tests.server.shell.stage import Stage, names, serving, visit
 

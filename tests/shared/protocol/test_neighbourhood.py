@@ -10,12 +10,19 @@ from hypothesis import strategies as st
 from cohaptic.control.friction import Compliance3
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
-from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
+from cohaptic.protocol.neighbourhood import ITEM_SIZE, MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import SIZE, Geometry, Patch
 from tests.client.plane import PLANE
 from tests.strategies import mesh_patches, neighbourhoods, vectors
 
-NEAR = Neighbourhood(1e-6, 1e-7, (3, 7, 9), ((1, -2, 3), (0, 0, 0), (9, 9, 9)), (7, 8, 9))
+UNITS: dict[str, Any] = {
+    "scale": 1e-6,
+    "c_scale": 1e-7,
+    "indices": (3, 7, 9),
+    "displacements": ((1, -2, 3), (0, 0, 0), (9, 9, 9)),
+    "compliances": (7, 8, 9),
+}
+NEAR = Neighbourhood.of_units(**UNITS)
 MESH = replace(PLANE, geometry=Geometry.MESH, neighbourhood=NEAR)
 
 
@@ -99,7 +106,27 @@ def test_a_tail_of_another_length_is_refused(near: Neighbourhood, more: int) -> 
 )
 def test_a_value_out_of_its_limits_is_a_local_error(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(LocalProtocolError, match=message):
-        replace(NEAR, **wrong).encode()
+        Neighbourhood.of_units(**UNITS | wrong).encode()
+
+
+def test_vertices_in_disorder_are_the_peers_error() -> None:
+    data = NEAR.encode()
+    head, first, second = data[:10], data[10:20], data[20:30]
+    for items in (second + first, first + first):
+        bad = (2).to_bytes(2, "little") + head[2:] + items
+        with pytest.raises(
+            RemoteProtocolError, match=r"index of a vertex is .* than the one before"
+        ):
+            Neighbourhood.decode(bad)
+
+
+@given(neighbourhoods)
+def test_the_numbers_in_the_bytes_are_those_that_were_packed(near: Neighbourhood) -> None:
+    again = Neighbourhood.of_units(
+        near.scale, near.c_scale, near.indices, near.displacements, near.compliances
+    )
+    assert again == near
+    assert len(near.items) == ITEM_SIZE * len(near.indices)
 
 
 def test_too_many_vertices_are_named_from_both_sides() -> None:

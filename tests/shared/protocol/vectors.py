@@ -85,7 +85,7 @@ PATCHES = {
         law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=8.0,
         c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.0, 0.0),
         u_others=(0.001953125, 0.0, -0.001953125), room=RoomLag(0.125, 0.75, 1.3330078125),
-        neighbourhood=Neighbourhood(
+        neighbourhood=Neighbourhood.of_units(
             scale=single(1e-6), c_scale=single(6e-8), indices=(0, 3, 65_534),
             displacements=((0, 0, 0), (-32_768, 1, 32_767), (2, -3, 4)),
             compliances=(65_535, 0, 32_000),
@@ -206,7 +206,10 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
                 "hex": m.encode().hex(),
                 "fields": asdict(m)
                 | {"geometry": m.geometry.name.lower(), "law": m.law.value}
-                | {"room": m.room._asdict()},
+                | {
+                    "room": m.room._asdict(),
+                    "neighbourhood": neighbourhood_fields(m.neighbourhood),
+                },
             }
             for n, m in PATCHES.items()
         ],
@@ -254,3 +257,11 @@ def as_json(vectors: list[dict[str, Any]]) -> str:
 def control_vectors() -> list[dict[str, Any]]:
     """Every control message: name, text."""
     return [{"name": n, "text": encode_control(m)} for n, m in CONTROL.items()]
+
+
+def neighbourhood_fields(near: Neighbourhood | None) -> dict[str, Any] | None:
+    """A neighbourhood as numbers, as the page has it."""
+    if near is None:
+        return None
+    names = ("scale", "c_scale", "indices", "displacements", "compliances")
+    return {name: getattr(near, name) for name in names}
