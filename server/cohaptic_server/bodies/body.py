@@ -89,6 +89,11 @@ class DenseResponse:
     compliance: Floats
     energy: float
 
+    def __post_init__(self) -> None:
+        # As compiled loops read them; a body may have left them in another order.
+        for name in ("displacement", "fields"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), np.float64))
+
     def at(self, vertices: Ints) -> Floats:
         """Displacement of some vertices, shape (k, 3) [m]."""
         return np.asarray(self.displacement[vertices])
