@@ -4,6 +4,37 @@ from __future__ import annotations
 
 from cohaptic_server.numeric import Floats, Ints
 
+# As plain Python `combine` takes a thousand times as long as numpy, with its copy, does.
+COMPILED = not __file__.endswith(".py")
+
+
+def combine(rows: Floats, vertices: Ints, weights: Floats, combined: Floats) -> None:
+    """The weighted sum of some rows, `weights @ rows[vertices]`, without a copy of the rows.
+
+    Args:
+        rows: Shape (n, m).
+        vertices: Numbers of the rows, shape (k,).
+        weights: Shape (k,).
+        combined: Set to the sum, shape (m,).
+    """
+    for j in range(combined.shape[0]):
+        combined[j] = 0.0
+    k = 0
+    # Four rows in one pass: the sum is read and written a quarter as often.
+    while k + 3 < vertices.shape[0]:
+        a, b, c, d = vertices[k], vertices[k + 1], vertices[k + 2], vertices[k + 3]
+        wa, wb, wc, wd = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+        for j in range(combined.shape[0]):
+            pair = wc * rows[c, j] + wd * rows[d, j]
+            combined[j] += wa * rows[a, j] + wb * rows[b, j] + pair
+        k += 4
+    while k < vertices.shape[0]:
+        a = vertices[k]
+        wa = weights[k]
+        for j in range(combined.shape[0]):
+            combined[j] += wa * rows[a, j]
+        k += 1
+
 
 def seen_by(
     fields: Floats, vertices: Ints, weights: Floats, direction: Floats, C: Floats

@@ -25,7 +25,7 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping
-from cohaptic_server.bodies.superposition import seen_by
+from cohaptic_server.bodies.superposition import COMPILED, combine, seen_by
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.rigid_motions import rigid_motions
@@ -127,8 +127,10 @@ class Balloon:
                 per_axis[i] = per_axis[i - 1]  # with friction three loads act on one contact
                 continue
             # C is symmetric: its rows are its columns, and rows lie together in memory.
-            rows = self._rows.take(load.vertices, axis=0)
-            np.dot(load.weights, rows, out=per_axis[i].reshape(-1))
+            if COMPILED:
+                combine(self._rows, load.vertices, load.weights, per_axis[i].reshape(-1))
+            else:
+                np.dot(load.weights, self._rows[load.vertices], out=per_axis[i].reshape(-1))
         directions = np.array([load.direction for load in loads]).reshape(count, 3)
         forces = np.array([load.force for load in loads])
         fields = np.empty((count, n, 3))
