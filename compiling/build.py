@@ -179,11 +179,23 @@ def _read(root: Path) -> dict[str, Entry]:
 
 def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int) -> None:
     """Replace the manifest at one stroke, then delete what it no longer names."""
+    built = {
+        name: entries[key]["files"]
+        for unit in every
+        for key in [_key(unit, recipe)]
+        if key in entries
+        for name in unit.modules
+    }
     groups: dict[str, list[Entry]] = {unit.group: [] for unit in every}
     for unit in every:
         key = _key(unit, recipe)
-        if key in entries:
-            groups[unit.group].append({**entries[key], "key": key})
+        if key in entries and built.keys() >= set(unit.uses):
+            # A module is as good as those that it is linked to.
+            files = {
+                **entries[key]["files"],
+                **{f: n for u in unit.uses for f, n in built[u].items()},
+            }
+            groups[unit.group].append({**entries[key], "files": files, "key": key})
     new = folder(root) / f"{MANIFEST}.{os.getpid()}"
     new.write_text(json.dumps({"groups": groups}, indent=1), encoding="utf-8")
     new.replace(folder(root) / MANIFEST)

@@ -113,9 +113,9 @@ class _Finder:
         loader = _Loader(name, place)
         return spec_from_file_location(name, place.extension, loader=loader)
 
-    def gave_up(self, name: str, error: ImportError) -> None:
+    def gave_up(self, name: str, error: Exception) -> None:
         """Take note that the system could not load an extension."""
-        del self.places[name]
+        self.places.pop(name, None)
         for group, (modules, reasons) in self.groups.items():
             if name in modules:
                 rest = tuple(other for other in modules if other != name)
@@ -143,11 +143,15 @@ class _Loader(ExtensionFileLoader):
     def exec_module(self, module: ModuleType) -> None:
         try:
             super().exec_module(module)
-        except ImportError as error:
+        except Exception as error:  # linked to a module that is not as it was then
             if self._source is None:
                 raise
             _FINDER.gave_up(module.__name__, error)
-            SourceFileLoader(module.__name__, str(self._source)).exec_module(module)
+            plain = SourceFileLoader(module.__name__, str(self._source))
+            module.__file__, module.__loader__ = str(self._source), plain
+            if module.__spec__ is not None:
+                module.__spec__.loader = plain
+            plain.exec_module(module)
 
 
 _FINDER = _Finder()
@@ -202,8 +206,8 @@ def _enter(unit: dict[str, Any], folder: Path) -> str:
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():
-        alone = source is not None and library is None
-        places[name] = Place(folder / file, source_path(source) if alone else None)
+        alone = source_path(source) if source and library is None else None
+        places[name] = Place(folder / file, alone)
     if library is not None:
         name, file = library
         places[name] = Place(folder / file, None)
