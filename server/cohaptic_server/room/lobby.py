@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.peer import LogLine, Outcome, Peer
+from cohaptic_server.room.peer import NOTHING, LogLine, Outcome, Peer
 from cohaptic_server.room.room import REPLACE_AFTER, Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
@@ -66,8 +65,14 @@ class Lobby:
             now: Time [s].
             to_wall: Offset of that time to the machine's wall clock [s].
         """
-        outcome = Outcome()
         session = peer.session
+        if peer.user is not None and isinstance(data, bytes) and not isinstance(session, Watcher):
+            sample = session.receive_sample(data)
+            if sample is None:
+                return Outcome([peer])
+            self.room.sample(peer.user, sample, now)
+            return NOTHING
+        outcome = Outcome()
         session.receive(data, now)
         if isinstance(session, Watcher):
             for change in session.events():
@@ -75,9 +80,7 @@ class Lobby:
             outcome.flush.append(peer)
             return outcome
         self._handle_events(peer, session, now, to_wall, outcome)
-        # Nothing answers a sample.
-        if peer.session.close is not None or not peer.session.outbox.empty:
-            outcome.flush.append(peer)
+        outcome.flush.append(peer)
         return outcome
 
     def tick(self, now: float) -> None:
@@ -204,9 +207,6 @@ class Lobby:
     ) -> None:
         for event in session.events():
             match event:
-                # The most frequent one first.
-                case ContactSample() if peer.user is not None:
-                    self.room.sample(peer.user, event, now)
                 case Hello():
                     self._join(peer, session, event, now, to_wall, outcome)
                 case Watch():

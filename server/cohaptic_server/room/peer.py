@@ -56,3 +56,6 @@ class Outcome:
     flush: list[Peer] = field(default_factory=list[Peer])
     delayed: list[Peer] = field(default_factory=list[Peer])
     log: list[LogLine] = field(default_factory=list[LogLine])
+
+
+NOTHING = Outcome()  # of a sample: nobody adds to it, and the shell passes over it

@@ -79,6 +79,11 @@ class ServerSession:
     def receive(self, data: str | bytes, now: float) -> None:
         """Handle one message from the client."""
         self.handle_timer(now)
+        if self.state is State.JOINED and isinstance(data, bytes):
+            sample = self.receive_sample(data)
+            if sample is not None:
+                self._events.append(sample)
+            return
         if self.state is State.CLOSED:
             return
         try:
@@ -86,20 +91,32 @@ class ServerSession:
         except ProtocolError as error:
             self.fail(error)
             return
-        if isinstance(message, ContactSample):
-            # A stream keeps order, so a decreasing sequence number is the client's error.
-            if message.seq <= self._last_seq:
-                limit = f"more than the last one, {self._last_seq}"
-                self.fail(RemoteProtocolError("seq of a contact sample", message.seq, limit))
-                return
-            self._last_seq = message.seq
-        elif isinstance(message, Hello):
+        if isinstance(message, Hello):
             self.state = State.GREETED
         elif isinstance(message, Watch):
             self.state = State.WATCHES
         self._events.append(message)
         if isinstance(message, Bye):
             self._end(1000, "bye")
+
+    def receive_sample(self, data: bytes) -> ContactSample | None:
+        """The sample in a frame of a client that has joined; None once the session has ended.
+
+        It passes by the events, since it comes at the rate of the simulation.
+        """
+        if self.state is not State.JOINED:
+            return None
+        try:
+            sample = ContactSample.decode(data)
+            # A stream keeps order, so a decreasing sequence number is the client's error.
+            if sample.seq <= self._last_seq:
+                limit = f"more than the last one, {self._last_seq}"
+                raise RemoteProtocolError("seq of a contact sample", sample.seq, limit)
+        except ProtocolError as error:
+            self.fail(error)
+            return None
+        self._last_seq = sample.seq
+        return sample
 
     def events(self) -> list[Event]:
         """Messages for the room that arrived since the last call."""

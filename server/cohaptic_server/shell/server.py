@@ -22,7 +22,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
 from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick
-from cohaptic_server.room.peer import Outcome, Peer
+from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
@@ -168,8 +168,9 @@ class CohapticServer:
 
     def _take(self, connection: Connection, data: Data, arrived: float) -> None:
         """Handle one message, at the end of its injected delay."""
-        to_wall = self.clock.to_wall()
-        self._carry_out(self.lobby.receive(connection.peer, data, arrived, to_wall))
+        outcome = self.lobby.receive(connection.peer, data, arrived, self.clock.to_wall())
+        if outcome is not NOTHING:
+            self._carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
         """Send the resting mesh, then the scene at once. Only this peer's handler waits for it.

@@ -198,7 +198,7 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
     """Every binary vector: name, frame in hexadecimal, fields."""
     return {
         "contact_sample": [
-            {"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in SAMPLES.items()
+            {"name": n, "hex": m.encode().hex(), "fields": m._asdict()} for n, m in SAMPLES.items()
         ],
         "patch": [
             {
