@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from cohaptic_server.bodies.body import Body, Load
+from cohaptic_server.bodies.body import Body, Load, Prefetching
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
 from cohaptic_server.numeric import Floats
@@ -36,6 +36,11 @@ class TouchedBody:
     """
 
     body: Body
+
+    @cached_property
+    def prefetching(self) -> Prefetching | None:
+        """The body where it wants to know which vertices will be touched soon, else None."""
+        return self.body if isinstance(self.body, Prefetching) else None
 
     @cached_property
     def mesh(self) -> TouchMesh:

@@ -82,7 +82,8 @@ def apply_forces(
     if not tracked:
         return []
     C = _previous_coupling(state, tracked, max_move)
-    c_ii = np.diag(C)
+    # Of a contact whose coupling is not known yet it is infinite.
+    c_ii = C.diagonal().copy()
     present = np.array([float(user.touch.user not in released) for user in tracked])
     previous = present * np.array([_previous_force(state, user) for user in tracked])
     requested = present * np.array([user.requested for user in tracked])
@@ -95,7 +96,8 @@ def apply_forces(
     normal = low_pass(previous, limited, lag, dt)
     tangential = low_pass(previous_tangential, tangential, lag[:, None], dt)
 
-    change = np.abs(normal - previous) + np.linalg.norm(tangential - previous_tangential, axis=1)
+    aside = tangential - previous_tangential
+    change = np.abs(normal - previous) + np.sqrt(np.einsum("ij,ij->i", aside, aside))
     stiffness = _hand_stiffness(tracked, c_ii)
     # A hand that feels no force cannot be moved, so nobody is slowed down for its sake.
     C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
@@ -155,7 +157,7 @@ def _tangential_forces(
     requested, previous = np.zeros((len(tracked), 3)), np.zeros((len(tracked), 3))
     for i, user in enumerate(tracked):
         if user.requested_tangential is None:
-            continue
+            continue  # no friction
         requested[i] = scale[i] * user.requested_tangential
         before = state.users.get(user.touch.user)
         if before is not None and before.tangential is not None:
@@ -172,12 +174,15 @@ def _previous_coupling(state: WorldState, tracked: Sequence[UserState], max_move
     is set to infinity; the effect of others on it to zero, since it holds no force there yet.
     """
     row = {number: i for i, number in enumerate(state.users)}
-    index = np.array(
-        [-1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked]
-    )
+    index = [
+        -1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked
+    ]
+    if index == list(range(len(state.coupling))):
+        return state.coupling.copy()  # nobody came, left or jumped
     C = np.full((len(tracked), len(tracked)), np.inf)
-    C[index < 0] = 0.0
+    C[np.array(index) < 0] = 0.0
     np.fill_diagonal(C, np.inf)
-    known = np.flatnonzero(index >= 0)
-    C[np.ix_(known, known)] = state.coupling[np.ix_(index[known], index[known])]
+    known = [i for i, before in enumerate(index) if before >= 0]
+    before = [index[i] for i in known]
+    C[np.ix_(known, known)] = state.coupling[np.ix_(before, before)]
     return C

@@ -67,11 +67,11 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
     shares = np.ones(len(change))
     # Change of the force on each hand (row) by each user (column); an unknown compliance is
     # replaced by the worst case.
-    effect = np.minimum(np.expand_dims(stiffness, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
-    np.fill_diagonal(effect, 0.0)
-    for row in effect:
-        if row.sum() > max_effect:
-            shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
+    effect = np.minimum(stiffness[:, None] * np.abs(C), MAX_COUPLING_RATIO) * change
+    effect.flat[:: len(effect) + 1] = 0.0  # the diagonal
+    for i in np.flatnonzero(effect.sum(axis=1) > max_effect).tolist():
+        cap = fair_cap(effect[i], max_effect)
+        shares = np.minimum(shares, cap / np.maximum(effect[i], 1e-300))
     return shares
 
 

@@ -81,7 +81,11 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """
     if not spans:
         return np.zeros((0, 0))
-    own = np.maximum(np.diag(compliance), 1e-300)
+    own = np.maximum(compliance.diagonal(), 1e-300)
+    if len(spans) == len(compliance):  # nobody has friction: one direction each
+        rows = np.abs(compliance)
+        np.fill_diagonal(rows, own)
+        return rows
     first = np.array([span.start for span in spans])
     owner = np.repeat(np.arange(len(spans)), [span.stop - span.start for span in spans])
     share = own[first[owner]] / own
@@ -103,6 +107,9 @@ def floored(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """
     loads = spans[-1].stop if spans else 0
     C = np.array(compliance[:loads, :loads])
+    if loads == len(spans):  # nobody has friction: one direction each
+        np.fill_diagonal(C, np.maximum(C.diagonal(), MIN_COMPLIANCE))
+        return C
     for span in spans:
         block = C[span, span]
         lack = MIN_COMPLIANCE - float(np.diag(block).min())

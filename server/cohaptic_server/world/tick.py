@@ -22,7 +22,7 @@ import numpy as np
 
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import add, dot, norm, scale, sub
-from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
+from cohaptic_server.bodies.body import Body, Load, Response
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
@@ -90,8 +90,9 @@ def advance(
 
     own_loads = [user.press.loads() for user in users]
     fading_loads = [release.faded().loads() for release in releases]
-    if isinstance(body, Prefetching):
-        body.prefetch(_vertices_ahead(body, users))
+    prefetching = touched_body.prefetching
+    if prefetching is not None:
+        prefetching.prefetch(_vertices_ahead(body, users))
     response = body.respond(_flat([*own_loads, *fading_loads]), state.response)
 
     observed = _observe(touched_body, state, users, own_loads, response, dt)
