@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cohaptic.control.geometry import LocalSurface, Surface
-from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.control.geometry import LocalSurface
+from cohaptic.control.mesh_surface import MeshSurface, RestSurface, Surface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import scale

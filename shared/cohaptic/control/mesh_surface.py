@@ -19,20 +19,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Final
 
 from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.vec import Vec3, norm, sub, unit
 
-SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
+SUPPORT: Final = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
 # m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
 # one makes every evaluation slower, a smaller one gathers more often.
-_MARGIN = 0.004
+_MARGIN: Final = 0.004
 # Weighted share of inner vertices, whose faces are all known, between which plane or sphere (below
 # the first) and the neighbourhood (above the second) are mixed.
-_OUTER, _INNER = 0.05, 0.5
-_DEEPEST = 5.0  # largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon
-_FEW = 0.05  # sum of weights below which no vertex counts as near
+_OUTER: Final = 0.05
+_INNER: Final = 0.5
+# Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
+_DEEPEST: Final = 5.0
+_FEW: Final = 0.05  # sum of weights below which no vertex counts as near
 
 
 class RestSurface:
@@ -65,27 +67,31 @@ class RestSurface:
         return max(1e-12, (SUPPORT * sum(edges) / len(edges)) ** 2)
 
 
-class _Vertex(NamedTuple):
+class _Vertex:
     """A displaced vertex: position, normal, 1 / h^2, whether all around it is known, c_ii."""
 
-    x: float
-    y: float
-    z: float
-    nx: float
-    ny: float
-    nz: float
-    per_support: float
-    inner: float
-    c_ii: float
+    __slots__ = ("c_ii", "inner", "nx", "ny", "nz", "per_support", "x", "y", "z")
+
+    def __init__(
+        self, place: Vec3, normal: Vec3, per_support: float, inner: float, c_ii: float
+    ) -> None:
+        self.x, self.y, self.z = place
+        self.nx, self.ny, self.nz = normal
+        self.per_support = per_support
+        self.inner = inner
+        self.c_ii = c_ii
 
 
-class _Fit(NamedTuple):
+class _Fit:
     """The fit of the vertices at a probe: depth, normal, c_ii, and its weight against the base."""
 
-    depth: float
-    normal: Vec3
-    c_ii: float
-    trust: float
+    __slots__ = ("c_ii", "depth", "normal", "trust")
+
+    def __init__(self, depth: float, normal: Vec3, c_ii: float, trust: float) -> None:
+        self.depth = depth
+        self.normal = normal
+        self.c_ii = c_ii
+        self.trust = trust
 
 
 class MeshSurface:
@@ -152,16 +158,17 @@ class MeshSurface:
             self._gather(probe, depth)
         below = self._below(depth)
         total = inner = c = along = spread = sx = sy = sz = nx = ny = nz = 0.0
-        for x, y, z, ax, ay, az, per_support, inside, c_k in self._near:
-            dx, dy, dz = x - px, y - py, z - pz
+        for vertex in self._near:
+            dx, dy, dz = vertex.x - px, vertex.y - py, vertex.z - pz
             square = dx * dx + dy * dy + dz * dz
-            w = 1.0 - (square - below) * per_support
+            w = 1.0 - (square - below) * vertex.per_support
             if w > 0.0:
                 w *= w
+                ax, ay, az = vertex.nx, vertex.ny, vertex.nz
                 total += w
                 spread += w * square
-                inner += w * inside
-                c += w * c_k
+                inner += w * vertex.inner
+                c += w * vertex.c_ii
                 sx += w * dx
                 sy += w * dy
                 sz += w * dz
@@ -220,7 +227,7 @@ class MeshSurface:
         """The vertex with its normal, which is computed at first use."""
         if k not in self._made:
             normal, inner = self._normal(k, place)
-            self._made[k] = _Vertex(*place, *normal, 1.0 / support, inner, self._c_ii[k])
+            self._made[k] = _Vertex(place, normal, 1.0 / support, inner, self._c_ii[k])
         return self._made[k]
 
     def _normal(self, k: int, place: Vec3) -> tuple[Vec3, float]:
@@ -242,3 +249,6 @@ class MeshSurface:
                 ny += (az * bx - ax * bz) / area
                 nz += (ax * by - ay * bx) / area
         return unit((nx, ny, nz), self._base.normal), known
+
+
+Surface = LocalSurface | MeshSurface  # a local surface of any geometry
