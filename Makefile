@@ -3,6 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 ARGS   ?=
 BIN    := $(VENV)/bin
+# pip would compile every module of every package to bytecode; Python does it at a module's first
+# import. By pip's rule a negative option is switched on by a false value.
+PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
 # Tests that need no real time run side by side; `auto` is one process for each core.
@@ -12,7 +15,7 @@ NO_TESTS := 5
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test check static format lint types web page docs bench results clean
+.PHONY: help demo test check static format lint types web page compiled docs bench results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
@@ -26,21 +29,23 @@ $(VENV)/.made:
 	@touch $@
 
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@$(PIP) -e .
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	@$(PIP) -e ".[dev]"
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.docs: $(VENV)/.made pyproject.toml
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	@$(PIP) -e ".[docs]"
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
 	@$(BIN)/cohaptic demo $(ARGS)
 
+# Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
 test: $(VENV)/.dev  ## the whole test suite; ARGS="tests/client -x" for a part of it
+	@$(BIN)/python -m compiling || [ "$$CI" != true ]
 	@echo "tests that need no real time, on $(JOBS) processes"; \
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope -m "not realtime" $(ARGS); first=$$?; \
 	case $$first in 0|$(NO_TESTS)) ;; *) exit $$first;; esac; \
@@ -75,6 +80,9 @@ web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
+compiled: $(VENV)/.dev  ## compile what is slow as Python, where its source has changed
+	@$(BIN)/python -m compiling
+
 docs: $(VENV)/.docs  ## build the documentation into site/; a warning is an error
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open site/index.html"
@@ -88,4 +96,4 @@ results: $(VENV)/.dev  ## make docs/results.md again, about half an hour
 	@$(BIN)/python experiments/results.py
 
 clean:  ## delete everything that was built
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist site web/node_modules server/cohaptic_server/page
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis dist site web/node_modules server/cohaptic_server/page shared/cohaptic/_compiled

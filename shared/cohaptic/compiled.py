@@ -1,0 +1,215 @@
+"""Compiled modules in place of the plain ones they were made from (docs/decisions/0024).
+
+The build compiles some modules of the packages, from their own Python source, and leaves the
+extensions in the folder `_compiled` with a manifest. `use` puts those of one group in place of the
+plain modules. A module whose source has changed since stays plain, and so does everything where
+nothing was compiled: slower, with the same results.
+
+Groups:
+    kernels: Loops over arrays of the server, each module by itself (Cython).
+    loop: A period of the haptic loop, all modules in one library (mypyc): all of them or none.
+
+COHAPTIC_PLAIN=1 in the environment keeps everything plain.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import (
+    EXTENSION_SUFFIXES,
+    ExtensionFileLoader,
+    ModuleSpec,
+    SourceFileLoader,
+)
+from importlib.util import find_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+from zlib import crc32
+
+FOLDER = Path(__file__).parent / "_compiled"
+PLAIN = "COHAPTIC_PLAIN"
+# One folder for each Python and system, so that several can share a checkout.
+PYTHON = EXTENSION_SUFFIXES[0].strip(".").rpartition(".")[0]
+MANIFEST = "manifest.json"
+NONE_BUILT = "no compiled modules; in a checkout, `make compiled` makes them"
+
+
+class Place(NamedTuple):
+    """Where a module of a group comes from.
+
+    Args:
+        extension: The compiled file.
+        source: What it was made from, used if the system cannot load the extension. None where a
+            plain module must not stand beside compiled ones, which call each other directly.
+    """
+
+    extension: Path
+    source: Path | None
+
+
+class Group(NamedTuple):
+    """What is in use of a group.
+
+    Args:
+        modules: Names of the compiled modules in use.
+        reasons: Why others are plain, one phrase each.
+    """
+
+    modules: tuple[str, ...]
+    reasons: tuple[str, ...]
+
+
+def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
+    """Put the compiled modules of a group in place of the plain ones, from their next import on.
+
+    Args:
+        group: "kernels" or "loop".
+        folder: Where the build left them.
+
+    Returns:
+        Names of the modules that will be compiled; empty where everything stays plain.
+    """
+    if group not in _FINDER.groups:
+        if _FINDER not in sys.meta_path:
+            sys.meta_path.insert(0, _FINDER)
+        _FINDER.groups[group] = _choose(group, folder / PYTHON)
+    return _FINDER.groups[group].modules
+
+
+def describe(group: str) -> str:
+    """Whether a group is compiled and, if not, why; one line for people."""
+    if group not in _FINDER.groups:
+        return "plain Python: not asked for"
+    modules, reasons = _FINDER.groups[group]
+    if not reasons:
+        return "compiled"
+    return f"{'compiled, except' if modules else 'plain Python'}: {'; '.join(reasons)}"
+
+
+def is_complete(group: str) -> bool:
+    """Whether every module of the group is in use as it was compiled."""
+    found = _FINDER.groups.get(group)
+    return found is not None and not found.reasons
+
+
+class _Finder:
+    """First on `sys.meta_path`: knows the places of compiled modules and nothing else."""
+
+    def __init__(self) -> None:
+        self.places: dict[str, Place] = {}
+        self.groups: dict[str, Group] = {}
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Of a compiled module; None for every other."""
+        place = self.places.get(name)
+        if place is None:
+            return None
+        loader = _Loader(name, place)
+        return spec_from_file_location(name, place.extension, loader=loader)
+
+    def gave_up(self, name: str, error: ImportError) -> None:
+        """Take note that the system could not load an extension."""
+        del self.places[name]
+        for group, (modules, reasons) in self.groups.items():
+            if name in modules:
+                rest = tuple(other for other in modules if other != name)
+                self.groups[group] = Group(rest, (*reasons, f"{name} cannot be loaded ({error})"))
+
+
+class _Loader(ExtensionFileLoader):
+    """Loads the extension or, where the system cannot, the source."""
+
+    def __init__(self, name: str, place: Place) -> None:
+        super().__init__(name, str(place.extension))
+        self._source = place.source
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        try:
+            return super().create_module(spec)
+        except ImportError as error:
+            if self._source is None:
+                raise
+            _FINDER.gave_up(spec.name, error)
+            plain = SourceFileLoader(spec.name, str(self._source))
+            spec.loader, spec.origin, spec.cached = plain, str(self._source), None
+            return ModuleType(spec.name)
+
+
+_FINDER = _Finder()
+
+
+def _choose(group: str, folder: Path) -> Group:
+    """Find out what of a group can be used, and tell the finder.
+
+    A unit is what was compiled together: a kernel, or the whole group of the loop.
+    """
+    if os.environ.get(PLAIN, "0") not in ("", "0"):
+        return Group((), (f"{PLAIN} is set",))
+    try:
+        units = json.loads((folder / MANIFEST).read_bytes())["groups"][group]
+    except (OSError, ValueError, KeyError, TypeError):
+        return Group((), (NONE_BUILT,))
+    modules: list[str] = []
+    reasons: list[str] = []
+    for unit in units:
+        try:
+            problem = _problem(unit, folder) or _enter(unit, folder)
+        except (KeyError, TypeError, AttributeError):
+            problem = "the manifest of compiled modules cannot be read"
+        if problem:
+            reasons.append(problem)
+        else:
+            modules += unit["modules"]
+    return Group(tuple(modules), tuple(dict.fromkeys(reasons)) if units else (NONE_BUILT,))
+
+
+def _problem(unit: dict[str, Any], folder: Path) -> str:
+    """Why a unit cannot be used; empty if it can."""
+    for name in unit["modules"]:
+        if name in sys.modules:
+            return f"{name} was imported before"
+    for name, size in unit["files"].items():
+        path = folder / name
+        if not path.is_file() or path.stat().st_size != size:
+            return f"{name} is missing or damaged"
+    for source, checksum in unit["sources"].items():
+        path = source_path(source)
+        if path is None or not path.is_file():
+            return f"{source} is missing"
+        if crc32(path.read_bytes()) != checksum:
+            return f"{source} has changed since it was compiled; in a checkout, `make compiled`"
+    return ""
+
+
+def _enter(unit: dict[str, Any], folder: Path) -> str:
+    """Tell the finder where a unit's modules are; why not, if its library cannot be loaded."""
+    library = unit.get("library")
+    places: dict[str, Place] = {}
+    for name, (file, source) in unit["modules"].items():
+        places[name] = Place(folder / file, None if library else source_path(source))
+    if library is not None:
+        name, file = library
+        places[name] = Place(folder / file, None)
+        _FINDER.places[name] = places[name]
+        try:
+            __import__(name)
+        except ImportError as error:
+            del _FINDER.places[name]
+            return f"{file} cannot be loaded ({error})"
+    _FINDER.places.update(places)
+    return ""
+
+
+def source_path(source: str) -> Path | None:
+    """Path of a source that is named from its package on, such as `cohaptic/vec.py`."""
+    package, _, inside = source.partition("/")
+    spec = find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    return Path(next(iter(spec.submodule_search_locations))) / inside
