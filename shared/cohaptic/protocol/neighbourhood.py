@@ -10,14 +10,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
 from cohaptic.vec import Vec3
 
 _HEAD = struct.Struct("<Hff")
-_ITEM = struct.Struct("<H3hH")
+_ITEM_FORMAT = "H3hH"
+_ITEM = struct.Struct(f"<{_ITEM_FORMAT}")
 MAX_VERTICES = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
 _SMALLEST = 2.0**-126
 _I16 = 2**15 - 1
@@ -93,14 +93,10 @@ class Neighbourhood:
         size = _HEAD.size + count * _ITEM.size
         if len(data) != size:
             raise RemoteProtocolError("length of a neighbourhood", len(data), f"{size} bytes")
-        items = list(_ITEM.iter_unpack(data[_HEAD.size :]))
-        neighbourhood = cls(
-            scale,
-            c_scale,
-            tuple(item[0] for item in items),
-            tuple(item[1:4] for item in items),
-            tuple(item[4] for item in items),
-        )
+        # All at once, then by columns: the loop has a fraction of a period for this.
+        values = struct.unpack_from(f"<{count * _ITEM_FORMAT}", data, _HEAD.size)
+        indices, x, y, z, compliances = [values[i::5] for i in range(5)]
+        neighbourhood = cls(scale, c_scale, indices, tuple(zip(x, y, z, strict=True)), compliances)
         neighbourhood._check(remote=True)
         return neighbourhood
 
@@ -111,10 +107,12 @@ class Neighbourhood:
         limit = MAX_POSITION / _U16
         check_range("c_scale of a neighbourhood", self.c_scale, 0.0, limit, remote=remote)
         # A strict order leaves no vertex twice.
-        for before, i in pairwise((-1, *self.indices)):
+        before = -1
+        for i in self.indices:
             if i <= before:
                 limits = f"more than the one before, {before}"
                 raise wrong("index of a vertex", i, limits, remote=remote)
+            before = i
         check_range("index of a vertex", max(self.indices, default=0), 0, _U16, remote=remote)
 
 
