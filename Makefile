@@ -28,8 +28,12 @@ $(VENV)/.made:
 	  echo "the venv module is missing; on Debian: apt-get install python3-venv"; exit 1; }
 	@touch $@
 
+# What the package needs is fetched and unpacked while the package is built, which takes as long.
+export NEEDED = import tomllib; \
+  print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
-	@$(PIP) -e .
+	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
+	@$(PIP) -r $(VENV)/.needed & others=$$!; $(PIP) --no-deps -e . && wait $$others
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml

@@ -103,7 +103,7 @@ class BuildHook(BuildHookInterface[Any]):
     def _build_page(self) -> None:
         root = Path(self.root)
         try:
-            install(root)
+            install(root, everything=False)
             npm(root, "run", "build")
         except (OSError, subprocess.CalledProcessError, ImportError) as error:
             problem = getattr(error, "stdout", None) or str(error)
@@ -140,11 +140,19 @@ def system_npm() -> str | None:
     return npm_path if new_enough else None
 
 
-def install(root: Path) -> None:
-    """Have the packages of the lock file in `web/node_modules`, once for each lock file."""
-    lock, done = root / WEB / "package-lock.json", root / WEB / "node_modules/.package-lock.json"
-    if not done.exists() or done.stat().st_mtime < lock.stat().st_mtime:
-        npm(root, "ci", "--ignore-scripts", "--no-audit", "--no-fund")
+def install(root: Path, *, everything: bool) -> None:
+    """Have the packages of the lock file in `web/node_modules`, once for each lock file.
+
+    Args:
+        root: The checkout.
+        everything: Also what only types, lint and tests need, most of it all.
+    """
+    modules, lock = root / WEB / "node_modules", root / WEB / "package-lock.json"
+    done, of_developers = modules / ".package-lock.json", modules / "typescript"
+    new = done.exists() and done.stat().st_mtime >= lock.stat().st_mtime
+    if not new or (everything and not of_developers.exists()):
+        omit = [] if everything else ["--omit=dev"]
+        npm(root, "ci", *omit, "--ignore-scripts", "--no-audit", "--no-fund")
         done.touch()
 
 
@@ -184,7 +192,7 @@ def _npm(arguments: tuple[str, ...]) -> tuple[list[str], dict[str, str]]:
 
 if __name__ == "__main__":
     try:
-        install(ROOT)
+        install(ROOT, everything=True)
         npm(ROOT, *sys.argv[1:], quiet=False)
     except ImportError:
         sys.exit(f"npm is missing, or its node is too old: pip install '{NODE_WHEEL}'")

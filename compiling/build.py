@@ -10,12 +10,13 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from compiling.sources import LOOP_LIBRARY, PACKAGES, Unit, imported, module_path, short, units
+from compiling.sources import LOOP_LIBRARY, PACKAGES, Unit, module_path, short, units
 
 HOME = Path("shared/cohaptic/_compiled")  # of all three packages; `cohaptic.compiled` reads it
 SUFFIX = EXTENSION_SUFFIXES[0]
@@ -35,8 +36,12 @@ def folder(root: Path) -> Path:
 
 def stale(root: Path) -> list[Unit]:
     """Units that were never compiled, or from other sources, or in another way."""
-    known, recipe = _read(root), _recipe()
-    return [unit for unit in units(root) if _key(unit, recipe) not in known]
+    recipe, known = _recipe(), _read(root)
+    return [unit for unit in units(root) if not _fits(unit, known.get(_key(unit, recipe)))]
+
+
+def _fits(unit: Unit, entry: Entry | None) -> bool:
+    return entry is not None and _tools(unit) in ("", entry.get("tools"))
 
 
 def build(root: Path, *, again: bool = False) -> int:
@@ -54,8 +59,9 @@ def build(root: Path, *, again: bool = False) -> int:
     """
     recipe, known = _recipe(), {} if again else _read(root)
     every = units(root)
-    todo = [unit for unit in every if _key(unit, recipe) not in known]
-    entries = {key: known[key] for unit in every if (key := _key(unit, recipe)) in known}
+    done = [unit for unit in every if _fits(unit, known.get(_key(unit, recipe)))]
+    todo = [unit for unit in every if unit not in done]
+    entries = {key: known[key] for unit in done for key in [_key(unit, recipe)]}
     problems: list[str] = []
     folder(root).mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -68,7 +74,7 @@ def build(root: Path, *, again: bool = False) -> int:
         for key, job in jobs.items():
             try:
                 entries[key] = job.result()
-            except CompileError as error:
+            except (CompileError, OSError) as error:
                 problems.append(str(error))
     _write(root, every, entries, recipe)
     if problems:
@@ -106,6 +112,7 @@ def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
 
     modules = {name: (put(name), _source(root, name)) for name in unit.modules}
     entry: Entry = {"modules": modules, "files": files, "sources": unit.sources}
+    entry["tools"] = _tools(unit)
     if unit.library is not None:
         entry["library"] = (unit.library, put(unit.library))
     return entry
@@ -117,25 +124,30 @@ def _copy(root: Path, unit: Unit, work: Path) -> None:
     Of the packages' own `__init__.py` only the place is needed. What they import for type checkers
     would have mypy read half of the project.
     """
-    names = imported(root, unit.modules) if unit.library is not None else {}
-    files = {path for name in unit.modules for path in [module_path(root, name)] if path}
-    files |= set(names.values())
-    files |= {root / PACKAGES[s.partition("/")[0]] / s for s in unit.sources}
-    for path in files:
-        target = work / short(root, path)
+    work.mkdir()
+    for source in unit.sources:
+        target = work / source
         target.parent.mkdir(parents=True, exist_ok=True)
-        if path.name != "__init__.py":
-            shutil.copyfile(path, target)
-    for target in [*work.rglob("*.py")]:
-        for parent in target.relative_to(work).parents:
-            if parent.name:
-                (work / parent / "__init__.py").touch()
+        if target.name != "__init__.py":
+            shutil.copyfile(root / PACKAGES[source.partition("/")[0]] / source, target)
+        for package in Path(source).parents[:-1]:
+            (work / package / "__init__.py").touch()
 
 
-def _source(root: Path, name: str) -> str:
+def _source(root: Path, name: str) -> str | None:
+    """What a module was made from; None for what the kernels share, which Cython makes."""
     path = module_path(root, name)
-    assert path is not None
-    return short(root, path)
+    return None if path is None else short(root, path)
+
+
+def _tools(unit: Unit) -> str:
+    """Of modules that fit only those from the same version; empty where it is not installed."""
+    if unit.group != "kernels":
+        return ""
+    try:
+        return metadata.version("cython")
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def _recipe() -> int:
@@ -167,11 +179,23 @@ def _read(root: Path) -> dict[str, Entry]:
 
 def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int) -> None:
     """Replace the manifest at one stroke, then delete what it no longer names."""
+    built = {
+        name: entries[key]["files"]
+        for unit in every
+        for key in [_key(unit, recipe)]
+        if key in entries
+        for name in unit.modules
+    }
     groups: dict[str, list[Entry]] = {unit.group: [] for unit in every}
     for unit in every:
         key = _key(unit, recipe)
-        if key in entries:
-            groups[unit.group].append({**entries[key], "key": key})
+        if key in entries and built.keys() >= set(unit.uses):
+            # A module is as good as those that it is linked to.
+            files = {
+                **entries[key]["files"],
+                **{f: n for u in unit.uses for f, n in built[u].items()},
+            }
+            groups[unit.group].append({**entries[key], "files": files, "key": key})
     new = folder(root) / f"{MANIFEST}.{os.getpid()}"
     new.write_text(json.dumps({"groups": groups}, indent=1), encoding="utf-8")
     new.replace(folder(root) / MANIFEST)

@@ -8,12 +8,13 @@ Leaves the extensions below FOLDER, named as their modules.
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from compiling.sources import PACKAGES
+from compiling.sources import KERNEL_LIBRARY, PACKAGES
 
 # Of Cython: the caller of a kernel answers for shapes and indices, so nothing is checked inside.
 DIRECTIVES = {
@@ -30,6 +31,7 @@ MSVC = sys.platform == "win32"
 # Square roots and comparisons compile to instructions: nothing here reads errno or traps. Rounding
 # and order of operations stay Python's; no -ffast-math.
 KERNEL_FLAGS = ["/O2"] if MSVC else ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math", "-w"]
+LIBRARY_FLAGS = ["/O1"] if MSVC else ["-O1", "-g0", "-w"]  # no loop over arrays in it
 # mypyc adds -Werror, which is for its authors; a compiler it does not know may warn.
 QUIET = [] if MSVC else ["-w"]
 # -O2 and -O3 take half as long again to compile, for no gain that can be measured in a period.
@@ -41,17 +43,17 @@ follow_imports = silent
 """
 
 
-def kernel(name: str) -> list[Any]:
-    """Extension of a module with a `.pxd`, translated to C."""
-    source = name.replace(".", "/") + ".py"
-    extension = import_module("setuptools").Extension(
-        name, [source], extra_compile_args=KERNEL_FLAGS
+def kernel(name: str) -> Any:
+    """Extension of a module with a `.pxd`, translated to C; or of what the kernels share."""
+    source, target = name.replace(".", "/") + ".py", f"{name}.c"
+    shared = ["--shared", KERNEL_LIBRARY]
+    made = (
+        ["--generate-shared", target] if name == KERNEL_LIBRARY else [*shared, "-o", target, source]
     )
-    cythonize = import_module("Cython.Build").cythonize
-    extensions: list[Any] = cythonize(
-        [extension], compiler_directives=DIRECTIVES, include_path=["."], quiet=True
-    )
-    return extensions
+    directives = [word for key, value in DIRECTIVES.items() for word in ("-X", f"{key}={value}")]
+    subprocess.run([sys.executable, "-m", "cython", "-I", ".", *directives, *made], check=True)
+    flags = LIBRARY_FLAGS if name == KERNEL_LIBRARY else KERNEL_FLAGS
+    return import_module("setuptools").Extension(name, [target], extra_compile_args=flags)
 
 
 def loop(modules: list[str], library: str) -> list[Any]:
@@ -95,7 +97,7 @@ def main() -> None:
     if given.library:
         extensions = loop(given.modules, given.library)
     else:
-        extensions = [extension for name in given.modules for extension in kernel(name)]
+        extensions = [kernel(name) for name in given.modules]
     compile_all(extensions, given.folder)
 
 

@@ -1,4 +1,4 @@
-"""When the page is built on the way into a wheel, and with whose npm."""
+"""When the page is built on the way into a wheel, with whose npm; and when modules are compiled."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import importlib.util
 import os
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -67,9 +68,8 @@ def test_a_missing_bundle_is_stale_where_there_are_sources(root: Path) -> None:
 def test_it_can_be_told_to_leave_the_page_out(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (root / hook.BUNDLE).unlink()
     monkeypatch.setenv(hook.SKIP, "1")
-    a_hook = hook.BuildHook(str(root), {}, None, None, str(root), "wheel")
-    assert a_hook.dependencies() == []
-    a_hook.initialize("standard", {})
+    assert a_hook(root).dependencies() == []
+    a_hook(root).initialize("standard", {})
     assert not (root / hook.BUNDLE).exists()
 
 
@@ -89,8 +89,71 @@ def test_a_node_that_is_too_old_for_vite_is_passed_over(
     monkeypatch.setenv("PATH", str(folder))
     assert hook.system_npm() == (str(folder / "npm") if serves else None)
     (root / hook.BUNDLE).unlink()
-    a_hook = hook.BuildHook(str(root), {}, None, None, str(root), "wheel")
-    assert a_hook.dependencies() == ([] if serves else [hook.NODE_WHEEL])
+    assert a_hook(root).dependencies() == ([] if serves else [hook.NODE_WHEEL])
+
+
+def a_hook(root: Path, target: str = "wheel") -> Any:
+    return hook.BuildHook(str(root), {}, None, None, str(root), target)
+
+
+def finds(monkeypatch: pytest.MonkeyPatch, stale: list[str], missing: str = "") -> None:
+    def what_is_stale(root: Path) -> list[str]:
+        return stale
+
+    monkeypatch.setattr(hook.compiled, "stale", what_is_stale)
+    monkeypatch.setattr(hook.compiler, "missing", lambda: missing)
+
+
+def test_what_compiles_is_asked_for_where_it_can(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(hook.COMPILE)
+    finds(monkeypatch, stale=["a unit"])
+    assert a_hook(root).dependencies() == hook.compiler.TOOLS
+    # Sources only; told not to; up to date.
+    assert a_hook(root, "sdist").dependencies() == []
+    monkeypatch.setenv(hook.COMPILE, "0")
+    assert a_hook(root).dependencies() == []
+    monkeypatch.delenv(hook.COMPILE)
+    finds(monkeypatch, stale=[])
+    assert a_hook(root).dependencies() == []
+
+
+def test_without_a_compiler_it_warns_and_goes_on_unless_it_must_not(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(hook.COMPILE)
+    finds(monkeypatch, stale=["a unit"], missing="there is no compiler")
+    data: dict[str, Any] = {"force_include": {}}
+    a_hook(root).initialize("standard", data)
+    assert data == {"force_include": {}}
+    monkeypatch.setenv(hook.COMPILE, "require")
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    assert a_hook(root).dependencies() == hook.compiler.TOOLS
+    # There is nothing that could be compiled here.
+    with pytest.raises(RuntimeError):
+        a_hook(root).initialize("standard", data)
+
+
+def test_a_wheel_with_extensions_is_for_one_python_and_an_editable_install_finds_them(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finds(monkeypatch, stale=[])
+    folder = hook.compiled.folder(root)
+    folder.mkdir(parents=True)
+    (folder / "manifest.json").touch()
+    plain: dict[str, Any] = {"force_include": {}}
+    a_hook(root).initialize("standard", plain)
+    assert plain == {"force_include": {}}
+    monkeypatch.delenv(hook.COMPILE)
+    a_hook(root).initialize("editable", plain)
+    assert plain == {"force_include": {}}
+    data: dict[str, Any] = {"force_include": {}}
+    a_hook(root).initialize("standard", data)
+    inside = f"cohaptic/_compiled/{hook.compiled.PYTHON}"
+    assert data["force_include"] == {str(folder): inside}
+    assert data["infer_tag"]
+    assert not data["pure_python"]
 
 
 def test_without_any_npm_it_asks_for_the_wheel(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:

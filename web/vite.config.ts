@@ -1,4 +1,4 @@
-import { defineConfig } from "vitest/config";
+import { defineConfig } from "vite";
 
 // The bundle lies in the Python package, which serves it; relative addresses let it stand behind any path.
 export default defineConfig({
@@ -16,6 +16,4 @@ export default defineConfig({
   },
   worker: { format: "es" },
   server: { port: 5173 },
-  // A machine that does much else at once is slow, not wrong.
-  test: { include: ["tests/**/*.test.ts"], environment: "node", testTimeout: 60_000 },
 });

@@ -113,9 +113,9 @@ class _Finder:
         loader = _Loader(name, place)
         return spec_from_file_location(name, place.extension, loader=loader)
 
-    def gave_up(self, name: str, error: ImportError) -> None:
+    def gave_up(self, name: str, error: Exception) -> None:
         """Take note that the system could not load an extension."""
-        del self.places[name]
+        self.places.pop(name, None)
         for group, (modules, reasons) in self.groups.items():
             if name in modules:
                 rest = tuple(other for other in modules if other != name)
@@ -139,6 +139,19 @@ class _Loader(ExtensionFileLoader):
             plain = SourceFileLoader(spec.name, str(self._source))
             spec.loader, spec.origin, spec.cached = plain, str(self._source), None
             return ModuleType(spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        try:
+            super().exec_module(module)
+        except Exception as error:  # linked to a module that is not as it was then
+            if self._source is None:
+                raise
+            _FINDER.gave_up(module.__name__, error)
+            plain = SourceFileLoader(module.__name__, str(self._source))
+            module.__file__, module.__loader__ = str(self._source), plain
+            if module.__spec__ is not None:
+                module.__spec__.loader = plain
+            plain.exec_module(module)
 
 
 _FINDER = _Finder()
@@ -165,7 +178,8 @@ def _choose(group: str, folder: Path) -> Group:
         if problem:
             reasons.append(problem)
         else:
-            modules += unit["modules"]
+            # What several of them share has no source, and is no module of ours.
+            modules += [name for name, (_, source) in unit["modules"].items() if source]
     return Group(tuple(modules), tuple(dict.fromkeys(reasons)) if units else (NONE_BUILT,))
 
 
@@ -192,7 +206,8 @@ def _enter(unit: dict[str, Any], folder: Path) -> str:
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():
-        places[name] = Place(folder / file, None if library else source_path(source))
+        alone = source_path(source) if source and library is None else None
+        places[name] = Place(folder / file, alone)
     if library is not None:
         name, file = library
         places[name] = Place(folder / file, None)

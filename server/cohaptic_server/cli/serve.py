@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from threadpoolctl import threadpool_limits
 
+from cohaptic.compiled import describe, is_complete
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
@@ -121,6 +122,8 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
         url,
     )
     logging.info("page %s", page_address(url))
+    if not is_complete("kernels"):
+        logging.info("ticks take longer than they need: %s", describe("kernels"))
     if settings.host not in LOOPBACK:
         logging.warning("listening on %s without access control", settings.host)
     # So soon the thread that solves for columns yields to the tick; the default is 5 ms.

@@ -1,0 +1,142 @@
+"""Compiled modules are used while they fit their sources; otherwise everything runs as Python."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from cohaptic.compiled import MANIFEST, PYTHON
+from tests.shared.loop_outputs import outputs_of_a_loop
+from tests.small_checkout import make_checkout, used_in
+
+KERNELS = ["cohaptic_server.mean", "cohaptic_server.total"]
+LOOP = ["cohaptic.vec", "cohaptic_client.tip"]
+ALL = sorted(KERNELS + LOOP)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_checkout(tmp_path_factory.mktemp("checkout") / "root")
+
+
+@pytest.fixture
+def root(built: Path, tmp_path: Path) -> Path:
+    """A compiled checkout to be spoiled."""
+    return shutil.copytree(built, tmp_path / "root")
+
+
+def folder(root: Path) -> Path:
+    return root / "shared/cohaptic/_compiled" / PYTHON
+
+
+def extension(root: Path, module: str) -> Path:
+    (found,) = folder(root).glob(f"{module}-*")
+    return found
+
+
+def change(path: Path) -> None:
+    path.write_text(path.read_text() + "\n# changed\n")
+
+
+def test_what_was_compiled_is_used(root: Path) -> None:
+    found = used_in(root)
+    assert [sorted(group) for group in found["used"]] == [KERNELS, LOOP]
+    assert found["kernels"] == found["loop"] == "compiled"
+    assert found["plain"] == []
+
+
+def test_a_kernel_whose_source_has_changed_is_plain(root: Path) -> None:
+    change(root / "server/cohaptic_server/mean.py")
+    found = used_in(root)
+    assert found["plain"] == ["cohaptic_server.mean"]
+    assert "compiled, except: cohaptic_server/mean.py has changed" in found["kernels"]
+    assert found["loop"] == "compiled"
+
+
+@pytest.mark.parametrize("source", ["total.py", "total.pxd"])
+def test_so_is_a_kernel_that_uses_another_which_has_changed(root: Path, source: str) -> None:
+    change(root / "server/cohaptic_server" / source)
+    assert used_in(root)["plain"] == KERNELS
+
+
+@pytest.mark.parametrize(
+    "source", ["shared/cohaptic/vec.py", "client/cohaptic_client/tip.py"]
+)  # fmt: skip
+def test_the_modules_of_the_loop_are_compiled_all_or_none(root: Path, source: str) -> None:
+    change(root / source)
+    found = used_in(root)
+    assert sorted(found["plain"]) == LOOP
+    assert found["loop"].startswith("plain Python: ")
+    assert Path(source).name in found["loop"]
+
+
+def test_the_environment_can_ask_for_plain_python(root: Path) -> None:
+    found = used_in(root, COHAPTIC_PLAIN="1")
+    assert sorted(found["plain"]) == ALL
+    assert found["kernels"] == found["loop"] == "plain Python: COHAPTIC_PLAIN is set"
+    assert used_in(root, COHAPTIC_PLAIN="0")["plain"] == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [None, "", "{", "[]", "{}", '{"groups": []}', '{"groups": {}}', '{"groups": {"kernels": [1]}}',
+     '{"groups": {"loop": [{"modules": {"cohaptic.vec": 1}, "files": {}, "sources": {}}]}}'],
+)  # fmt: skip
+def test_without_a_manifest_that_can_be_read_everything_is_plain(
+    root: Path, text: str | None
+) -> None:
+    manifest = folder(root) / MANIFEST
+    if text is None:
+        manifest.unlink()
+    else:
+        manifest.write_text(text)
+    found = used_in(root)
+    assert sorted(found["plain"]) == ALL
+    assert found["kernels"].startswith("plain Python: ")
+    assert "compiled modules" in found["kernels"]
+
+
+@pytest.mark.parametrize("module", ["cohaptic_server.total", "cohaptic_loop__mypyc"])
+def test_an_extension_that_is_damaged_or_gone_is_not_used(root: Path, module: str) -> None:
+    path = extension(root, module)
+    path.write_bytes(path.read_bytes()[:-1])
+    group = "loop" if "loop" in module else "kernels"
+    found = used_in(root)
+    assert "is missing or damaged" in found[group]
+    path.unlink()
+    assert used_in(root)["plain"] == found["plain"] != []
+
+
+@pytest.mark.parametrize(
+    ("module", "plain"),
+    [
+        ("cohaptic_server.mean", ["cohaptic_server.mean"]),
+        ("cohaptic_cython", KERNELS),
+        ("cohaptic_loop__mypyc", ["cohaptic_client.tip", "cohaptic.vec"]),
+    ],
+)
+def test_an_extension_that_the_system_cannot_load_gives_way_to_its_source(
+    root: Path, module: str, plain: list[str]
+) -> None:
+    path = extension(root, module)
+    path.write_bytes(bytes(path.stat().st_size))
+    found = used_in(root)
+    assert found["plain"] == plain
+    assert "cannot be loaded" in found["loop" if "loop" in module else "kernels"]
+
+
+def test_the_loop_is_not_mixed_with_modules_imported_before(root: Path) -> None:
+    found = used_in(root, before="import cohaptic.vec\n")
+    assert found["loop"] == "plain Python: cohaptic.vec was imported before"
+    assert sorted(found["plain"]) == LOOP
+
+
+def test_the_loop_gives_the_same_compiled() -> None:
+    plain, compiled = outputs_of_a_loop(compiled=False), outputs_of_a_loop(compiled=True)
+    assert len(plain) == len(compiled) > 10_000
+    for one, other in zip(plain, compiled, strict=True):
+        assert one.keys() == other.keys()
+        # To rounding: a compiler may put a product and a sum into one instruction.
+        assert other == pytest.approx(one, rel=1e-12, abs=1e-12), one
