@@ -201,7 +201,7 @@ async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool
     client = Client(
         settings,
         tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
-        keep=recorder.keep if record else lambda _rows: None,
+        keep=recorder.keep if record else None,
     )
     shown = asyncio.ensure_future(_show(client, console, json_lines))
     try:

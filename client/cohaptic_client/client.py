@@ -8,7 +8,6 @@ from collections.abc import Callable
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, ServerLost
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.row import Row
 from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
@@ -26,7 +25,8 @@ class Client:
     Args:
         settings: Of the client.
         tell: Called with each piece of news for people.
-        keep: Called with the rows of the loop, some at a time.
+        keep: Called with the rows of the loop, some at a time, as blocks for
+            `cohaptic.status.row.rows_in`; None when nobody needs every period.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Client:
         settings: ClientSettings,
         *,
         tell: Callable[[str], None],
-        keep: Callable[[list[Row]], None],
+        keep: Callable[[bytes], None] | None,
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()

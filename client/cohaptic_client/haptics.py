@@ -14,7 +14,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.messages import Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.status.row import Row
+from cohaptic.status.row import Row, last_row
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
@@ -30,7 +30,8 @@ class Haptics:
     Args:
         settings: Of the client.
         clock: Of this process; the loop reads the same time.
-        keep: Called with the rows of the periods since the last call.
+        keep: Called with the rows of all periods since the last call, a block for
+            `cohaptic.status.row.rows_in`; None when nobody needs every period.
 
     Attributes:
         row: Newest row of the loop; None before the first.
@@ -39,7 +40,7 @@ class Haptics:
     """
 
     def __init__(
-        self, settings: ClientSettings, clock: SystemClock, keep: Callable[[list[Row]], None]
+        self, settings: ClientSettings, clock: SystemClock, keep: Callable[[bytes], None] | None
     ) -> None:
         self.row: Row | None = None
         self.silent_after: float | None = None
@@ -94,6 +95,7 @@ class Haptics:
                 memory=self._memory.path,
                 clock_origin=self._clock.origin,
                 rest_mesh=rest_mesh,
+                every_row=self._keep is not None,
             )
             self._welcome = welcome
             self.silent_after = config.limits.silent_after
@@ -151,8 +153,9 @@ class Haptics:
     def _collect(self, process: HapticProcess) -> None:
         rows = process.new_rows()
         if rows:
-            self.row = rows[-1]
-            self._keep(rows)
+            self.row = last_row(rows)
+            if self._keep is not None:
+                self._keep(rows)
 
 
 def loop_config(
@@ -162,6 +165,7 @@ def loop_config(
     memory: str,
     clock_origin: float,
     rest_mesh: str | None,
+    every_row: bool,
 ) -> LoopConfig:
     """Configuration of the loop of a client whom a server has welcomed.
 
@@ -171,6 +175,7 @@ def loop_config(
         memory: Path of the shared memory.
         clock_origin: Of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
+        every_row: Whether somebody keeps the record of each period.
     """
     device = device_info(settings.device)
     body, simulation_period = welcome.body, welcome.simulation_period
@@ -198,4 +203,5 @@ def loop_config(
         ),
         limits=limits,
         rest_mesh=rest_mesh,
+        every_row=every_row,
     )

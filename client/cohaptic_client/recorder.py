@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections import deque
 from pathlib import Path
 
-import numpy as np
-
-from cohaptic.status.row import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, ROW
 
 MAX_SECONDS = 300.0  # older rows are given up: a recording of any length has bounded memory
 
@@ -20,16 +18,23 @@ class Recorder:
     """
 
     def __init__(self, loop_hz: float) -> None:
-        self._rows: deque[Row] = deque(maxlen=int(MAX_SECONDS * loop_hz))
+        self._most = int(MAX_SECONDS * loop_hz) * ROW.size  # bytes
+        self._blocks: deque[bytes] = deque()
+        self._size = 0
 
-    def keep(self, rows: list[Row]) -> None:
-        """Add rows."""
-        self._rows.extend(rows)
+    def keep(self, rows: bytes) -> None:
+        """Add a block of rows."""
+        self._blocks.append(rows)
+        self._size += len(rows)
+        while self._size - len(self._blocks[0]) >= self._most:
+            self._size -= len(self._blocks.popleft())
 
     def save(self, path: Path, *, name: str, to_wall: float) -> None:
         """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall` [s].
 
         `t + to_wall` is Unix time, so that recordings made on one machine can be laid side by side.
         """
-        rows = np.array(self._rows, dtype=np.float64).reshape(-1, len(COLUMNS))
+        import numpy as np  # only here: a client that records nothing starts without it
+
+        rows = np.frombuffer(b"".join(self._blocks)[-self._most :]).reshape(-1, len(COLUMNS))
         np.savez_compressed(path, columns=np.array(COLUMNS), rows=rows, name=name, to_wall=to_wall)

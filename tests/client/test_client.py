@@ -17,7 +17,7 @@ from cohaptic.protocol.messages import Bye, Error, GeometryName, Hello
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.row import Row
+from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
 from cohaptic_client.client import Client
@@ -68,7 +68,9 @@ async def visit(
         geometry=geometry,
         passivity=passivity,
     )
-    client = Client(settings, tell=told.news.append, keep=told.rows.extend)
+    client = Client(
+        settings, tell=told.news.append, keep=lambda rows: told.rows.extend(rows_in(rows))
+    )
     told.first = client.status()
     try:
         await client.run()

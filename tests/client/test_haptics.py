@@ -12,7 +12,6 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.status.row import Row
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
@@ -35,7 +34,12 @@ def welcome(simulation_period: float = 1.0 / 60.0) -> Welcome:
 
 def config(settings: ClientSettings, simulation_period: float = 1.0 / 60.0) -> LoopConfig:
     return loop_config(
-        settings, welcome(simulation_period), memory="here", clock_origin=5.0, rest_mesh=None
+        settings,
+        welcome(simulation_period),
+        memory="here",
+        clock_origin=5.0,
+        rest_mesh=None,
+        every_row=False,
     )
 
 
@@ -78,8 +82,8 @@ def test_only_gains_that_the_user_has_not_fixed_follow_the_compliance(
 
 
 def test_before_the_start_there_is_nothing_to_say_and_a_patch_breaks_the_protocol() -> None:
-    rows = list[Row]()
-    haptics = Haptics(SETTINGS, SystemClock(), rows.extend)
+    rows = list[bytes]()
+    haptics = Haptics(SETTINGS, SystemClock(), rows.append)
     try:
         assert not haptics.running
         assert not haptics.stopping

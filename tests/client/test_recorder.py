@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.status.row import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, ROW, Row
 from cohaptic_client.recorder import MAX_SECONDS, Recorder
 
 SLOW = 0.1  # Hz; 30 rows are the longest recording
@@ -18,13 +18,17 @@ def row(n: float) -> Row:
     return Row._make(n + column / 100 for column in range(len(COLUMNS)))
 
 
+def block(*rows: Row) -> bytes:
+    return b"".join(ROW.pack(*row) for row in rows)
+
+
 def test_a_file_holds_every_row_in_order_with_names_and_the_way_to_the_wall_clock(
     tmp_path: Path,
 ) -> None:
     recorder = Recorder(1000.0)
-    recorder.keep([row(1.0), row(2.0)])
-    recorder.keep([])
-    recorder.keep([row(3.0)])
+    recorder.keep(block(row(1.0), row(2.0)))
+    recorder.keep(b"")
+    recorder.keep(block(row(3.0)))
     path = tmp_path / "left.npz"
     recorder.save(path, name="left", to_wall=-12.5)
     with np.load(path) as file:
@@ -48,7 +52,7 @@ def test_of_a_long_session_the_last_rows_are_kept(
 ) -> None:
     recorder, count = Recorder(SLOW), 0
     for batch in batches:
-        recorder.keep([row(n) for n in range(count, count + batch)])
+        recorder.keep(block(*map(row, range(count, count + batch))))
         count += batch
     path = tmp_path_factory.getbasetemp() / "long.npz"
     recorder.save(path, name="left", to_wall=0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from cohaptic.vec import Vec3
 
@@ -28,7 +28,7 @@ class DeviceInfo:
     stall: float = 0.02
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(init=False)
 class DeviceSample:
     """The tip of a device in the world frame.
 
@@ -38,9 +38,14 @@ class DeviceSample:
         level: Intention of a simulated hand, 0 to 1; 0 for a real one.
     """
 
-    position: Vec3
-    velocity: Vec3
-    level: float = 0.0
+    position: Final[Vec3]
+    velocity: Final[Vec3]
+    level: Final[float]
+
+    def __init__(self, position: Vec3, velocity: Vec3, level: float = 0.0) -> None:
+        self.position = position
+        self.velocity = velocity
+        self.level = level
 
 
 class Device(Protocol):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from cohaptic.simulated.hand import Hand, HandState, Intention, move
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
@@ -22,7 +24,9 @@ class SimulatedDevice:
 
     # A simulated hand stands still with the process that stalls, and nobody is hurt by it.
     # It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
-    info = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
+    info: ClassVar[DeviceInfo] = DeviceInfo(
+        "simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0
+    )
 
     def __init__(self, hand: Hand, intention: Intention) -> None:
         self._hand = hand

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from cohaptic.control.geometry import Sight, blend, difference, shift
 from cohaptic.protocol.patch import Patch
@@ -12,9 +13,9 @@ from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 # Multiple of the longest recent gap between patches: a silence up to that is the link's jitter.
-PATIENCE = 2.0
-LONGEST_PATIENCE = 1.0  # s; no link that is worth touching over is silent for longer
-FORGET_GAPS = 30.0  # s; time constant with which a long gap is forgotten
+PATIENCE: Final = 2.0
+LONGEST_PATIENCE: Final = 1.0  # s; no link that is worth touching over is silent for longer
+FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
 
 
 def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> LoopState:
@@ -40,7 +41,7 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
     at_arrival = shown(state, state.probe, progress(state, now, settings))
     if before is not None and at_arrival is not None:
         offset = difference(at_arrival, before.look(state.probe))
-    return state._replace(
+    return LoopState(
         patch=patch,
         arrived=now,
         before=before,
@@ -48,6 +49,15 @@ def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) 
         surface=surface,
         k_h_before=fade.now.gains.k_h,
         fade=fade,
+        normal_force=state.normal_force,
+        sight=state.sight,
+        depth=state.depth,
+        probe=state.probe,
+        normal=state.normal,
+        passivity=state.passivity,
+        friction=state.friction,
+        compliance=state.compliance,
+        safety=state.safety,
         patience=patience,
     )
 

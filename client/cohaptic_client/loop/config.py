@@ -29,6 +29,7 @@ class LoopConfig:
         device: Opened by the process.
         limits: Of the safety layer.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
+        every_row: Whether the record of each period is kept; if not, the newest from time to time.
     """
 
     memory: str
@@ -43,6 +44,7 @@ class LoopConfig:
     device: DeviceConfig
     limits: SafetyLimits
     rest_mesh: str | None = None
+    every_row: bool = True
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:

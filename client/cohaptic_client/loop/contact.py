@@ -5,7 +5,8 @@ Each moves no faster than its share of `EXTERNAL_RATE` allows, but for the hand'
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 from cohaptic.control.friction import (
     NO_FRICTION,
@@ -26,7 +27,8 @@ from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_nor
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 
-class Contact(NamedTuple):
+@dataclass(init=False)
+class Contact:
     """The contact in one period, before the safety layer.
 
     Fields:
@@ -44,26 +46,66 @@ class Contact(NamedTuple):
         requested_force: The same with the damping: of the hand, before its limits [N].
     """
 
-    fade: LawFade | None
-    normal: Vec3
-    depth: float
-    moved: Vec3
-    moved_in: float
-    local: LocalForce
-    damping: float
-    damped_force: float
-    friction: FrictionState
-    compliance: Compliance3 | None
-    law_force: Vec3
-    requested_force: Vec3
+    fade: Final[LawFade | None]
+    normal: Final[Vec3]
+    depth: Final[float]
+    moved: Final[Vec3]
+    moved_in: Final[float]
+    local: Final[LocalForce]
+    damping: Final[float]
+    damped_force: Final[float]
+    friction: Final[FrictionState]
+    compliance: Final[Compliance3 | None]
+    law_force: Final[Vec3]
+    requested_force: Final[Vec3]
+
+    def __init__(
+        self,
+        fade: LawFade | None,
+        normal: Vec3,
+        depth: float,
+        moved: Vec3,
+        moved_in: float,
+        local: LocalForce,
+        damping: float,
+        damped_force: float,
+        friction: FrictionState,
+        compliance: Compliance3 | None,
+        law_force: Vec3,
+        requested_force: Vec3,
+    ) -> None:
+        self.fade = fade
+        self.normal = normal
+        self.depth = depth
+        self.moved = moved
+        self.moved_in = moved_in
+        self.local = local
+        self.damping = damping
+        self.damped_force = damped_force
+        self.friction = friction
+        self.compliance = compliance
+        self.law_force = law_force
+        self.requested_force = requested_force
 
 
-_START = LoopState()
-NO_SURFACE = Contact(
-    None, _START.normal, _START.depth, ZERO, 0.0, NO_FORCE, 0.0, 0.0, NO_FRICTION, None, ZERO, ZERO
+_START: Final = LoopState()
+NO_SURFACE: Final = Contact(
+    fade=None,
+    normal=_START.normal,
+    depth=_START.depth,
+    moved=ZERO,
+    moved_in=0.0,
+    local=NO_FORCE,
+    damping=0.0,
+    damped_force=0.0,
+    friction=NO_FRICTION,
+    compliance=None,
+    law_force=ZERO,
+    requested_force=ZERO,
 )
 
 
+# Above 60 lines: the steps share a dozen values, and the order of them is the story.
 def press(
     state: LoopState,
     sample: DeviceSample,
@@ -120,9 +162,19 @@ def press(
         friction = _friction_force(state, sight, moved, normal, local, k_h, C, pace, settings)
         force, law_force = add(force, friction.force), add(law_force, friction.force)
     return Contact(
-        fade, normal, depth, moved, moved_in, local, damping, damped_force, friction, C,
-        law_force, force,
-    )  # fmt: skip
+        fade=fade,
+        normal=normal,
+        depth=depth,
+        moved=moved,
+        moved_in=moved_in,
+        local=local,
+        damping=damping,
+        damped_force=damped_force,
+        friction=friction,
+        compliance=C,
+        law_force=law_force,
+        requested_force=force,
+    )
 
 
 def _pace_of_surface(
@@ -188,9 +240,10 @@ def _damped(
     settings: LoopSettings,
 ) -> tuple[float, float]:
     """Damping of the passivity layer [N s/m], and the normal force with it [N]."""
-    owed, damping, _ = state.passivity
-    speed_in = -dot(normal, sample.velocity)
-    return dissipate(owed, damping, normal_force, speed_in, counted, settings.max_damping)
+    memory, speed_in = state.passivity, -dot(normal, sample.velocity)
+    return dissipate(
+        memory.owed, memory.damping, normal_force, speed_in, counted, settings.max_damping
+    )
 
 
 def _friction_force(

@@ -40,8 +40,8 @@ def balance(
     stored = given_share(stored, given_ratio, safety.scale)
     from_body = work_of_body(before, now, contact.fade, contact.moved_in, friction=C is not None)
     on_hand = 0.5 * dot(add(state.safety.force, safety.force), contact.moved)
-    owed, _, stored_before = state.passivity
-    owed = observe(owed, on_hand, stored - stored_before, from_body, dt)
+    memory = state.passivity
+    owed = observe(memory.owed, on_hand, stored - memory.stored, from_body, dt)
     return Passivity(owed, contact.damping, stored)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
@@ -9,9 +11,9 @@ from cohaptic_client.loop.law_fade import LawFade, with_gains
 from cohaptic_client.loop.slew import slew_gain
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-MOST_CHANGE = 2.0  # of a compliance within one patch; more is a mistake of the patch
-_AS_STIFF = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
-_PREDICTIVE = Law.PREDICTIVE  # bound once: the look-up in the class is slow, and this is hot
+MOST_CHANGE: Final = 2.0  # of a compliance within one patch; more is a mistake of the patch
+_AS_STIFF: Final = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
+_PREDICTIVE: Final = Law.PREDICTIVE  # bound once: the look-up in the class is slow, and this is hot
 
 
 def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:

@@ -8,11 +8,9 @@ import sys
 from dataclasses import dataclass
 
 from cohaptic.errors import DeviceError
-from cohaptic.status.row import Row
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.process import COMMAND, SAMPLE
+from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 
 _GRACE = 2.0  # s for the loop to end by itself once the force has faded
@@ -66,8 +64,8 @@ class HapticProcess:
             self._last = TipSample(t, tick, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
         return self._last
 
-    def new_rows(self) -> list[Row]:
-        """Rows of the periods since the last call."""
+    def new_rows(self) -> bytes:
+        """Rows since the last call, a block for `cohaptic.status.row.rows_in`."""
         return self._memory.rows.read_new()
 
     def beat(self) -> None:

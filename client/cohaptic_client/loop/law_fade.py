@@ -6,7 +6,8 @@ When patches come for another law, both run, and the force moves from the one to
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import (
@@ -21,14 +22,15 @@ from cohaptic.control.law import (
 from cohaptic.control.proportional_integral import IntegralState
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
-LAW_FADE_TIME = 0.3  # s
-LAW_FADE_SHARE_RATE = 10.0  # 1/s; 1 % of the force per millisecond
-LAW_FADE_RATE = 0.5 * EXTERNAL_RATE  # N/s; the rest is the surface's
-_LEAST_FORCE = 0.05  # N; below it a share of the force would never end
+LAW_FADE_TIME: Final = 0.3  # s
+LAW_FADE_SHARE_RATE: Final = 10.0  # 1/s; 1 % of the force per millisecond
+LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the rest is the surface's
+_LEAST_FORCE: Final = 0.05  # N; below it a share of the force would never end
 
 
-class Running(NamedTuple):
-    """One law with its memory. A tuple: three times as fast to make, and this runs every period.
+@dataclass(init=False)
+class Running:
+    """One law with its memory.
 
     Fields:
         law: Local model.
@@ -36,12 +38,18 @@ class Running(NamedTuple):
         memory: Of its integral.
     """
 
-    law: Law
-    gains: Gains
-    memory: IntegralState = AT_REST
+    law: Final[Law]
+    gains: Final[Gains]
+    memory: Final[IntegralState]
+
+    def __init__(self, law: Law, gains: Gains, memory: IntegralState = AT_REST) -> None:
+        self.law = law
+        self.gains = gains
+        self.memory = memory
 
 
-class LawFade(NamedTuple):
+@dataclass(init=False)
+class LawFade:
     """The law in use and the one that it replaces.
 
     Fields:
@@ -50,9 +58,14 @@ class LawFade(NamedTuple):
         share: Of `now` in the force, 0 to 1.
     """
 
-    now: Running
-    before: Running | None = None
-    share: float = 1.0
+    now: Final[Running]
+    before: Final[Running | None]
+    share: Final[float]
+
+    def __init__(self, now: Running, before: Running | None = None, share: float = 1.0) -> None:
+        self.now = now
+        self.before = before
+        self.share = share
 
 
 def switch(
@@ -87,7 +100,7 @@ def switch(
 def with_gains(fade: LawFade, gains: Gains) -> LawFade:
     """Other gains for the law in use."""
     now = fade.now
-    if gains == now.gains:
+    if gains.k_h == now.gains.k_h and gains.integral_gain == now.gains.integral_gain:
         return fade
     return LawFade(Running(now.law, gains, now.memory), fade.before, fade.share)
 
@@ -112,7 +125,16 @@ def run(
             step, min(LAW_FADE_RATE, LAW_FADE_SHARE_RATE * max(present, _LEAST_FORCE)) * dt / gap
         )
     share = min(1.0, fade.share + step)
-    mixed = LocalForce(*(a + share * (b - a) for a, b in zip(old_force, force, strict=True)))
     if share >= 1.0:
         return LawFade(now), force
-    return LawFade(now, Running(old.law, old.gains, memory), share), mixed
+    return LawFade(now, Running(old.law, old.gains, memory), share), _mixed(old_force, force, share)
+
+
+def _mixed(a: LocalForce, b: LocalForce, share: float) -> LocalForce:
+    """The force of two laws, from a (share 0) to b (share 1)."""
+    return LocalForce(
+        a.normal_force + share * (b.normal_force - a.normal_force),
+        a.felt_from_others + share * (b.felt_from_others - a.felt_from_others),
+        a.indentation + share * (b.indentation - a.indentation),
+        a.stored + share * (b.stored - a.stored),
+    )

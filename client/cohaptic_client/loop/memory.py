@@ -16,10 +16,12 @@ import zlib
 from collections.abc import Iterable
 
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
-from cohaptic.status.row import COLUMNS, Row
+from cohaptic.status.row import ROW, Row
 
+COMMAND = struct.Struct("<Q?")  # heartbeat, stop
+SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body
 _HEAD = struct.Struct("<QII")  # version, length, checksum of version and payload
-_ROW = struct.Struct(f"<{len(COLUMNS)}d")
+_VERSION = struct.Struct("<Q")
 _COUNT = struct.Struct("<Q")
 RING_ROWS = 8192  # 2 s at 4 kHz; the network process empties it 20 times a second
 
@@ -49,8 +51,10 @@ class Slot:
     def read(self) -> bytes | None:
         """The value if it is new since the last call, else None."""
         start = self._offset
-        head = self._memory[start : start + _HEAD.size]
-        version, length, check = _HEAD.unpack(head)
+        # The loop looks every period, and mostly finds nothing new.
+        if _VERSION.unpack_from(self._memory, start)[0] == self._version:
+            return None
+        version, length, check = _HEAD.unpack_from(self._memory, start)
         if version == self._version or length > self._capacity:
             return None
         payload = self._memory[start + _HEAD.size : start + _HEAD.size + length]
@@ -71,26 +75,36 @@ class RowRing:
     @staticmethod
     def size() -> int:
         """Bytes that the ring takes."""
-        return _COUNT.size + RING_ROWS * _ROW.size
+        return _COUNT.size + RING_ROWS * ROW.size
+
+    def prepare(self) -> None:
+        """Write to every page once: the first write to each costs several microseconds."""
+        at = self._at(0)
+        self._memory[at : at + RING_ROWS * ROW.size] = bytes(RING_ROWS * ROW.size)
 
     def append(self, row: Row) -> None:
         """Write one row."""
-        at = self._offset + _COUNT.size + (self._count % RING_ROWS) * _ROW.size
-        _ROW.pack_into(self._memory, at, *row)
+        ROW.pack_into(self._memory, self._at(self._count), *row)
         self._count += 1
         _COUNT.pack_into(self._memory, self._offset, self._count)
 
-    def read_new(self) -> list[Row]:
-        """Rows since the last call, oldest first."""
+    def read_new(self) -> bytes:
+        """Rows since the last call, oldest first: a block for `cohaptic.status.row.rows_in`."""
         (count,) = _COUNT.unpack_from(self._memory, self._offset)
         # The writer may be overwriting the oldest of a full ring: leave a margin.
         first = max(self._count, count - RING_ROWS + 64)
         self._count = count
-        return [self._row(i) for i in range(first, count)]
+        turn = min(count, first + RING_ROWS - first % RING_ROWS)  # where the ring begins again
+        return self._block(first, turn) + self._block(turn, count)
 
-    def _row(self, i: int) -> Row:
-        at = self._offset + _COUNT.size + (i % RING_ROWS) * _ROW.size
-        return Row._make(_ROW.unpack_from(self._memory, at))
+    def _block(self, first: int, end: int) -> bytes:
+        """Rows `first` to `end`, which lie one behind the other."""
+        at = self._at(first)
+        return self._memory[at : at + (end - first) * ROW.size]
+
+    def _at(self, i: int) -> int:
+        """Where row `i` begins."""
+        return self._offset + _COUNT.size + (i % RING_ROWS) * ROW.size
 
 
 class LoopMemory:

@@ -19,16 +19,19 @@ over a period makes, K dx^2 / 2, is the device's, and Colgate's bound has paid f
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
-FORGET = 5.0  # s; time in which a resting hand dissipates by itself the energy it was given
-SLOW = 0.01  # m/s; a slower hand has little energy, and damping would only wait for it
-RAMP = 0.05  # s; from no damping to all of it
-STEP_RATE = 10.0  # N/s; by which a change of the damping may move the force
-MAX_DAMPING = 8.0  # N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
+FORGET: Final = 5.0  # s; time in which a resting hand dissipates by itself the energy it was given
+SLOW: Final = 0.01  # m/s; a slower hand has little energy, and damping would only wait for it
+RAMP: Final = 0.05  # s; from no damping to all of it
+STEP_RATE: Final = 10.0  # N/s; by which a change of the damping may move the force
+# N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
+MAX_DAMPING: Final = 8.0
 
 
-class Passivity(NamedTuple):
+@dataclass(init=False)
+class Passivity:
     """Memory of the layer.
 
     Fields:
@@ -37,12 +40,17 @@ class Passivity(NamedTuple):
         stored: In the local spring, as far as the hand has it [J].
     """
 
-    owed: float = 0.0
-    damping: float = 0.0
-    stored: float = 0.0
+    owed: Final[float]
+    damping: Final[float]
+    stored: Final[float]
+
+    def __init__(self, owed: float = 0.0, damping: float = 0.0, stored: float = 0.0) -> None:
+        self.owed = owed
+        self.damping = damping
+        self.stored = stored
 
 
-NOTHING_OWED = Passivity()
+NOTHING_OWED: Final = Passivity()
 
 
 def observe(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:

@@ -11,17 +11,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import Final
 
 from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
-FAULT_RELEASE_TIME = (
-    0.02  # s from a fault to no force; 10 N are gone no faster than the rate allows
-)
+# s from a fault to no force; 10 N are gone no faster than the rate allows
+FAULT_RELEASE_TIME: Final = 0.02
 # N/s; limit of all change of the force that the hand's own motion does not cause: 0.02 N in a
 # millisecond, while a fingertip notices changes from about 0.05 N in 20 ms.
-EXTERNAL_RATE = 20.0
-SAFETY_FADE_RATE = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
+EXTERNAL_RATE: Final = 20.0
+SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +60,13 @@ class Mode(Enum):
 
 
 # Bound once: to look a member up in its class takes a tenth of a microsecond, every period.
-_WAITING, _ENGAGED = Mode.WAITING, Mode.ENGAGED
+_WAITING: Final = Mode.WAITING
+_ENGAGED: Final = Mode.ENGAGED
 
 
-class SafetyState(NamedTuple):
-    """Memory of the safety layer. A tuple: three times as fast to make, every period.
+@dataclass(init=False)
+class SafetyState:
+    """Memory of the safety layer.
 
     Fields:
         mode: WAITING at the start and after every fault.
@@ -78,17 +79,37 @@ class SafetyState(NamedTuple):
         left: Share of the release that is still to come, 1 to 0.
     """
 
-    mode: Mode = Mode.WAITING
-    scale: float = 0.0
-    force: Vec3 = ZERO
-    quiet: int = 0
-    now: float | None = None
-    fault: str = ""
-    released: Vec3 = ZERO
-    left: float = 0.0
+    mode: Final[Mode]
+    scale: Final[float]
+    force: Final[Vec3]
+    quiet: Final[int]
+    now: Final[float | None]
+    fault: Final[str]
+    released: Final[Vec3]
+    left: Final[float]
+
+    def __init__(
+        self,
+        mode: Mode = _WAITING,
+        scale: float = 0.0,
+        force: Vec3 = ZERO,
+        quiet: int = 0,
+        now: float | None = None,
+        fault: str = "",
+        released: Vec3 = ZERO,
+        left: float = 0.0,
+    ) -> None:
+        self.mode = mode
+        self.scale = scale
+        self.force = force
+        self.quiet = quiet
+        self.now = now
+        self.fault = fault
+        self.released = released
+        self.left = left
 
 
-NEVER_ENGAGED = SafetyState()
+NEVER_ENGAGED: Final = SafetyState()
 
 
 def guard(

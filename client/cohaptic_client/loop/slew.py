@@ -7,14 +7,16 @@ move as fast as their share of it allows.
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from cohaptic.control.friction import Compliance3, FrictionState, least_eigenvalue, tangents
 from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 # A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
-GAIN_RATE = 10.0  # 1/s
-SOFT = 1.0  # N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
+GAIN_RATE: Final = 10.0  # 1/s
+# N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
+SOFT: Final = 1.0
 
 
 def hold_back(depth: float, target: float, most: float) -> float:

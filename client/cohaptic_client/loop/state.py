@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState
-from cohaptic.control.geometry import Sight, Surface
+from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Law, LawSettings, LocalForce
+from cohaptic.control.mesh_surface import Surface
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.loop.law_fade import LawFade
@@ -47,8 +48,9 @@ class LoopSettings:
     max_stiffness: float = math.inf
 
 
-class LoopState(NamedTuple):
-    """Memory of the loop. A tuple: three times as fast to make, and this runs every period.
+@dataclass(init=False)
+class LoopState:
+    """Memory of the loop.
 
     Fields:
         patch: Newest patch; None before the first.
@@ -73,36 +75,79 @@ class LoopState(NamedTuple):
         patience: How long the server may be silent on this link [s].
     """
 
-    patch: Patch | None = None
-    arrived: float = -math.inf
-    before: Surface | None = None
-    offset: Sight | None = None
-    surface: Surface | None = None
-    k_h_before: float = 0.0
-    fade: LawFade | None = None
-    normal_force: float = 0.0
-    sight: Sight | None = None
-    depth: float = -math.inf
-    probe: Vec3 = ZERO
-    normal: Vec3 = (0.0, 0.0, 1.0)
-    passivity: Passivity = NOTHING_OWED
-    friction: FrictionState = NO_FRICTION
-    compliance: Compliance3 | None = None
-    safety: SafetyState = NEVER_ENGAGED
-    patience: float = 0.0
+    patch: Final[Patch | None]
+    arrived: Final[float]
+    before: Final[Surface | None]
+    offset: Final[Sight | None]
+    surface: Final[Surface | None]
+    k_h_before: Final[float]
+    fade: Final[LawFade | None]
+    normal_force: Final[float]
+    sight: Final[Sight | None]
+    depth: Final[float]
+    probe: Final[Vec3]
+    normal: Final[Vec3]
+    passivity: Final[Passivity]
+    friction: Final[FrictionState]
+    compliance: Final[Compliance3 | None]
+    safety: Final[SafetyState]
+    patience: Final[float]
+
+    def __init__(
+        self,
+        patch: Patch | None = None,
+        arrived: float = -math.inf,
+        before: Surface | None = None,
+        offset: Sight | None = None,
+        surface: Surface | None = None,
+        k_h_before: float = 0.0,
+        fade: LawFade | None = None,
+        normal_force: float = 0.0,
+        sight: Sight | None = None,
+        depth: float = -math.inf,
+        probe: Vec3 = ZERO,
+        normal: Vec3 = (0.0, 0.0, 1.0),
+        passivity: Passivity = NOTHING_OWED,
+        friction: FrictionState = NO_FRICTION,
+        compliance: Compliance3 | None = None,
+        safety: SafetyState = NEVER_ENGAGED,
+        patience: float = 0.0,
+    ) -> None:
+        self.patch = patch
+        self.arrived = arrived
+        self.before = before
+        self.offset = offset
+        self.surface = surface
+        self.k_h_before = k_h_before
+        self.fade = fade
+        self.normal_force = normal_force
+        self.sight = sight
+        self.depth = depth
+        self.probe = probe
+        self.normal = normal
+        self.passivity = passivity
+        self.friction = friction
+        self.compliance = compliance
+        self.safety = safety
+        self.patience = patience
+
+    def silenced(self) -> LoopState:
+        """The same, but the newest patch is of the most distant past: the force fades."""
+        return replace(self, arrived=-math.inf)
 
     @property
     def k_h(self) -> float:
         """Gain in use [N/m]; 0 before the first patch."""
-        return self.fade.now.gains.k_h if self.fade else 0.0
+        return self.fade.now.gains.k_h if self.fade is not None else 0.0
 
     @property
     def law(self) -> Law | None:
         """Law in use."""
-        return self.fade.now.law if self.fade else None
+        return self.fade.now.law if self.fade is not None else None
 
 
-class Output(NamedTuple):
+@dataclass(init=False)
+class Output:
     """Results of one period.
 
     Fields:
@@ -115,9 +160,25 @@ class Output(NamedTuple):
         silent: Whether the server counts as silent.
     """
 
-    force: Vec3
-    on_body: Vec3
-    local: LocalForce
-    damping_force: float
-    u_others: float
-    silent: bool
+    force: Final[Vec3]
+    on_body: Final[Vec3]
+    local: Final[LocalForce]
+    damping_force: Final[float]
+    u_others: Final[float]
+    silent: Final[bool]
+
+    def __init__(
+        self,
+        force: Vec3,
+        on_body: Vec3,
+        local: LocalForce,
+        damping_force: float,
+        u_others: float,
+        silent: bool,
+    ) -> None:
+        self.force = force
+        self.on_body = on_body
+        self.local = local
+        self.damping_force = damping_force
+        self.u_others = u_others
+        self.silent = silent

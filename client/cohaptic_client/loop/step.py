@@ -46,33 +46,32 @@ def step(
     passivity = NOTHING_OWED
     if settings.max_damping > 0.0 and sight is not None and state.sight is not None:
         passivity = balance(state, contact, state.sight, sight, safety, given_ratio, dt)
-    # By position: by name it takes a microsecond more, of some twenty. A test checks the order.
     after = LoopState(
-        state.patch,
-        state.arrived,
-        state.before,
-        state.offset,
-        state.surface,
-        state.k_h_before,
-        contact.fade,
-        contact.local.normal_force,
-        sight,
-        contact.depth,
-        sample.position,
-        contact.normal,
-        passivity,
-        contact.friction,
-        contact.compliance,
-        safety,
-        state.patience,
+        patch=state.patch,
+        arrived=state.arrived,
+        before=state.before,
+        offset=state.offset,
+        surface=state.surface,
+        k_h_before=state.k_h_before,
+        fade=contact.fade,
+        normal_force=contact.local.normal_force,
+        sight=sight,
+        depth=contact.depth,
+        probe=sample.position,
+        normal=contact.normal,
+        passivity=passivity,
+        friction=contact.friction,
+        compliance=contact.compliance,
+        safety=safety,
+        patience=state.patience,
     )
     output = Output(
-        safety.force,
-        on_body(contact.law_force, given_ratio, limits.max_force),
-        contact.local,
-        contact.damped_force - contact.local.normal_force,
-        dot(sight.u_others, sight.normal) if sight else 0.0,
-        silent,
+        force=safety.force,
+        on_body=on_body(contact.law_force, given_ratio, limits.max_force),
+        local=contact.local,
+        damping_force=contact.damped_force - contact.local.normal_force,
+        u_others=dot(sight.u_others, sight.normal) if sight is not None else 0.0,
+        silent=silent,
     )
     return after, output
 

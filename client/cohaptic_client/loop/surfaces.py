@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from cohaptic.control.geometry import LocalSurface, Surface
-from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.control.geometry import LocalSurface
+from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface, Surface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.vec import scale
 
 
 def flat_surface(patch: Patch) -> LocalSurface:
@@ -31,13 +30,13 @@ class SurfaceMaker:
         near, base = patch.neighbourhood, flat_surface(patch)
         if near is None or self._rest is None:
             return base
-        moved = {
-            i: scale((float(u[0]), float(u[1]), float(u[2])), near.scale)
-            for i, u in zip(near.indices, near.displacements, strict=True)
-        }
-        # A stiff vertex beside soft ones may be rounded to no compliance at all.
-        c_ii = {
-            i: max(MIN_COMPLIANCE, near.c_scale * c)
-            for i, c in zip(near.indices, near.compliances, strict=True)
-        }
-        return MeshSurface(self._rest, base, moved, c_ii)
+        vertices = [
+            MeshVertex(
+                i,
+                (near.scale * u[0], near.scale * u[1], near.scale * u[2]),
+                # A stiff vertex beside soft ones may be rounded to no compliance at all.
+                max(MIN_COMPLIANCE, near.c_scale * c),
+            )
+            for i, u, c in zip(near.indices, near.displacements, near.compliances, strict=True)
+        ]
+        return MeshSurface(self._rest, base, vertices)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from cohaptic.clock import Clock
 from cohaptic.errors import CohapticError, RemoteProtocolError
@@ -23,7 +24,6 @@ from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
 
-_IDLE = 0.1  # s between two looks for a schedule, while there is none
 _FLUSH = 0.1  # s for the last message to leave the machine
 
 
@@ -79,6 +79,9 @@ class Conversation:
         self._session = ClientSession()
         self._welcome: Welcome | None = None
         self._pacer: Pacer | None = None
+        # A timer and not a task that sleeps: half of the event loop's work in a tick.
+        self._timer: asyncio.TimerHandle | None = None
+        self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
 
     async def run(self) -> str:
@@ -90,23 +93,24 @@ class Conversation:
         """
         self._link.send(self._session.greeting(greeting(self._settings)))
         self.active = True
-        sender = asyncio.ensure_future(self._send())
         listener = asyncio.ensure_future(self._link.receive(self._hear))
         try:
-            # The sender ends only by an exception, which is then this client's end.
-            await asyncio.wait({sender, listener}, return_when=asyncio.FIRST_COMPLETED)
-            if sender.done():
-                sender.result()
+            # What goes wrong while a sample is sent is this client's end.
+            ends: set[asyncio.Future[Any]] = {self._failed, listener}
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+            if self._failed.done():
+                self._failed.result()
             return await listener
         finally:
             self.active = False
-            sender.cancel()
+            self._failed.cancel()
+            self._stop_sending()
             listener.cancel()
 
     async def say_goodbye(self) -> None:
         """Send a last sample without force, then the farewell; returns when both have left."""
         # Nothing of the schedule goes out behind the farewell.
-        self._pacer = None
+        self._stop_sending()
         tip = self._haptics.newest_sample()
         if tip is not None:
             self._send_sample(replace(tip, force=ZERO))
@@ -146,8 +150,9 @@ class Conversation:
         others = ", ".join(welcome.users) or "nobody else"
         self._tell(f"touching {welcome.body.name} with {others}")
         self.server_to_wall = welcome.to_wall
-        self._pacer = Pacer(welcome.simulation_period, self._clock.now())
         self._haptics.start(welcome)
+        self._pacer = Pacer(welcome.simulation_period, self._clock.now())
+        self._send_when_due()
 
     def _learn(self, patch: Patch) -> None:
         """Learn from a patch how long the way there and back is, and when to send."""
@@ -161,19 +166,27 @@ class Conversation:
             now=self._clock.now(),
         )
 
-    async def _send(self) -> None:
+    def _send_when_due(self) -> None:
         """Send the newest sample once per simulation period, timed by the pacer."""
-        while True:
-            wait = _IDLE if self._pacer is None else self._pacer.due - self._clock.now()
-            await asyncio.sleep(max(0.0, wait))
-            if self._pacer is None:
-                continue
-            if self._pacer.due > self._clock.now():
-                continue  # moved by a report in the meantime
-            self._pacer = self._pacer.sent(self._clock.now())
-            tip = self._haptics.newest_sample()
-            if tip is not None:
-                self._send_sample(tip)
+        if self._pacer is None:
+            return
+        now = self._clock.now()
+        if self._pacer.due <= now:  # else it is a start, or a report has moved it meanwhile
+            self._pacer = self._pacer.sent(now)
+            try:
+                tip = self._haptics.newest_sample()
+                if tip is not None:
+                    self._send_sample(tip)
+            except Exception as error:
+                self._failed.set_exception(error)
+                return
+        wait = max(0.0, self._pacer.due - now)
+        self._timer = asyncio.get_running_loop().call_later(wait, self._send_when_due)
+
+    def _stop_sending(self) -> None:
+        self._pacer = None
+        if self._timer is not None:
+            self._timer.cancel()
 
     def _send_sample(self, tip: TipSample) -> None:
         self._seq += 1

@@ -73,7 +73,7 @@ def _run(
         hands[t, :n] = np.stack(
             [trial.mass, trial.damping, trial.stiffness, trial.depth, trial.press_at], axis=1
         )
-        gains[t, :n] = gains_of(trial, variant)
+        gains[t, :n] = [(g.k_h, g.integral_gain) for g in gains_of(trial, variant)]
         friction = none if trial.friction is None else trial.friction
         stiffest = gains[t, :n, 0] if trial.max_stiffness is None else trial.max_stiffness
         devices[t, :n] = np.stack([variant.budgets(trial), friction, stiffest], axis=1)

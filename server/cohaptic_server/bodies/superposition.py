@@ -36,9 +36,7 @@ def combine(rows: Floats, vertices: Ints, weights: Floats, combined: Floats) -> 
         k += 1
 
 
-def seen_by(
-    fields: Floats, vertices: Ints, weights: Floats, direction: Floats, C: Floats
-) -> None:
+def seen_by(fields: Floats, vertices: Ints, weights: Floats, direction: Floats, C: Floats) -> None:
     """Displacement of a contact along a direction by each load.
 
     Args:

@@ -91,9 +91,7 @@ class ContactSearch:
         self.values = values
         self.whole = whole
 
-    def take(
-        self, frame: Floats, slope: float, under: Ints, weights: Floats
-    ) -> None:
+    def take(self, frame: Floats, slope: float, under: Ints, weights: Floats) -> None:
         """Take the contact of the last tick, from which the next search starts."""
         for i in range(3):
             for j in range(3):
@@ -347,7 +345,11 @@ class ContactSearch:
         ux, uy, uz = self.vertices[b, 0] - ax, self.vertices[b, 1] - ay, self.vertices[b, 2] - az
         vx, vy, vz = self.vertices[c, 0] - ax, self.vertices[c, 1] - ay, self.vertices[c, 2] - az
         wx, wy, wz = x - ax, y - ay, z - az
-        uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+        uu, uv, vv = (
+            ux * ux + uy * uy + uz * uz,
+            ux * vx + uy * vy + uz * vz,
+            vx * vx + vy * vy + vz * vz,
+        )
         wu, wv = wx * ux + wy * uy + wz * uz, wx * vx + wy * vy + wz * vz
         det = max(uu * vv - uv * uv, 1e-300)
         s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det

@@ -88,9 +88,7 @@ class WindowSearch:
                 kept += 1
         return kept
 
-    def walk(
-        self, near: int, start: Floats, direction: Floats, length: float, step: float
-    ) -> None:
+    def walk(self, near: int, start: Floats, direction: Floats, length: float, step: float) -> None:
         """Points along the surface from a contact in the direction of its slide.
 
         Args:

@@ -174,9 +174,7 @@ def _previous_coupling(state: WorldState, tracked: Sequence[UserState], max_move
     is set to infinity; the effect of others on it to zero, since it holds no force there yet.
     """
     row = {number: i for i, number in enumerate(state.users)}
-    index = [
-        -1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked
-    ]
+    index = [-1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked]
     if index == list(range(len(state.coupling))):
         return state.coupling.copy()  # nobody came, left or jumped
     C = np.full((len(tracked), len(tracked)), np.inf)

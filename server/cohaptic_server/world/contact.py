@@ -177,6 +177,4 @@ def _found(mesh: SurfaceMesh, same: Contact | None) -> Contact:
     if same is not None:
         return Contact(frame, same.vertices, same.weights, search.slope)
     count = search.count
-    return Contact(
-        frame, found.under[:count].copy(), found.weights[:count].copy(), search.slope
-    )
+    return Contact(frame, found.under[:count].copy(), found.weights[:count].copy(), search.slope)

@@ -36,7 +36,9 @@ def _half_width(mesh: TouchMesh, horizon: float) -> float:
     return min(max(MIN_RADIUS, SPEEDING_UP * horizon) + _SUPPORT * spacing, widest)
 
 
-def cut_neighbourhood(touched_body: TouchedBody, displacement: Floats, touched: Ints) -> Neighbourhood:
+def cut_neighbourhood(
+    touched_body: TouchedBody, displacement: Floats, touched: Ints
+) -> Neighbourhood:
     """The neighbourhood of one contact.
 
     Args:

@@ -55,9 +55,7 @@ class ContactWindow:
         """Whether this window still covers a contact."""
         moved, turned = sub(foot, self.foot), sub(slide, self.slide)
         widened = neighbourhood.SPEEDING_UP * abs(horizon - self.horizon)
-        return (
-            max(widened, *map(abs, moved), *map(abs, turned)) <= _REUSE_DISTANCE
-        )
+        return max(widened, *map(abs, moved), *map(abs, turned)) <= _REUSE_DISTANCE
 
 
 def choose_window(
@@ -104,9 +102,7 @@ def choose_window(
         carried = vertices.searchsorted(touch.vertices[touched])
     # A body may cache its answers by the identity of this array, tick after tick.
     vertices.setflags(write=False)
-    return ContactWindow(
-        geometry, foot, slide, horizon, vertices, fitted, touched, carried
-    )
+    return ContactWindow(geometry, foot, slide, horizon, vertices, fitted, touched, carried)
 
 
 def free_shape(

@@ -11,13 +11,16 @@ from importlib.metadata import entry_points
 
 import typer
 
-from cohaptic import __version__
+from cohaptic import __version__, compiled
 from cohaptic.errors import CohapticError
 
 
 def main(argv: list[str] | None = None) -> None:
     """Run `cohaptic` with the given arguments (default: those of the process)."""
     arguments = sys.argv[1:] if argv is None else argv
+    if arguments[:1] == ["touch"]:
+        # Before its modules are imported. Others need the plain functions: numba compiles them.
+        compiled.use("loop")
     try:
         build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
     except CohapticError as error:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Final
 
 from cohaptic.vec import ZERO, Vec3, add, dot, lerp, sub, unit
 
 
-class Sight(NamedTuple):
+@dataclass(init=False)
+class Sight:
     """A local surface as evaluated at one probe: everything that a law needs.
 
     Fields:
@@ -25,19 +26,20 @@ class Sight(NamedTuple):
         u_others: Displacement of the material under the contact by the others [m].
     """
 
-    depth: float
-    normal: Vec3
-    c_ii: float
-    own_force: Vec3
-    u_others: Vec3
+    depth: Final[float]
+    normal: Final[Vec3]
+    c_ii: Final[float]
+    own_force: Final[Vec3]
+    u_others: Final[Vec3]
 
-
-class Surface(Protocol):
-    """A local surface of any geometry."""
-
-    def look(self, probe: Vec3) -> Sight:
-        """The surface as evaluated at `probe` [m]."""
-        ...
+    def __init__(
+        self, depth: float, normal: Vec3, c_ii: float, own_force: Vec3, u_others: Vec3
+    ) -> None:
+        self.depth = depth
+        self.normal = normal
+        self.c_ii = c_ii
+        self.own_force = own_force
+        self.u_others = u_others
 
 
 @dataclass(frozen=True, slots=True)

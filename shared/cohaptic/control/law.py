@@ -6,8 +6,9 @@ argument and a result. It applies no limits: the client's `safety.py` does, once
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cohaptic.control.geometry import Sight
 from cohaptic.control.predictive import predictive_force
@@ -28,7 +29,13 @@ class Law(Enum):
     PREDICTIVE = "predictive"
 
 
-class Gains(NamedTuple):
+# Bound once: to look a member up in its class is slow, and this is done every period.
+_PREDICTIVE: Final = Law.PREDICTIVE
+_PROPORTIONAL: Final = Law.PROPORTIONAL
+
+
+@dataclass(init=False)
+class Gains:
     """Gains that the server chose for a client's law (`gains.choose_gains`).
 
     Fields:
@@ -36,8 +43,12 @@ class Gains(NamedTuple):
         integral_gain: I of the law's integral; 0 for none [N/(m s)].
     """
 
-    k_h: float
-    integral_gain: float = 0.0
+    k_h: Final[float]
+    integral_gain: Final[float]
+
+    def __init__(self, k_h: float, integral_gain: float = 0.0) -> None:
+        self.k_h = k_h
+        self.integral_gain = integral_gain
 
 
 class LawSettings(NamedTuple):
@@ -54,7 +65,8 @@ class LawSettings(NamedTuple):
     max_force: float = 10.0
 
 
-class LocalForce(NamedTuple):
+@dataclass(init=False)
+class LocalForce:
     """The force of a law in one period.
 
     Fields:
@@ -64,13 +76,21 @@ class LocalForce(NamedTuple):
         stored: Energy in the law's spring; the force of an integral stores none [J].
     """
 
-    normal_force: float
-    felt_from_others: float
-    indentation: float
-    stored: float
+    normal_force: Final[float]
+    felt_from_others: Final[float]
+    indentation: Final[float]
+    stored: Final[float]
+
+    def __init__(
+        self, normal_force: float, felt_from_others: float, indentation: float, stored: float
+    ) -> None:
+        self.normal_force = normal_force
+        self.felt_from_others = felt_from_others
+        self.indentation = indentation
+        self.stored = stored
 
 
-NO_FORCE = LocalForce(0.0, 0.0, 0.0, 0.0)
+NO_FORCE: Final = LocalForce(0.0, 0.0, 0.0, 0.0)
 AT_REST = IntegralState()
 _DEFAULT = LawSettings()
 
@@ -80,7 +100,7 @@ def pressed_depth(law: Law, sight: Sight) -> float:
 
     The paper's laws press on the surface as the simulation returned it, own dent included.
     """
-    if law is Law.PREDICTIVE:
+    if law is _PREDICTIVE:
         return sight.depth
     return sight.depth - sight.c_ii * dot(sight.own_force, sight.normal)
 
@@ -109,14 +129,14 @@ def local_force(
     d_free = sight.depth
     # Depth of the probe below the surface if nobody else touched the body.
     d_alone = max(0.0, d_free - dot(sight.u_others, sight.normal))
-    if law is Law.PREDICTIVE:
+    if law is _PREDICTIVE:
         f = predictive_force(d_free, gains.k_h)
         stored = 0.5 * f * d_free
         return memory, LocalForce(f, f - gains.k_h * d_alone, sight.c_ii * f, stored)
     d = pressed_depth(law, sight)
     stored = 0.5 * gains.k_h * d * d if d > 0.0 else 0.0
     stiffness = proportional_stiffness(k_h=gains.k_h, c_ii=sight.c_ii)
-    if law is Law.PROPORTIONAL:
+    if law is _PROPORTIONAL:
         f = proportional_force(d, k_h=gains.k_h)
     else:
         memory, f = proportional_integral_step(

@@ -18,21 +18,23 @@ Plain tuples and loops: this runs in the haptic loop's process, without numpy.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Final
 
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.vec import Vec3, norm, sub, unit
+from cohaptic.vec import Vec3, dot, norm, sub, unit
 
-SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
+SUPPORT: Final = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
 # m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
 # one makes every evaluation slower, a smaller one gathers more often.
-_MARGIN = 0.004
+_MARGIN: Final = 0.004
 # Weighted share of inner vertices, whose faces are all known, between which plane or sphere (below
 # the first) and the neighbourhood (above the second) are mixed.
-_OUTER, _INNER = 0.05, 0.5
-_DEEPEST = 5.0  # largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon
-_FEW = 0.05  # sum of weights below which no vertex counts as near
+_OUTER: Final = 0.05
+_INNER: Final = 0.5
+# Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
+_DEEPEST: Final = 5.0
+_FEW: Final = 0.05  # sum of weights below which no vertex counts as near
 
 
 class RestSurface:
@@ -65,27 +67,42 @@ class RestSurface:
         return max(1e-12, (SUPPORT * sum(edges) / len(edges)) ** 2)
 
 
-class _Vertex(NamedTuple):
-    """A displaced vertex: position, normal, 1 / h^2, whether all around it is known, c_ii."""
+class MeshVertex:
+    """A vertex of a neighbourhood: what a patch says of it, and what its surface makes of that.
 
-    x: float
-    y: float
-    z: float
-    nx: float
-    ny: float
-    nz: float
-    per_support: float
-    inner: float
-    c_ii: float
+    Args:
+        number: In the resting mesh.
+        displacement: Without this client's own force [m].
+        c_ii: Compliance of a contact centred there [m/N].
+    """
+
+    __slots__ = (
+        "c_ii", "displacement", "has_normal", "inner", "number", "nx", "ny", "nz", "support",
+        "x", "y", "z",
+    )  # fmt: skip
+
+    def __init__(self, number: int, displacement: Vec3, c_ii: float) -> None:
+        self.number = number
+        self.displacement = displacement
+        self.c_ii = c_ii
+        self.x = self.y = self.z = 0.0  # [m]
+        self.support = 1.0  # h^2 [m^2]
+        # The unit normal takes long, and is computed when it is needed for the first time.
+        self.has_normal = False
+        self.nx = self.ny = self.nz = 0.0
+        self.inner = 0.0  # 1 where all the vertices around it are known
 
 
-class _Fit(NamedTuple):
+class _Fit:
     """The fit of the vertices at a probe: depth, normal, c_ii, and its weight against the base."""
 
-    depth: float
-    normal: Vec3
-    c_ii: float
-    trust: float
+    __slots__ = ("c_ii", "depth", "normal", "trust")
+
+    def __init__(self, depth: float, normal: Vec3, c_ii: float, trust: float) -> None:
+        self.depth = depth
+        self.normal = normal
+        self.c_ii = c_ii
+        self.trust = trust
 
 
 class MeshSurface:
@@ -94,28 +111,27 @@ class MeshSurface:
     Args:
         rest: The resting mesh.
         base: Plane or sphere of the same patch.
-        displacement: Of each vertex of the neighbourhood, without this client's own force [m].
-        c_ii: Compliance of a contact centred there [m/N].
+        vertices: The neighbourhood; from now on this surface's own.
     """
 
     def __init__(
-        self,
-        rest: RestSurface,
-        base: LocalSurface,
-        displacement: Mapping[int, Vec3],
-        c_ii: Mapping[int, float],
+        self, rest: RestSurface, base: LocalSurface, vertices: Iterable[MeshVertex]
     ) -> None:
         self._rest = rest
         self._base = base
-        self._displacement = displacement
-        self._c_ii = c_ii
-        self._made: dict[int, _Vertex] = {}
-        self._places = [(k, *self._place(k, u), rest.support[k]) for k, u in displacement.items()]
-        mean = sum(place[4] for place in self._places) / max(1, len(self._places))
-        self._deepest = max(1e-12, _DEEPEST * mean)
-        self._near: list[_Vertex] = []
+        self._vertices: dict[int, MeshVertex] = {}
+        total = 0.0
+        for vertex in vertices:
+            p, u = rest.vertices[vertex.number], vertex.displacement
+            vertex.x, vertex.y, vertex.z = p[0] + u[0], p[1] + u[1], p[2] + u[2]
+            vertex.support = rest.support[vertex.number]
+            self._vertices[vertex.number] = vertex
+            total += vertex.support
+        self._deepest = max(1e-12, _DEEPEST * total / max(1, len(self._vertices)))
+        self._near: list[MeshVertex] = []
         self._center: Vec3 = (math.inf, math.inf, math.inf)
-        self._offset, self._factor = 0.0, 1.0
+        self._offset = 0.0
+        self._factor = 1.0
         centre = self._fit(base.x_free, 0.0)
         if centre is not None:
             self._offset = -centre.depth
@@ -147,21 +163,24 @@ class MeshSurface:
             depth: Of the probe below plane or sphere, roughly its depth [m].
         """
         px, py, pz = probe
-        cx, cy, cz = self._center
-        if not (px - cx) ** 2 + (py - cy) ** 2 + (pz - cz) ** 2 < _MARGIN * _MARGIN:
+        way = sub(probe, self._center)
+        if not dot(way, way) < _MARGIN * _MARGIN:
             self._gather(probe, depth)
         below = self._below(depth)
         total = inner = c = along = spread = sx = sy = sz = nx = ny = nz = 0.0
-        for x, y, z, ax, ay, az, per_support, inside, c_k in self._near:
-            dx, dy, dz = x - px, y - py, z - pz
+        for vertex in self._near:
+            dx, dy, dz = vertex.x - px, vertex.y - py, vertex.z - pz
             square = dx * dx + dy * dy + dz * dz
-            w = 1.0 - (square - below) * per_support
+            w = 1.0 - (square - below) / vertex.support
             if w > 0.0:
+                if not vertex.has_normal:
+                    self._find_normal(vertex)
                 w *= w
+                ax, ay, az = vertex.nx, vertex.ny, vertex.nz
                 total += w
                 spread += w * square
-                inner += w * inside
-                c += w * c_k
+                inner += w * vertex.inner
+                c += w * vertex.c_ii
                 sx += w * dx
                 sy += w * dy
                 sz += w * dz
@@ -202,43 +221,41 @@ class MeshSurface:
 
     def _gather(self, probe: Vec3, depth: float) -> None:
         """Collect each vertex whose weight can be positive before the probe moves by the margin."""
-        px, py, pz = probe
         # A probe that moves by the margin is deeper by no more than that.
         below = self._below(abs(depth) + _MARGIN)
         self._near = []
-        for k, x, y, z, support in self._places:
-            r = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2) - _MARGIN
-            if r <= 0.0 or r * r < support + below:
-                self._near.append(self._vertex(k, (x, y, z), support))
+        for vertex in self._vertices.values():
+            dx, dy, dz = vertex.x - probe[0], vertex.y - probe[1], vertex.z - probe[2]
+            r = math.sqrt(dx * dx + dy * dy + dz * dz) - _MARGIN
+            if r <= 0.0 or r * r < vertex.support + below:
+                self._near.append(vertex)
         self._center = probe
 
-    def _place(self, k: int, displacement: Vec3) -> Vec3:
-        x, u = self._rest.vertices[k], displacement
-        return (x[0] + u[0], x[1] + u[1], x[2] + u[2])
-
-    def _vertex(self, k: int, place: Vec3, support: float) -> _Vertex:
-        """The vertex with its normal, which is computed at first use."""
-        if k not in self._made:
-            normal, inner = self._normal(k, place)
-            self._made[k] = _Vertex(*place, *normal, 1.0 / support, inner, self._c_ii[k])
-        return self._made[k]
-
-    def _normal(self, k: int, place: Vec3) -> tuple[Vec3, float]:
-        """Unit normal of a displaced vertex, exact on spheres (Max 1999); 1 if all is known."""
-        x, y, z = place
-        own, known = self._displacement[k], 1.0
+    def _find_normal(self, vertex: MeshVertex) -> None:
+        """Compute the unit normal of a displaced vertex, exact on spheres (Max 1999)."""
+        known = 1.0
         nx = ny = nz = 0.0
-        for i, j in self._rest.rings[k]:
-            u, v = self._displacement.get(i), self._displacement.get(j)
+        for i, j in self._rest.rings[vertex.number]:
+            u, v = self._vertices.get(i), self._vertices.get(j)
             if u is None or v is None:
                 known = 0.0
-            # A neighbour of unknown displacement is taken to move with this vertex.
-            a, b = self._place(i, u or own), self._place(j, v or own)
-            ax, ay, az = a[0] - x, a[1] - y, a[2] - z
-            bx, by, bz = b[0] - x, b[1] - y, b[2] - z
+            ax, ay, az = self._edge(vertex, i, u)
+            bx, by, bz = self._edge(vertex, j, v)
             area = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
             if area > 0.0:
                 nx += (ay * bz - az * by) / area
                 ny += (az * bx - ax * bz) / area
                 nz += (ax * by - ay * bx) / area
-        return unit((nx, ny, nz), self._base.normal), known
+        vertex.nx, vertex.ny, vertex.nz = unit((nx, ny, nz), self._base.normal)
+        vertex.inner = known
+        vertex.has_normal = True
+
+    def _edge(self, vertex: MeshVertex, number: int, end: MeshVertex | None) -> Vec3:
+        """From a vertex to another; one of unknown displacement is taken to move with it [m]."""
+        if end is not None:
+            return (end.x - vertex.x, end.y - vertex.y, end.z - vertex.z)
+        p, u = self._rest.vertices[number], vertex.displacement
+        return (p[0] + u[0] - vertex.x, p[1] + u[1] - vertex.y, p[2] + u[2] - vertex.z)
+
+
+Surface = LocalSurface | MeshSurface  # a local surface of any geometry

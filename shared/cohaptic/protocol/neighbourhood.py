@@ -17,7 +17,8 @@ from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
 from cohaptic.vec import Vec3
 
 _HEAD = struct.Struct("<Hff")
-_ITEM = struct.Struct("<H3hH")
+_ITEM_FORMAT = "H3hH"
+_ITEM = struct.Struct(f"<{_ITEM_FORMAT}")
 ITEM_SIZE = _ITEM.size
 MAX_VERTICES = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
 _SMALLEST = 2.0**-126
@@ -102,17 +103,22 @@ class Neighbourhood:
     @property
     def indices(self) -> tuple[int, ...]:
         """Of the vertices in the resting mesh, rising, shape (k,)."""
-        return tuple(item[0] for item in _ITEM.iter_unpack(self.items))
+        return self._numbers()[0::5]
 
     @property
     def displacements(self) -> tuple[tuple[int, int, int], ...]:
         """Without this client's own force, shape (k, 3) [scale]."""
-        return tuple((x, y, z) for _, x, y, z, _ in _ITEM.iter_unpack(self.items))
+        numbers = self._numbers()
+        return tuple(zip(numbers[1::5], numbers[2::5], numbers[3::5], strict=True))
 
     @property
     def compliances(self) -> tuple[int, ...]:
         """Of a contact centred at each vertex, along its normal, shape (k,) [c_scale]."""
-        return tuple(item[4] for item in _ITEM.iter_unpack(self.items))
+        return self._numbers()[4::5]
+
+    def _numbers(self) -> tuple[int, ...]:
+        """All numbers of the items, at once: a loop has a fraction of a period for a patch."""
+        return struct.unpack(f"<{len(self.items) // ITEM_SIZE * _ITEM_FORMAT}", self.items)
 
     def encode(self) -> bytes:
         """The tail of the frame; raises LocalProtocolError when a value is out of its limits."""

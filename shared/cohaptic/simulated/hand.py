@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Final
 
 from cohaptic.errors import SettingError
 from cohaptic.vec import ZERO, Vec3, add, cross, norm, scale, unit
@@ -207,12 +208,16 @@ def sideways(inward: Vec3) -> Vec3:
     return unit(cross(inward, (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(init=False)
 class HandState:
-    """Tip of a simulated hand."""
+    """Tip of a simulated hand: position [m] and velocity [m/s]."""
 
-    position: Vec3
-    velocity: Vec3
+    position: Final[Vec3]
+    velocity: Final[Vec3]
+
+    def __init__(self, position: Vec3, velocity: Vec3) -> None:
+        self.position = position
+        self.velocity = velocity
 
 
 def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> HandState:

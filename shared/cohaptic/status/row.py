@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import NamedTuple
 
 
@@ -52,3 +53,14 @@ class Row(NamedTuple):
 
 
 COLUMNS = Row._fields
+ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in the order of `Row`
+
+
+def rows_in(block: bytes) -> list[Row]:
+    """The rows of a block of them, one behind the other as `ROW` packs them."""
+    return [Row._make(values) for values in ROW.iter_unpack(block)]
+
+
+def last_row(block: bytes) -> Row:
+    """The newest row of a block that has at least one."""
+    return Row._make(ROW.unpack_from(block, len(block) - ROW.size))

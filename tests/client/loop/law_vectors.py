@@ -61,11 +61,11 @@ def surfaces() -> list[dict[str, Any]]:
                 {
                     "surface": asdict(surface),
                     "probe": probe,
-                    "sight": seen._asdict(),
-                    "other": other._asdict(),
+                    "sight": asdict(seen),
+                    "other": asdict(other),
                     "share": s,
-                    "blend": blend(seen, other, s)._asdict(),
-                    "shift": shift(seen, difference(other, seen))._asdict(),
+                    "blend": asdict(blend(seen, other, s)),
+                    "shift": asdict(shift(seen, difference(other, seen))),
                 }
             )
     return rows
@@ -85,17 +85,17 @@ def presses() -> list[dict[str, Any]]:
                 memory, force = local_force(law, memory, sight, gains, dt, settings)
                 steps.append(
                     {
-                        "sight": sight._asdict(),
+                        "sight": asdict(sight),
                         "dt": dt,
                         "pressed_depth": pressed_depth(law, sight),
                         "memory": memory._asdict(),
-                        "force": force._asdict(),
+                        "force": asdict(force),
                     }
                 )
             rows.append(
                 {
                     "law": law.value,
-                    "gains": Gains(k_h, integral_gain)._asdict(),
+                    "gains": asdict(Gains(k_h, integral_gain)),
                     "settings": settings._asdict() | {"thresholds": settings.thresholds._asdict()},
                     "steps": steps,
                 }
@@ -126,7 +126,7 @@ def energies() -> list[dict[str, Any]]:
         more = stored - memory.stored
         owed = observe(memory.owed, given["work"], more, given["from_body"], given["dt"])
         memory = Passivity(owed, damping, stored)
-        rows.append({"spring": law} | given | {"damped": damped, "after": memory._asdict()})
+        rows.append({"spring": law} | given | {"damped": damped, "after": asdict(memory)})
     return rows
 
 

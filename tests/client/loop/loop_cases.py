@@ -62,7 +62,7 @@ def at(position: Vec3) -> DeviceSample:
 def engaged(patch: Patch, settings: LoopSettings = SETTINGS, now: float = 10.0) -> LoopState:
     """A loop that got its first patch one tick ago, on a hand that is engaged in full."""
     safety = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, now - PERIOD)
-    return receive(LoopState(), patch, now - TICK, settings)._replace(safety=safety)
+    return replace(receive(LoopState(), patch, now - TICK, settings), safety=safety)
 
 
 def play(

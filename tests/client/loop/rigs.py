@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cohaptic.clock import SystemClock
-from cohaptic.status.row import Row
+from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.process import COMMAND, HapticLoop
+from cohaptic_client.loop.haptic_loop import HapticLoop
+from cohaptic_client.loop.memory import COMMAND, LoopMemory
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 
@@ -82,7 +82,7 @@ class Parent:
     def run(self, rig: Rig) -> tuple[HapticLoop, list[Row]]:
         """The loop over a rig, to its end."""
         memory = LoopMemory(self.memory.path)
-        loop = HapticLoop(self.config, memory, rig, prefer=False)
+        loop = HapticLoop(self.config, memory, rig)
         loop.run()
         memory.close(remove=False)
-        return loop, self.memory.rows.read_new()
+        return loop, rows_in(self.memory.rows.read_new())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from hypothesis import strategies as st
@@ -103,7 +104,7 @@ def clamped(force: Vec3) -> Vec3:
 
 def pressing(force: Vec3) -> SafetyState:
     """A hand that has been given `force` for long, or as much of it as it may get."""
-    return PRESSED._replace(force=clamped(force))
+    return replace(PRESSED, force=clamped(force))
 
 
 def counted(period: Period) -> float:

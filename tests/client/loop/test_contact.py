@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -87,14 +86,14 @@ def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
         now += PERIOD
     now -= PERIOD
     force = scale(state.safety.force, share)
-    state = state._replace(safety=state.safety._replace(scale=share, force=force))
+    state = replace(state, safety=replace(state.safety, scale=share, force=force))
     for tick, (other, periods, silent) in enumerate(arrivals, start=2):
         patch = replace(
             patch, tick=tick, x_free=(0.0, 0.0, other.x_free[2]), u_others=other.u_others
         )
         state = receive(state, patch, now, settings)
         if silent:
-            state = state._replace(arrived=-math.inf)
+            state = state.silenced()
         for _ in range(periods):
             before, now = state.safety.force, now + PERIOD
             state, output = step(state, tip, now, settings)

@@ -49,7 +49,7 @@ def test_a_closed_way_over_a_resting_spring_makes_nothing(
     for _ in range(2):
         state, _ = step(state, at(tip), now, settings)
         now += PERIOD
-    state = state._replace(passivity=replace_owed(state.passivity))
+    state = replace(state, passivity=replace_owed(state.passivity))
     for way in ways + [scale(way, -1.0) for way in reversed(ways)]:
         tip = add(tip, way)
         state, output = step(state, at(tip), now, settings)
@@ -75,7 +75,7 @@ def test_what_a_surface_makes_is_force_more_than_the_body_had_times_way(
     for _ in range(2):
         state, _ = step(state, tip, now, held)
         now += PERIOD
-    state = state._replace(passivity=replace_owed(state.passivity))
+    state = replace(state, passivity=replace_owed(state.passivity))
     # No faster than others may move a hand.
     most = 0.99 * PACE / STIFFNESS
     lift = min(max(lift, -most), most)

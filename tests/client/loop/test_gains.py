@@ -9,7 +9,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Law
+from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO
 from cohaptic_client.loop.arrival import (
@@ -71,4 +71,4 @@ def test_gains_that_a_user_has_fixed_follow_nothing(
 ) -> None:
     settings = replace(SETTINGS, follow=False, max_stiffness=limit)
     found = gains_under(patch, sight, settings)
-    assert found == (min(patch.k_h, limit), patch.integral_gain)
+    assert found == Gains(min(patch.k_h, limit), patch.integral_gain)

@@ -14,13 +14,13 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
-from cohaptic.status.row import Row
+from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess
-from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.process import ORPHANED_AFTER, SAMPLE
+from cohaptic_client.loop.haptic_loop import ORPHANED_AFTER
+from cohaptic_client.loop.memory import SAMPLE, LoopMemory
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
 
@@ -53,7 +53,7 @@ class Bench:
             self.tick += 1
             loop.give_patch(replace(PLANE, tick=self.tick).encode())
             loop.beat()
-            self.rows += loop.new_rows()
+            self.rows += rows_in(loop.new_rows())
             CLOCK.sleep_until(CLOCK.now() + LOOK)
 
 
@@ -102,7 +102,7 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
     told = CLOCK.now()
     loop.beat()  # whoever beats on does not take the word back
     loop.wait()
-    rows += loop.new_rows()
+    rows += rows_in(loop.new_rows())
     last = loop.newest_sample()
     assert last is not None
     assert last.force == ZERO

@@ -12,9 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.protocol.patch import SIZE as PATCH_BYTES
-from cohaptic.status.row import COLUMNS, Row
-from cohaptic_client.loop.memory import RING_ROWS, LoopMemory, RowRing, Slot
-from cohaptic_client.loop.process import COMMAND, SAMPLE
+from cohaptic.status.row import COLUMNS, Row, rows_in
+from cohaptic_client.loop.memory import COMMAND, RING_ROWS, SAMPLE, LoopMemory, RowRing, Slot
 
 CAPACITY = 64
 payloads = st.binary(max_size=CAPACITY)
@@ -163,9 +162,9 @@ def test_a_reader_that_keeps_up_gets_every_row_in_order(batches: list[int]) -> N
     for batch in batches:
         for n in range(count, count + batch):
             writer.append(row(n))
-        assert reader.read_new() == [row(n) for n in range(count, count + batch)]
+        assert rows_in(reader.read_new()) == [row(n) for n in range(count, count + batch)]
         count += batch
-    assert reader.read_new() == []
+    assert reader.read_new() == b""
     memory.close()
 
 
@@ -181,7 +180,7 @@ def test_a_slow_reader_loses_only_the_oldest(before: int, after: int) -> None:
         writer.append(row(n))
     kept = min(after, RING_ROWS - 64)
     end = before + after
-    assert reader.read_new() == [row(n) for n in range(end - kept, end)]
+    assert rows_in(reader.read_new()) == [row(n) for n in range(end - kept, end)]
     memory.close()
 
 
@@ -200,7 +199,7 @@ def test_what_one_side_writes_the_other_reads_each_in_its_place(memory: LoopMemo
         getattr(memory, name).write(value)
     memory.rows.append(row(7.5))
     assert {name: getattr(other, name).read() for name in values} == values
-    assert other.rows.read_new() == [row(7.5)]
+    assert rows_in(other.rows.read_new()) == [row(7.5)]
     other.close(remove=False)
 
 

@@ -47,7 +47,7 @@ class Held:
         self.make, self.tick, self.now = make, 1, 10.0
         engaged = SafetyState(Mode.ENGAGED, 1.0, ZERO, 4, self.now - PERIOD)
         first = receive(LoopState(), self._patch(), self.now - TICK, self.settings)
-        self.state = first._replace(safety=engaged)
+        self.state = replace(first, safety=engaged)
         self.next = self.now
         self.probe: Vec3 = (0.0, 0.0, 1e-3)
         for k in range(201):
@@ -273,7 +273,7 @@ def test_the_body_never_gets_more_than_the_law_or_the_limit(seed: int) -> None:
     z = hand.probe[2]
     for k in range(250):
         owing = hand.state.passivity
-        hand.state = hand.state._replace(passivity=Passivity(0.02, owing.damping, owing.stored))
+        hand.state = replace(hand.state, passivity=Passivity(0.02, owing.damping, owing.stored))
         output = hand.go((0.0, 0.0, z + size * math.sin(1e-3 * rate * k)))
         assert norm(output.on_body) <= min(output.local.normal_force, 10.0) + 1e-9
 

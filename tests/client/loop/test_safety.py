@@ -97,7 +97,7 @@ def test_a_late_period_moves_the_force_no_further_than_two_punctual_ones(
 ) -> None:
     late = period._replace(dt=max(period.dt, 2.0 * PERIOD))
     after, two = (play(state, [p])[-1] for p in (late, period._replace(dt=2.0 * PERIOD)))
-    assert after == two._replace(now=after.now)
+    assert after == replace(two, now=after.now)
 
 
 @given(forces.filter(lambda f: norm(f) > LIMITS.max_force))
@@ -119,7 +119,7 @@ def test_a_share_is_that_of_what_may_be_given(
 
 
 def test_the_first_period_gives_no_force() -> None:
-    first = PRESSED._replace(now=None)
+    first = replace(PRESSED, now=None)
     assert (
         guard(first, (1.0, 0.0, 0.0), now=5.0, velocity=ZERO, silent=False, limits=LIMITS).force
         == ZERO
@@ -149,7 +149,7 @@ def test_once_silent_the_force_is_exactly_zero_after_the_fade(
     step = min(dt, 2.0 * PERIOD)
     # A hundred-millionth of a period for the rounding of the sum of the periods.
     periods = math.ceil(start * whole(force, LIMITS.fade_time) / step + 1e-8)
-    state = PRESSED._replace(force=scale(clamped(force), start), scale=start)
+    state = replace(PRESSED, force=scale(clamped(force), start), scale=start)
     seen = play(state, [Period(force, silent=True, dt=dt)] * (periods + 1))
     assert seen[periods + 1].force == ZERO
     sizes = [norm(s.force) for s in seen]

@@ -271,3 +271,29 @@ def test_samples_give_way_while_older_data_is_not_out_and_texts_never_do() -> No
         assert got == [*texts, b"new"]
 
     play(work())
+
+
+# Receiving
+
+
+@pytest.mark.parametrize("setting", [NOW, SLOW])
+def test_messages_come_whole_and_in_order_also_in_fragments(setting: LinkSettings) -> None:
+    """A fragmented one goes the library's way, and everything behind it follows there."""
+    sent: list[Data | list[str]] = ["one", b"two", ["thr", "ee"], b"four", "five"]
+
+    async def speak(connection: ServerConnection) -> None:
+        for message in sent:
+            await connection.send(message)
+        await connection.close(reason="enough")
+
+    async def work() -> None:
+        came = list[Data]()
+        async with serve(speak, "127.0.0.1", 0, subprotocols=[Subprotocol(SUBPROTOCOL)]) as server:
+            port = server.sockets[0].getsockname()[1]
+            link = Link(f"ws://127.0.0.1:{port}", CLOCK, NOW, setting)
+            await link.open()
+            assert await link.receive(came.append) == "enough"
+            await link.close()
+        assert came == ["one", b"two", "three", b"four", "five"]
+
+    play(work())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic.status.row import COLUMNS, Row
+from cohaptic.status.row import COLUMNS
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import STEP, Recording
@@ -84,6 +84,6 @@ def save(recording: Recording, folder: Path, to_wall: float = 0.0) -> Path:
     path = folder / f"{recording.name}.npz"
     recorder = Recorder(1.0 / STEP)
     table = np.array([recording.columns[column] for column in COLUMNS]).T
-    recorder.keep([Row(*row) for row in table.tolist()])
+    recorder.keep(table.astype("<f8").tobytes())
     recorder.save(path, name=recording.name, to_wall=to_wall)
     return path

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from cohaptic.control.geometry import LocalSurface
-from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
@@ -81,8 +81,7 @@ def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     )
     normal: Vec3 = (float(out[0]), float(out[1]), float(out[2]))
     base = LocalSurface(scale(normal, RADIUS), normal, 0.0, 0.004, ZERO, ZERO)
-    keys = near.tolist()
-    surface = MeshSurface(rest, base, dict.fromkeys(keys, ZERO), dict.fromkeys(keys, 0.004))
+    surface = MeshSurface(rest, base, [MeshVertex(k, ZERO, 0.004) for k in near.tolist()])
     x, y, z = (out + 0.3 * rng.uniform(-1.0, 1.0, 3)).tolist()
     there = unit((x, y, z))
     sight = surface.look(scale(there, RADIUS - 0.005))

@@ -129,9 +129,7 @@ def test_a_window_is_kept_while_a_finger_hardly_moves(
         assert (now.vertices == fresh.vertices).all()
     elif slid != 0.0:
         assert abs(slid) < 0.05
-    quick = choose_window(
-        body, Geometry.MESH, contacts[0], (0.0, 0.3, 0.0), 0.3, previous
-    )
+    quick = choose_window(body, Geometry.MESH, contacts[0], (0.0, 0.3, 0.0), 0.3, previous)
     assert quick is not previous
     other = choose_window(body, Geometry.PLANE, contacts[0], velocity, first, previous)
     assert set(other.vertices.tolist()) <= set(previous.vertices.tolist())

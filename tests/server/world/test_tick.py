@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.delay import UNKNOWN
 from cohaptic.control.gains import PI_SHARE_K, choose_gains, coupled_stiffness
-from cohaptic.control.law import Law
+from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
@@ -112,7 +112,7 @@ def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
             loop_delay=UNKNOWN + state.room.lag,
             simulation_period=DT,
         )
-        assert (patch.law, patch.k_h, patch.integral_gain) == (laws[i], *gains)
+        assert (patch.law, Gains(patch.k_h, patch.integral_gain)) == (laws[i], gains)
 
 
 @pytest.mark.parametrize("friction", [False, True])

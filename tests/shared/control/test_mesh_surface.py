@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.control.mesh_surface import MeshSurface, RestSurface
+from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.mesh.icosphere import icosphere
 
@@ -44,9 +44,8 @@ def surface(
 ) -> MeshSurface:
     """The front of the ball as seen from its foremost point."""
     base = LocalSurface(add(x_free, moved), (1.0, 0.0, 0.0), curvature, C_II, OWN, BY_OTHERS)
-    return MeshSurface(
-        BALL, base, dict.fromkeys(chosen, moved), c_ii or dict.fromkeys(chosen, C_II)
-    )
+    known = dict.fromkeys(chosen, C_II) if c_ii is None else c_ii
+    return MeshSurface(BALL, base, [MeshVertex(k, moved, known[k]) for k in chosen])
 
 
 @given(angles, angles, st.floats(-0.02, 0.03))
@@ -153,5 +152,5 @@ def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:
     odd = RestSurface([*BALL.vertices, (RADIUS, 0.0, 0.0)], [(0, 1, 2)])
     base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, ZERO, ZERO)
     n = len(BALL.vertices)
-    found = MeshSurface(odd, base, {n: (0.0, 0.0, 0.0)}, {n: C_II})
+    found = MeshSurface(odd, base, [MeshVertex(n, ZERO, C_II)])
     assert found.look((0.09, 0.0, 0.0)).depth == pytest.approx(0.01)

@@ -12,9 +12,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, norm
-from cohaptic_client.loop import process as loop_process
-from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.process import SAMPLE, status_json
+from cohaptic_client.loop import haptic_loop
+from cohaptic_client.loop.haptic_loop import status_json
+from cohaptic_client.loop.memory import SAMPLE, LoopMemory
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE
 from tests.client.loop.rigs import CLOCK, FORCE, LIMITS, OUTSIDE, Parent, Rig
 from tests.client.plane import PLANE
@@ -23,7 +23,7 @@ from tests.client.plane import PLANE
 def test_each_period_reads_then_writes_and_leaves_one_row(parent: Parent) -> None:
     rig = Rig(parent.stop_after(150))
     loop, rows = parent.run(rig)
-    assert len(rows) == rig.reads == loop.statistics.late.count
+    assert len(rows) == rig.reads == loop.statistics.periods
     assert ["read" if entry == "read" else "write" for entry in rig.log] == [
         "read",
         "write",
@@ -81,7 +81,7 @@ def test_patches_that_come_after_the_word_to_stop_change_nothing(parent: Parent)
 def test_without_a_heartbeat_it_fades_and_ends_by_itself(
     parent: Parent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loop_process, "ORPHANED_AFTER", 0.15)
+    monkeypatch.setattr(haptic_loop, "ORPHANED_AFTER", 0.15)
     rig = Rig(lambda reads: parent.command(stop=False) if reads < 100 else None)
     loop, rows = parent.run(rig)
     assert loop.orphaned
@@ -90,7 +90,9 @@ def test_without_a_heartbeat_it_fades_and_ends_by_itself(
     assert rig.forces[-1] == ZERO
 
 
-def test_a_period_that_takes_too_long_is_counted_and_the_phase_is_kept(parent: Parent) -> None:
+def test_a_period_that_takes_too_long_is_counted_and_the_phase_is_kept(
+    parent: Parent, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stop = parent.stop_after(60)
 
     def each(reads: int) -> None:
@@ -98,6 +100,7 @@ def test_a_period_that_takes_too_long_is_counted_and_the_phase_is_kept(parent: P
         if reads == 30:
             CLOCK.sleep_until(CLOCK.now() + 0.005)
 
+    monkeypatch.setattr(haptic_loop, "WARM_UP", 0.0)
     loop, rows = parent.run(Rig(each))
     assert loop.statistics.missed >= 4
     period = parent.config.haptic_period
@@ -107,11 +110,30 @@ def test_a_period_that_takes_too_long_is_counted_and_the_phase_is_kept(parent: P
         assert cycles == pytest.approx(round(cycles), abs=1e-3)
 
 
+def test_the_start_is_left_out_of_the_statistics(parent: Parent) -> None:
+    loop, rows = parent.run(Rig(parent.stop_after(100)))
+    assert rows[-1].t - rows[0].t < haptic_loop.WARM_UP
+    assert loop.statistics.periods == len(rows)
+    assert loop.statistics.late.count == loop.statistics.cost.count == 0
+
+
+def test_without_a_recording_the_newest_row_is_left_from_time_to_time_and_at_the_end(
+    parent: Parent,
+) -> None:
+    parent.config = replace(parent.config, every_row=False)
+    rig = Rig(parent.stop_after(150))
+    _, rows = parent.run(rig)
+    # One at the first look at commands, one at each later one, one when the force has faded.
+    assert 3 <= len(rows) <= 2 + (rows[-1].t - rows[0].t) / haptic_loop.HOUSEKEEPING
+    assert (rows[-1].fx, rows[-1].fy, rows[-1].fz) == rig.forces[-1] == ZERO
+
+
 def test_it_reports_how_it_does(parent: Parent) -> None:
     parent.run(Rig(parent.stop_after(100)))
     status = parent.status()
     assert set(status) == {
-        "loop_hz", "late_p50", "late_p99", "cost_p50", "missed", "mode", "fault", "scheduling",
+        "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "mode",
+        "fault", "scheduling",
     }  # fmt: skip
     assert (status["mode"], status["fault"], status["scheduling"]) == ("engaged", "", "as it was")
 

@@ -1,10 +1,9 @@
-"""The entry point of the loop's process, run in the tests' own."""
+"""The life of the loop's process, in the tests' own."""
 
 from __future__ import annotations
 
 import gc
 import signal
-import sys
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -13,7 +12,7 @@ from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.loop import process as loop_process
+from cohaptic_client.loop import entry
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from tests.client.loop.rigs import FORCE, Parent, Rig
 
@@ -31,14 +30,13 @@ def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
                 raise device
             return device
 
-        monkeypatch.setattr(sys, "argv", ["loop_process", parent.config.to_json()])
-        monkeypatch.setattr(loop_process, "open_device", opened)
+        monkeypatch.setattr(entry, "open_device", opened)
 
         def as_it_was(_priority: int) -> str:
             return "as it was"
 
-        monkeypatch.setattr(loop_process, "prefer_this_process", as_it_was)
-        loop_process.main()
+        monkeypatch.setattr(entry, "prefer_this_process", as_it_was)
+        entry.live(parent.config.to_json())
 
     ctrl_c = signal.getsignal(signal.SIGINT)
     yield run

@@ -1,0 +1,212 @@
+"""The haptic loop over a device: it reads, runs `step`, writes, and exchanges newest values.
+
+What a period need not do is done at housekeeping, 20 times a second: the parent's commands, the
+report of the state, and, where nobody keeps every row, the newest one.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from cohaptic.clock import SystemClock
+from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.status.quantiles import Tally
+from cohaptic.status.row import Row
+from cohaptic.vec import ZERO, norm
+from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.step import step
+from cohaptic_client.loop.surfaces import SurfaceMaker
+
+ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
+HOUSEKEEPING: Final = 0.05  # s between looks at commands and reports of the state
+# s after the start that are left out of lateness and cost: code and data come into the caches, and
+# the parent is still busy with its own start.
+WARM_UP: Final = 0.5
+
+
+@dataclass
+class Statistics:
+    """How punctual the loop is, after the first `WARM_UP`.
+
+    Args:
+        late: Lateness of each period [s].
+        cost: Of each period, from waking to sleeping [s].
+        missed: Periods left out because the one before was too late.
+        periods: Of all of the run.
+    """
+
+    late: Tally = field(default_factory=Tally)
+    cost: Tally = field(default_factory=Tally)
+    missed: int = 0
+    periods: int = 0
+
+
+class HapticLoop:
+    """The loop over a device; `run` returns when the force has faded.
+
+    Args:
+        config: Of the loop.
+        memory: Shared with the network process.
+        device: To be read and written.
+        scheduling: That the system granted to this process, in words.
+
+    Attributes:
+        statistics: How punctual the loop is.
+        orphaned: Whether it ends because the network process is gone.
+    """
+
+    def __init__(
+        self, config: LoopConfig, memory: LoopMemory, device: Device, scheduling: str = "as it was"
+    ) -> None:
+        self._memory = memory
+        self._device = device
+        self._scheduling = scheduling
+        self._clock = SystemClock(config.clock_origin)
+        self._haptic_period = config.haptic_period
+        self._every_row = config.every_row
+        self._limits = config.limits
+        self._settings = LoopSettings(
+            config.simulation_period,
+            config.limits,
+            config.law,
+            config.smoothing,
+            config.max_damping,
+            surface=SurfaceMaker(_rest_mesh(config.rest_mesh)),
+            friction=config.friction,
+            follow=config.follow,
+            max_stiffness=device.info.max_stiffness,
+        )
+        self._state = LoopState()
+        self.statistics = Statistics()
+        if config.every_row:
+            memory.rows.prepare()
+        self._started = self._clock.now()
+        self._heard = self._started
+        self._ends = math.inf
+        self.orphaned = False
+
+    def run(self) -> None:
+        """Run until told to stop, orphaned, or the device fails."""
+        clock, period, statistics = self._clock, self._haptic_period, self.statistics
+        due = housekeeping = clock.now()
+        warm = due + WARM_UP
+        while due < self._ends:
+            due += period
+            clock.sleep_until(due)
+            now = clock.now()
+            late = now - due
+            self._period(now, late, now >= housekeeping)
+            if now >= housekeeping:
+                housekeeping = now + HOUSEKEEPING
+                self._obey(now)
+                self._report(now)
+            statistics.periods += 1
+            missed = int(late / period)
+            due += missed * period
+            if now >= warm:
+                statistics.missed += missed
+                statistics.late.add(late)
+                statistics.cost.add(clock.now() - now)
+
+    def _period(self, now: float, late: float, keep_row: bool) -> None:
+        frame = self._memory.patch.read()
+        if frame is not None and self._ends == math.inf:
+            self._state = receive(self._state, Patch.decode(frame), now, self._settings)
+        sample = self._device.read(now)
+        self._state, output = step(self._state, sample, now, self._settings)
+        self._device.write(output.force)
+        faded = self._ends < math.inf and output.force == ZERO
+        if faded:
+            self._ends = -math.inf
+        self._publish(sample, output, now)
+        if self._every_row or keep_row or faded:
+            self._keep_row(sample, output, now, late)
+
+    def _obey(self, now: float) -> None:
+        """Look for a heartbeat and the command to stop."""
+        command = self._memory.command.read()
+        if command is not None:
+            self._heard = now
+        commanded = command is not None and COMMAND.unpack(command)[1]
+        if self._ends == math.inf and (commanded or now - self._heard > ORPHANED_AFTER):
+            # From now on the server counts as silent, so the force fades before the end.
+            self._state = self._state.silenced()
+            limits = self._limits
+            fade = max(limits.fade_time, limits.max_force / SAFETY_FADE_RATE)
+            self._ends = now + fade + 0.01
+            self.orphaned = not commanded
+
+    def _report(self, now: float) -> None:
+        statistics, safety = self.statistics, self._state.safety
+        self._memory.status.write(
+            status_json(
+                loop_hz=statistics.periods / max(1e-9, now - self._started),
+                warm_up=WARM_UP,
+                late_p50=statistics.late.quantile(0.5),
+                late_p99=statistics.late.quantile(0.99),
+                cost_p50=statistics.cost.quantile(0.5),
+                cost_p99=statistics.cost.quantile(0.99),
+                missed=statistics.missed,
+                mode=safety.mode.value,
+                fault=safety.fault,
+                scheduling=self._scheduling,
+            )
+        )
+
+    def _publish(self, sample: DeviceSample, output: Output, now: float) -> None:
+        patch = self._state.patch
+        tick = patch.tick if patch is not None else 0
+        x, y, z = sample.position
+        fx, fy, fz = output.on_body
+        self._memory.sample.write(SAMPLE.pack(now, tick, x, y, z, fx, fy, fz))
+
+    def _keep_row(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
+        state, patch, local = self._state, self._state.patch, output.local
+        x, y, z = sample.position
+        fx, fy, fz = output.force
+        self._memory.rows.append(
+            Row(
+                t=now,
+                x=x,
+                y=y,
+                z=z,
+                fx=fx,
+                fy=fy,
+                fz=fz,
+                wanted=local.normal_force,
+                felt_from_others=local.felt_from_others,
+                u_others=output.u_others,
+                indentation=local.indentation,
+                k_h=state.k_h,
+                damping=output.damping_force,
+                k_o=patch.k_o if patch is not None else 0.0,
+                level=sample.level,
+                scale=state.safety.scale,
+                late=late,
+                tick=patch.tick if patch is not None else 0,
+                patch_age=now - state.arrived if patch is not None else 0.0,
+                lag=patch.room.lag if patch is not None else 0.0,
+                along=state.safety.scale * norm(state.friction.force),
+            )
+        )
+
+
+def _rest_mesh(path: str | None) -> RestMesh | None:
+    """The mesh in the file that the network process wrote."""
+    return None if path is None else RestMesh.decode(Path(path).read_bytes())
+
+
+def status_json(**values: object) -> bytes:
+    """A status as the network process reads it, cut to the size of its slot."""
+    values = {k: v[:300] if isinstance(v, str) else v for k, v in values.items()}
+    return json.dumps(values).encode()
