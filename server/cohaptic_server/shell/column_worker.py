@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.column_store import Column
-from cohaptic_server.bodies.solid.green_columns import ColumnRequest, solve_columns
+from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of, solve_columns
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Ints
@@ -38,11 +38,12 @@ class ColumnWorker:
     def __init__(self, body: Solid) -> None:
         body.in_background()
         self._body = body
-        self._asked = False
-        n = len(body.mesh.vertices)
+        self._asked: ColumnRequest | None = None
+        self._dead = False
+        rows = len(body.columns.places.order)
         context = multiprocessing.get_context("spawn")
-        self._rows = context.RawArray("q", n)
-        self._values = context.RawArray("f", BATCH * n * 9)
+        self._rows = context.RawArray("q", rows)
+        self._values = context.RawArray("f", BATCH * rows * 9)
         self._pipe, theirs = context.Pipe()
         # Single precision halves the time of a solve.
         factor = body.columns.factor.single()
@@ -64,18 +65,20 @@ class ColumnWorker:
 
         If the process has died, the solid goes on with its far field.
         """
+        if self._dead:
+            return
         try:
-            if self._asked and self._pipe.poll():
-                vertices, count = self._pipe.recv()
-                self._asked = False
-                self._body.deliver(self._found(vertices, count))
-            elif not self._asked and not self._body.pending:
+            if self._asked is not None and self._pipe.poll():
+                self._body.deliver(self._found(self._asked, self._pipe.recv()))
+                self._asked = None
+            # Columns that the body has not taken yet still lie in the shared memory.
+            elif self._asked is None and not self._body.pending:
                 request = self._body.request(BATCH)
                 if request is not None:
-                    self._pipe.send((request.vertices.tolist(), self._place(request.rows)))
-                    self._asked = True
+                    self._pipe.send((request.vertices.tolist(), self._place(request)))
+                    self._asked = request
         except (OSError, EOFError):
-            self._asked = True
+            self._dead = True
 
     def stop(self) -> None:
         """End the process, after its present batch or in the middle of it."""
@@ -85,15 +88,15 @@ class ColumnWorker:
             self._process.kill()
             self._process.join()
 
-    def _place(self, rows: Ints) -> int:
+    def _place(self, request: ColumnRequest) -> int:
+        """Write the rows of a request where the process reads them; their number."""
+        rows = self._body.columns.places.vertices(request.places)
         _view(self._rows, np.int64)[: len(rows)] = rows
         return len(rows)
 
-    def _found(self, vertices: list[int], count: int) -> list[Column]:
-        rows = _view(self._rows, np.int64)[:count].copy()
-        values = _view(self._values, np.float32)[: len(vertices) * count * 9]
-        blocks = values.reshape(len(vertices), count, 9).copy()
-        return [Column(v, rows, block) for v, block in zip(vertices, blocks, strict=True)]
+    def _found(self, request: ColumnRequest, count: int) -> list[Column]:
+        """The columns of a request with `count` values; nothing is copied."""
+        return columns_of(request, _view(self._values, np.float32)[:count])
 
 
 def _view(shared: Any, kind: type[Any]) -> npt.NDArray[Any]:
@@ -108,9 +111,9 @@ def _work(pipe: Connection, factor: Factor, nodes: Ints, rows: Any, values: Any)
         while True:
             try:
                 vertices, count = pipe.recv()
-                request = ColumnRequest(np.array(vertices), _view(rows, np.int64)[:count].copy())
-                found = solve_columns(factor, nodes, request)
+                observed = _view(rows, np.int64)[:count]
+                found = solve_columns(factor, nodes, np.array(vertices), observed)
                 _view(values, np.float32)[: found.size] = found.ravel()
-                pipe.send((vertices, count))
+                pipe.send(found.size)
             except (OSError, EOFError):
                 return

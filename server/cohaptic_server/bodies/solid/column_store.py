@@ -1,7 +1,7 @@
 """A bounded store of Green's columns: slots in one slab of memory, least recently used ones go.
 
-The columns lie in one slab of single precision, bounded in bytes, so that a tick gathers from all
-of them at once.
+The slab is in single precision. A column has its rows place after place (`places.py`), so that a
+contact reads the rows of its surroundings in runs.
 """
 
 from __future__ import annotations
@@ -10,10 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cohaptic_server.bodies.solid.near_field_kernels import NearFieldKernel
+from cohaptic_server.bodies.solid.places import PLACE, Places, Positions
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
 MIN_CAPACITY = 256  # columns, whatever the budget: more than one tick of a full room touches
 _PROTECTED = 4  # ticks after its last use during which a column stays: a response may still read it
+_PLACE_BYTES = 36 * PLACE
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,12 +25,13 @@ class Column:
 
     Args:
         vertex: The vertex with the unit force.
-        rows: Vertices whose displacement is known, rising, shape (k,).
-        values: For a force in x, y, z: displacement in x, y, z; shape (k, 9) [m/N].
+        places: Places whose displacement is known, rising, shape (q,).
+        values: For each vertex of these places, and a force in x, y, z: displacement in x, y, z;
+            shape (q, PLACE * 9) [m/N].
     """
 
     vertex: int
-    rows: Ints
+    places: Ints
     values: Narrow
 
 
@@ -35,42 +39,50 @@ class ColumnStore:
     """The columns of one solid that are known at present.
 
     Args:
-        vertices: Number of surface vertices, n.
+        points: The surface vertices, shape (n, 3) [m].
+        places: Their places.
         budget: Memory for columns [bytes].
-        length: Largest number of rows of a column; n if not given.
+        reach: Distance from a vertex up to which its column is kept [m]; all of it if not given.
 
     Attributes:
-        vertices: As given.
-        length: Rows for which a slot has room.
+        places: As given.
+        kernel: Sums the columns.
+        kind: Kind of each vertex's column; those of a kind keep the same places, shape (n,).
         column_bytes: Memory of one column.
         capacity: Number of slots.
         slot: Slot of each vertex's column, -1 for none, shape (n,).
         share: Fade-in of each slot, from 0 for a new column to 1, shape (capacity,).
     """
 
-    def __init__(self, vertices: int, budget: int, length: int | None = None) -> None:
-        self.vertices = vertices
-        self.length = vertices if length is None else min(length, vertices)
-        short = self.length < vertices
-        self.column_bytes = 36 * self.length + (4 * vertices if short else 0)
-        self.capacity = max(min(MIN_CAPACITY, vertices), min(budget // self.column_bytes, vertices))
+    def __init__(
+        self, points: Floats, places: Places, budget: int, reach: float | None = None
+    ) -> None:
+        n = len(points)
+        self.places, self._points = places, points
+        # The vertices of a place keep the same places: a contact then looks up the position of a
+        # row in few tables, which stay in the cache.
+        self.kind: Ints = np.zeros(n, dtype=np.int64) if reach is None else places.rank // PLACE
+        every = np.arange(places.count)
+        self._kept_places = [every] if reach is None else places.within(reach)
+        self._position: Positions = np.full((len(self._kept_places), places.count), -1, np.int16)
+        for kind, found in enumerate(self._kept_places):
+            self._position[kind, found] = np.arange(len(found))
+        self._length = max(len(found) for found in self._kept_places)
+        self.column_bytes = _PLACE_BYTES * self._length
+        self.capacity = max(min(MIN_CAPACITY, n), min(budget // self.column_bytes, n))
+        self._whole = reach is None
         self._allocate()
 
     def _allocate(self) -> None:
-        n = self.vertices
+        n = len(self._points)
         self.slot: Ints = np.full(n, -1, dtype=np.int64)
-        # Whole columns are not filled: the system gives memory as they come.
-        self._slab = np.empty((self.capacity, self.length, 9), dtype=np.float32)
-        # Row of each vertex within a column; not needed where columns have all vertices.
-        # Columns of one request share such a table, so that a tick reads it from the cache.
-        short = self.length < n
-        if short:
-            self._slab.fill(0.0)  # a tick has no time for the system to find memory
-        kind = np.uint16 if self.length <= np.iinfo(np.uint16).max else np.int32
-        self._row = np.zeros((self.capacity if short else 0, n), kind)
-        self._table = np.full(self.capacity, -1, dtype=np.int64)  # of each slot
-        self._rows_of: dict[int, Ints] = {}  # rows of each table that some slot uses
-        self.share = np.zeros(self.capacity)
+        # Whole columns are not filled: the system gives memory as they come. For the others a tick
+        # has no time to wait for it.
+        self._slab: Narrow = np.empty((self.capacity, 9 * PLACE * self._length), dtype=np.float32)
+        if not self._whole:
+            self._slab.fill(0.0)
+        self.kernel = NearFieldKernel(self._points, self.places.rank, self._slab, self._position)
+        self.share: Floats = np.zeros(self.capacity)
         self._vertex = np.full(self.capacity, -1, dtype=np.int64)  # of each slot
         self._last_use = np.full(self.capacity, -_PROTECTED - 1, dtype=np.int64)
         self._now = 0
@@ -109,11 +121,16 @@ class ColumnStore:
         lasting = self._now - self._touched_since[vertices] >= ticks
         return vertices[lasting & (self.slot[vertices] < 0)]
 
+    def places_of(self, vertices: Ints) -> Ints:
+        """All places that the columns of some vertices (k,) keep, rising, shape (q,)."""
+        kinds: list[int] = np.unique(self.kind[vertices]).tolist()
+        return np.unique(np.concatenate([self._kept_places[kind] for kind in kinds]))
+
     def put(self, column: Column, share: float, protected: int = _PROTECTED) -> bool:
         """Store a column in place of the least recently used one.
 
         Args:
-            column: A column of at most `length` rows.
+            column: Of its places those are kept that count; the displacement of missing ones is 0.
             share: Its share at first.
             protected: Ticks after its last use during which a column must stay.
 
@@ -128,72 +145,32 @@ class ColumnStore:
             if self._last_use[slot] >= self._now - protected:
                 return False
             self.slot[previous] = -1
-        if len(self._row):
-            self._set_table(slot, column.rows)
-            self._slab[slot, : len(column.rows)] = column.values
-        else:
-            if len(column.rows) < self.vertices:
-                self._slab[slot] = 0.0  # vertices outside of the request are too far away to count
-            self._slab[slot, column.rows] = column.values
+        self._fill(slot, column)
         self._vertex[slot], self.slot[column.vertex] = column.vertex, slot
         self.share[slot], self._last_use[slot] = share, self._now
         return True
 
-    def _set_table(self, slot: int, rows: Ints) -> None:
-        """Give a slot the table of its rows, shared with the other columns of the same request."""
-        previous = int(self._table[slot])
-        self._table[slot] = -1
-        if previous >= 0 and not (self._table == previous).any():
-            del self._rows_of[previous]
-        table = next((k for k, known in reversed(self._rows_of.items()) if known is rows), None)
-        if table is None:
-            table = next(k for k in range(self.capacity) if k not in self._rows_of)
-            self._row[table, rows] = np.arange(len(rows))
-            self._rows_of[table] = rows
-        self._table[slot] = table
+    def _fill(self, slot: int, column: Column) -> None:
+        wanted = self._kept_places[int(self.kind[column.vertex])]
+        rows = self._slab[slot].reshape(self._length, -1)[: len(wanted)]
+        at = np.minimum(np.searchsorted(column.places, wanted), len(column.places) - 1)
+        # Clipping takes the rows straight to where they belong.
+        np.take(column.values, at, axis=0, out=rows, mode="clip")
+        lacking = column.places[at] != wanted
+        if lacking.any():
+            rows[lacking] = 0.0
 
-    def self_compliance(self, vertices: Ints, weights: Floats) -> Floats | None:
-        """Compliance of a contact at itself in all directions.
+    def whole_sums(self, slots: Ints, weights: Floats) -> Floats:
+        """Displacement of all vertices, where columns have all places.
 
         Args:
-            vertices: Vertices under the contact, shape (k,).
-            weights: Share of the force on each, shape (k,).
+            slots: Columns under a force, shape (s,).
+            weights: Share of the force on each, shape (s,).
 
         Returns:
-            Shape (3, 3) [m/N]; None where a column is missing or still fading in.
+            For a force of 1 N in x, y, z, shape (n, 3, 3) [m/N].
         """
-        slots = self.slot[vertices]
-        if (slots < 0).any() or (self.share[slots] < 1.0).any():
-            return None
-        return np.asarray(np.tensordot(weights, self.sums(slots, weights, vertices), axes=(0, 0)))
-
-    def displacement(self, slots: Ints, weights: Floats, direction: Floats, rows: Ints) -> Floats:
-        """Displacement of some vertices per unit force, shape (k, 3) [m/N].
-
-        Args:
-            slots: Columns under the force, shape (s,).
-            weights: Share of the force on each, shape (s,).
-            direction: Unit vector of the force, shape (3,).
-            rows: Vertices, shape (k,).
-        """
-        return np.asarray(direction @ self.sums(slots, weights, rows))
-
-    def sums(self, slots: Ints, weights: Floats, rows: Ints) -> Floats:
-        """As `displacement`, for forces along x, y, z: shape (k, 3, 3) [m/N]."""
-        narrow = weights.astype(np.float32)
-        if not len(self._row) and len(rows) * 2 > self.vertices:
-            whole = np.zeros((self.vertices, 9), dtype=np.float32)
-            for slot, weight in zip(slots.tolist(), narrow.tolist(), strict=True):
-                whole += np.float32(weight) * self._slab[slot]
-            sums = whole[rows]
-        else:
-            # One index into the flat slab takes half of the time of two.
-            positions = rows
-            if len(self._row):
-                offsets = self._table[slots, None] * self.vertices
-                positions = self._row.ravel().take(offsets + rows, mode="clip").astype(np.int64)
-            flat = self._slab.reshape(-1, 9)
-            index = slots[:, None] * self.length + positions
-            values = flat.take(index.ravel(), 0, mode="clip")
-            sums = narrow @ values.reshape(len(slots), -1)
-        return sums.reshape(-1, 3, 3).astype(np.float64)
+        total = np.zeros(self._slab.shape[1], dtype=np.float32)
+        for slot, weight in zip(slots.tolist(), weights.astype(np.float32), strict=True):
+            total += weight * self._slab[slot]
+        return total.reshape(-1, 3, 3)[self.places.rank].astype(np.float64)

@@ -16,29 +16,14 @@ from a contact for its columns to matter.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
-from cohaptic_server.numeric import Floats, Ints, Narrow, cross
-
-
-@dataclass(frozen=True, eq=False)
-class SampledContact:
-    """A contact whose force is distributed to the samples.
-
-    Args:
-        vertices: Vertices under the contact, shape (k,).
-        weights: Share of the force on each, shape (k,).
-        spread: Share of the force on each sample, shape (m,).
-        per_force: Displacement of the samples per unit force along x, y, z, shape (3, m, 3) [m/N].
-    """
-
-    vertices: Ints
-    weights: Floats
-    spread: Floats
-    per_force: Floats
+from cohaptic_server.bodies.solid import far_field_kernels as kernels
+from cohaptic_server.numeric import Floats, Ints, Narrow
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,46 +51,54 @@ class FarField:
     spacing: float
 
     def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """Share of each sample in a force on `vertices` (k,) with `weights` (k,), shape (m,)."""
-        shares = weights[:, None] * self.carries[vertices]
-        total = np.bincount(self.near[vertices].ravel(), shares.ravel(), len(self.samples))
-        return np.asarray(total, dtype=np.float64)
+        """Share of each sample in a force on `vertices` (k,) with `weights` (k,), shape (m,).
 
-    def sampled(self, vertices: Ints, weights: Floats) -> SampledContact:
-        """A contact on `vertices` (k,) with `weights` (k,), for any direction of its force."""
-        spread = self.spread(vertices, weights)
-        used = np.flatnonzero(spread)
-        rows = self.compliance.reshape(len(self.samples), -1).take(used, 0)  # (u, 3 * 3 m)
-        per_force = np.dot(spread[used].astype(np.float32), rows)
-        blocks = per_force.reshape(3, -1, 3).astype(np.float64)
-        return SampledContact(vertices, weights, spread, blocks)
+        Raises:
+            IndexError: A vertex does not exist.
+        """
+        out = np.empty(len(self.samples))
+        if not kernels.spread(self.near, self.carries, vertices, weights, out):
+            raise IndexError("a vertex is not one of the surface's")
+        return out
 
-    def response(self, spread: Floats, direction: Floats) -> Floats:
-        """Displacement of the samples per unit force, shape (m, 3) [m/N].
+    def respond(self, spread: Floats, out: Floats) -> None:
+        """Displacement of the samples under a force on them.
 
         Args:
             spread: Share of the force on each sample, shape (m,).
-            direction: Unit vector of the force, shape (3,).
+            out: Receives displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
         """
-        used = np.flatnonzero(spread)
-        rows = (3 * used[:, None] + np.arange(3)).ravel()
-        force = (spread[used, None] * direction).ravel().astype(np.float32)
-        response = np.dot(force, self.compliance[rows])
-        return np.asarray(response, dtype=np.float64).reshape(-1, 3)
+        m = len(self.samples)
+        sums = np.empty(9 * m, dtype=np.float32)
+        kernels.respond(self.compliance.reshape(m, 9 * m), spread, sums, out.reshape(9 * m))
 
     def at(self, values: Floats, vertices: Ints) -> Floats:
-        """Interpolate a quantity of the samples, such as a displacement, at vertices.
-
-        Args:
-            values: The quantity at the samples, shape (m, c).
-            vertices: Shape (k,).
+        """Interpolate a displacement of the samples, shape (m, 3), at vertices (k,).
 
         Returns:
-            Shape (k, c).
+            Shape (k, 3).
+
+        Raises:
+            IndexError: A vertex does not exist.
         """
-        shares, near = self.carries.take(vertices, 0), self.near.take(vertices, 0)
-        neighbours = values.take(near.ravel(), 0).reshape(*near.shape, values.shape[1])
-        return np.asarray((shares[:, None, :] @ neighbours)[:, 0])
+        out = np.empty((len(vertices), 3))
+        if not kernels.interpolate(self.near, self.carries, vertices, values, out):
+            raise IndexError("a vertex is not one of the surface's")
+        return out
+
+    def between(self, spreads: Floats, fields: Floats) -> Floats:
+        """Displacement of contacts by forces on contacts; no vertex is needed for it.
+
+        Args:
+            spreads: `spread` of each contact, shape (c, m).
+            fields: `respond` of each contact, shape (c, 3, m, 3) [m/N].
+
+        Returns:
+            Displacement of contact i by 1 N in x, y, z on contact j, shape (c, c, 3, 3) [m/N].
+        """
+        out = np.empty((len(spreads), len(spreads), 3, 3))
+        kernels.between(spreads, fields, out)
+        return out
 
     def self_compliance(
         self, vertices: Ints, weights: Floats, direction: Floats, normal: Floats
@@ -120,24 +113,26 @@ class FarField:
             weights: Share of the force on each, shape (k,).
             direction: Unit vector of the force, shape (3,).
             normal: Outward unit normal of the surface at the contact, shape (3,).
+
+        Raises:
+            IndexError: A vertex does not exist.
         """
-        shares = (weights[:, None] * self.means[vertices]).ravel()
-        used, index = np.unique(self.near[vertices].ravel(), return_inverse=True)
-        turned = _turn(direction, normal, self.normals[used])  # (u, 3)
-        along = np.einsum("ui,uij,uj->u", turned, self._diagonal(used), turned)
-        return max(0.0, float(shares @ along[index]))
+        shares = np.empty(len(self.samples))
+        if not kernels.spread(self.near, self.means, vertices, weights, shares):
+            raise IndexError("a vertex is not one of the surface's")
+        own = self._own.reshape(-1, 9)
+        return max(0.0, kernels.own_compliance(shares, self.normals, own, direction, normal))
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
-        along = np.einsum(
-            "pi,pij,pj->p", self.normals, self._diagonal(np.arange(len(self.samples))), self.normals
-        )
+        along = np.einsum("pi,pij,pj->p", self.normals, self._own, self.normals)
         table: Floats = (self.means * along[self.near]).sum(axis=1)
         return np.maximum(0.0, table)
 
-    def _diagonal(self, samples: Ints) -> Floats:
-        """Compliance of each of some samples at itself, shape (p, 3, 3) [m/N]."""
-        rows = 3 * samples[:, None] + np.arange(3)
+    @cached_property
+    def _own(self) -> Floats:
+        """Compliance of each sample at itself, shape (m, 3, 3) [m/N]."""
+        rows = np.arange(3 * len(self.samples)).reshape(-1, 3)
         blocks = self.compliance[rows[:, :, None], rows[:, None, :]]
         return np.asarray(blocks, dtype=np.float64)
 
@@ -158,29 +153,28 @@ class FarField:
         """The far field of `to_arrays`.
 
         Raises:
-            BodyError: An array is missing.
+            BodyError: An array is missing, or they do not fit together.
         """
         try:
-            return cls(
-                np.asarray(arrays["places"], dtype=np.int64),
-                np.asarray(arrays["normals"], dtype=np.float64),
-                np.asarray(arrays["near"], dtype=np.int64),
-                np.asarray(arrays["means"], dtype=np.float64),
-                np.asarray(arrays["carries"], dtype=np.float64),
-                np.asarray(arrays["compliance"], dtype=np.float32),
+            found = cls(
+                np.ascontiguousarray(arrays["places"], dtype=np.int64),
+                np.ascontiguousarray(arrays["normals"], dtype=np.float64),
+                np.ascontiguousarray(arrays["near"], dtype=np.int64),
+                np.ascontiguousarray(arrays["means"], dtype=np.float64),
+                np.ascontiguousarray(arrays["carries"], dtype=np.float64),
+                np.ascontiguousarray(arrays["compliance"], dtype=np.float32),
                 float(np.asarray(arrays["spacing"], dtype=np.float64)),
             )
         except KeyError as error:
             raise BodyError(f"a stored object lacks {error}") from error
-
-
-def _turn(direction: Floats, normal: Floats, others: Floats) -> Floats:
-    """`direction` under the smallest rotations that take `normal` to each of `others` (u, 3)."""
-    cosine = others @ normal
-    axis = cross(np.broadcast_to(normal, others.shape), others)
-    # Rodrigues' formula. Between opposite normals the rotation is not defined; samples of the
-    # opposite side have almost no weight.
-    along = axis @ direction
-    scale = along / np.maximum(1.0 + cosine, 1e-3)
-    across = cross(axis, np.broadcast_to(direction, axis.shape))
-    return np.asarray(cosine[:, None] * direction + across + scale[:, None] * axis)
+        m, near = len(found.samples), found.near
+        shapes = (found.normals.shape, found.means.shape, found.carries.shape)
+        # The kernels do not look whether an index is one of an array's.
+        if (
+            shapes != ((m, 3), near.shape, near.shape)
+            or found.compliance.shape != (3 * m, 3 * m)
+            or near.min(initial=0) < 0
+            or near.max(initial=-1) >= m
+        ):
+            raise BodyError("the arrays of a stored object do not fit together")
+        return found

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.bodies.solid.column_store import Column, ColumnStore
+from cohaptic_server.bodies.solid.places import Places
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
@@ -26,11 +27,11 @@ class ColumnRequest:
 
     Args:
         vertices: Vertices with the unit forces, shape (k,).
-        rows: Vertices whose displacement counts, rising, shape (r,).
+        places: Places whose displacement counts, rising, shape (q,).
     """
 
     vertices: Ints
-    rows: Ints
+    places: Ints
 
 
 class GreenColumns:
@@ -39,23 +40,30 @@ class GreenColumns:
     Args:
         factor: Factor of the stiffness over the free nodes.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
+        points: The surface vertices, shape (n, 3) [m].
         budget: Memory for columns [bytes].
-        length: Largest number of rows of a column; n if not given.
 
     Attributes:
         factor: As given.
         nodes: As given.
+        places: The order of the rows of a column.
         store: The columns that are known.
         solved: Number of columns solved for so far.
     """
 
-    def __init__(self, factor: Factor, nodes: Ints, budget: int, length: int | None = None) -> None:
+    def __init__(self, factor: Factor, nodes: Ints, points: Floats, budget: int) -> None:
         self.factor = factor
         self.nodes = nodes
-        self.store = ColumnStore(len(nodes), budget, length)
+        self.places = Places(points)
+        self._points, self._budget = points, budget
+        self.store = ColumnStore(points, self.places, budget)
         self.solved = 0
         self._free = np.flatnonzero(nodes >= 0)
         self._rows = (3 * nodes[self._free, None] + np.arange(3)).ravel()
+
+    def keep(self, reach: float) -> None:
+        """Begin with an empty store, whose columns end at a distance from their vertices [m]."""
+        self.store = ColumnStore(self._points, self.places, self._budget, reach)
 
     def ensure(self, vertices: Iterable[int]) -> None:
         """Solve at once for the missing columns of `vertices`; all of these stay, even beyond the
@@ -65,18 +73,17 @@ class GreenColumns:
         self.store.tick(needed, 1.0)
         missing = needed[self.store.slot[needed] < 0]
         for start in range(0, len(missing), _BATCH):
-            request = ColumnRequest(missing[start : start + _BATCH], np.arange(len(self.nodes)))
+            every = np.arange(self.places.count)
+            request = ColumnRequest(missing[start : start + _BATCH], every)
             for column in self.solve(request):
                 self.store.put(column, 1.0, 0)
 
     def solve(self, request: ColumnRequest) -> list[Column]:
         """Columns of some vertices; they are not stored."""
-        values = solve_columns(self.factor, self.nodes, request)
+        rows = self.places.vertices(request.places)
+        values = solve_columns(self.factor, self.nodes, request.vertices, rows)
         self.solved += len(request.vertices)
-        return [
-            Column(vertex, request.rows, values[i])
-            for i, vertex in enumerate(request.vertices.tolist())
-        ]
+        return columns_of(request, values)
 
     def respond(self, vertices: Ints, forces: Floats) -> Floats:
         """Displacement under several load cases, solved directly and not stored.
@@ -98,22 +105,32 @@ class GreenColumns:
         return out.reshape(r, -1)
 
 
-def solve_columns(factor: Factor, nodes: Ints, request: ColumnRequest) -> Narrow:
-    """The values of the requested columns.
+def columns_of(request: ColumnRequest, values: Narrow) -> list[Column]:
+    """The columns of a request with their values, as from `solve_columns`; nothing is copied."""
+    blocks = values.reshape(len(request.vertices), len(request.places), -1)
+    return [
+        Column(vertex, request.places, block)
+        for vertex, block in zip(request.vertices.tolist(), blocks, strict=True)
+    ]
+
+
+def solve_columns(factor: Factor, nodes: Ints, vertices: Ints, rows: Ints) -> Narrow:
+    """The displacement of some vertices for unit forces on some.
 
     Args:
         factor: Factor of the stiffness over the free nodes.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
-        request: Columns and rows.
+        vertices: With the unit forces, shape (k,).
+        rows: Vertices whose displacement counts, shape (r,).
 
     Returns:
-        As `Column.values`, shape (k, r, 9) [m/N].
+        For a force in x, y, z: displacement in x, y, z; shape (k, r, 9) [m/N].
     """
-    values = np.zeros((len(request.vertices), len(request.rows), 9), dtype=np.float32)
-    loaded, observed = nodes[request.vertices], nodes[request.rows]
+    values = np.zeros((len(vertices), len(rows), 9), dtype=np.float32)
+    loaded, observed = nodes[vertices], nodes[rows]
     free_columns, free_rows = np.flatnonzero(loaded >= 0), np.flatnonzero(observed >= 0)
     if len(free_columns) and len(free_rows):
-        at = observed[free_rows] if len(request.rows) < len(nodes) else None
+        at = observed[free_rows] if len(rows) < len(nodes) else None
         x = factor.solve(loaded[free_columns], np.eye(3 * len(free_columns)), at)
         blocks = x[(3 * observed[free_rows, None] + np.arange(3)).ravel()]  # (3 rows, 3 columns)
         blocks = blocks.reshape(len(free_rows), 3, len(free_columns), 3).transpose(2, 0, 3, 1)

@@ -55,7 +55,7 @@ def make_parts(
     progress("factoring", 0.0)
     shape = shape_of(tets, fixed, settings)
     factor = factor_of(shape, settings, lambda share: progress("factoring", share))
-    columns = GreenColumns(factor, shape.free_index, 1)
+    columns = GreenColumns(factor, shape.free_index, shape.mesh.vertices, 1)
     far_field = build_far_field(
         shape.mesh,
         shape.contact_radius,

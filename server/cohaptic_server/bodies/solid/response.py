@@ -1,4 +1,4 @@
-"""A solid under loads: the superposition of the responses to each of them, computed on demand."""
+"""A solid under loads: the superposition of the responses to each contact, computed on demand."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cohaptic_server.bodies.solid.column_store import ColumnStore
-from cohaptic_server.bodies.solid.far_field import FarField
-from cohaptic_server.bodies.solid.load_response import FAR_FIELD_START, LoadResponse
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.solid.near_field import SolidContact, Surroundings
 from cohaptic_server.numeric import Floats, Ints
 
 
@@ -20,18 +18,39 @@ class SolidResponse:
     """The response of a solid in one tick.
 
     Args:
-        mesh: Resting surface.
-        columns: The solid's columns.
-        far_field: The solid's far field.
-        loads: The response to each load.
+        around: Mesh, columns and far field.
+        loads: The loads, c of them.
+        contacts: The contacts on which they act, k of them: several loads may share one.
+        contact_of: Contact of each load, shape (c,).
+        fields: Displacement of the far field's samples by each contact per unit force along
+            x, y, z, shape (k, 3, m, 3) [m/N].
         radius: Contact radius [m].
     """
 
-    mesh: SurfaceMesh
-    columns: ColumnStore
-    far_field: FarField
-    loads: Sequence[LoadResponse]
+    around: Surroundings
+    loads: Sequence[Load]
+    contacts: Sequence[SolidContact]
+    contact_of: Ints
+    fields: Floats
     radius: float
+
+    @classmethod
+    def of(cls, around: Surroundings, loads: Sequence[Load], radius: float) -> SolidResponse:
+        """The response by the columns that are known at present."""
+        number: dict[tuple[int, int], int] = {}
+        firsts: list[Load] = []
+        contact_of = np.empty(len(loads), dtype=np.int64)
+        for i, load in enumerate(loads):
+            # The loads of a contact with friction share its arrays.
+            contact_of[i] = number.setdefault((id(load.vertices), id(load.weights)), len(firsts))
+            if contact_of[i] == len(firsts):
+                firsts.append(load)
+        fields = np.empty((len(firsts), 3, len(around.far_field.samples), 3))
+        contacts = [
+            SolidContact.of(around, load.vertices, load.weights, fields[k])
+            for k, load in enumerate(firsts)
+        ]
+        return cls(around, loads, contacts, contact_of, fields, radius)
 
     @property
     def compliance(self) -> Floats:
@@ -40,35 +59,32 @@ class SolidResponse:
 
     @cached_property
     def _compliance(self) -> Floats:
-        c = len(self.loads)
-        if not c:
+        if not self.loads:
             return np.zeros((0, 0))
-        directions = np.array([one.load.direction for one in self.loads])
-        spreads = np.array([one.contact.sampled.spread for one in self.loads])
-        fields = np.array([one.far_field for one in self.loads])  # (c, m, 3)
-        # The same weights distribute a force and interpolate a displacement: no vertex is needed.
-        at_contacts = np.tensordot(spreads, fields, axes=(1, 1))  # (c, c, 3)
-        C: Floats = (at_contacts * directions[:, None, :]).sum(axis=2)
-        centres = self._centres
-        reach = FAR_FIELD_START * self.far_field.spacing + self.radius
-        for j, source in enumerate(self.loads):
-            if not len(source.slots):
-                continue
-            off = centres - source.centre
-            near = np.flatnonzero(np.einsum("ik,ik->i", off, off) < reach**2)
-            for i in near.tolist():
-                load = self.loads[i].load
-                own = source.contact.self_compliance
-                if i == j and own is not None:
-                    C[i, i] = load.direction @ own @ load.direction
-                    continue
-                change = np.zeros((len(load.vertices), 3))
-                self._correct(change, source, 1.0, load.vertices)
-                C[i, j] += load.weights @ (change @ load.direction)
+        D, of = self._directions, self.contact_of
+        B = self._between_contacts()[of[:, None], of]  # (c, c, 3, 3), the force's direction first
+        C: Floats = ((B * D[:, :, None]).sum(axis=2) * D[:, None, :]).sum(axis=2)
         # The two triangles differ where one contact has its columns and another has not.
         C = np.asarray(0.5 * (C + C.T))
-        C[np.diag_indices(c)] += [one.missing_compliance for one in self.loads]
+        for i, load in enumerate(self.loads):
+            C[i, i] += self.contacts[int(of[i])].missing_compliance(load.direction)
         return C
+
+    def _between_contacts(self) -> Floats:
+        """Displacement of each contact by a force on each, shape (k, k, 3, 3) [m/N]."""
+        spreads = np.array([contact.spread for contact in self.contacts])
+        blocks = self.around.far_field.between(spreads, self.fields)
+        reach = self.around.reach + self.radius
+        for j, source in enumerate(self.contacts):
+            if not len(source.slots):
+                continue
+            off = self._centres - source.centre
+            for i in np.flatnonzero((off * off).sum(axis=1) < reach**2).tolist():
+                if i == j and not source.missing:
+                    blocks[i, i] = source.own_block
+                else:
+                    blocks[i, j] += source.correction_at(self.contacts[i])
+        return blocks
 
     @property
     def energy(self) -> float:
@@ -82,53 +98,67 @@ class SolidResponse:
 
     @cached_property
     def _displacement(self) -> Floats:
-        return self.at(np.arange(len(self.mesh.vertices)))
+        return self.at(np.arange(len(self.around.mesh.vertices)))
 
     def at(self, vertices: Ints) -> Floats:
         """Displacement of some vertices, shape (k, 3) [m]."""
-        return self.without(slice(0, 0), np.zeros(0), vertices)
+        return self._by(self._on_contacts, self._samples, vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
-        left = self._forces.copy()
-        left[loads] -= forces
-        # Usually one load is left out of many: subtract it rather than add the others.
-        removed = np.flatnonzero(left != self._forces).tolist()
-        samples = self._samples
-        if removed:
-            samples = samples - sum(
-                (self._forces[i] - left[i]) * self.loads[i].far_field for i in removed
-            )
-        u = self.far_field.at(samples, vertices)
-        if not len(vertices):
+        left, samples = self._on_contacts.copy(), self._samples
+        for i, force in zip(range(len(self.loads))[loads], forces, strict=True):
+            k, removed = self.contact_of[i], force * self._directions[i]
+            left[k] -= removed
+            # Usually one contact is left out of many: subtract it rather than add the others.
+            samples = samples - (removed @ self.fields[k].reshape(3, -1)).reshape(-1, 3)
+        return self._by(left, samples, vertices)
+
+    def _by(self, forces: Floats, samples: Floats, vertices: Ints) -> Floats:
+        """Displacement of some vertices, shape (v, 3) [m].
+
+        Args:
+            forces: On each contact, shape (k, 3) [N].
+            samples: Displacement of the far field's samples by them, shape (m, 3) [m].
+            vertices: Shape (v,).
+        """
+        u = self.around.far_field.at(samples, vertices)
+        if not len(vertices) or not self.contacts:
             return u
-        x = self.mesh.vertices[vertices]
+        x = self.around.mesh.vertices[vertices]
         # Most contacts are far from most vertices: test the bounding box first.
         gap = np.maximum(
             0.0, np.maximum(x.min(axis=0) - self._centres, self._centres - x.max(axis=0))
         )
-        reach = FAR_FIELD_START * self.far_field.spacing
-        near = np.einsum("ik,ik->i", gap, gap) < reach**2
-        for i in np.flatnonzero(near & (left != 0.0)).tolist():
-            self._correct(u, self.loads[i], float(left[i]), vertices)
+        near = (gap * gap).sum(axis=1) < self.around.reach**2
+        order: Ints | None = None
+        for k in np.flatnonzero(near & forces.any(axis=1)).tolist():
+            if len(self.contacts[k].slots):
+                order = self.around.by_rank(vertices) if order is None else order
+                self.contacts[k].correct(u, forces[k], vertices, order)
         return u
 
     @cached_property
+    def _directions(self) -> Floats:
+        return np.array([load.direction for load in self.loads]).reshape(-1, 3)
+
+    @cached_property
     def _forces(self) -> Floats:
-        return np.array([one.load.force for one in self.loads], dtype=np.float64)
+        return np.array([load.force for load in self.loads], dtype=np.float64)
 
     @cached_property
     def _centres(self) -> Floats:
-        return np.array([one.centre for one in self.loads]).reshape(-1, 3)
+        return np.array([contact.centre for contact in self.contacts]).reshape(-1, 3)
+
+    @cached_property
+    def _on_contacts(self) -> Floats:
+        """Force on each contact, shape (k, 3) [N]."""
+        forces = np.zeros((len(self.contacts), 3))
+        np.add.at(forces, self.contact_of, self._forces[:, None] * self._directions)
+        return forces
 
     @cached_property
     def _samples(self) -> Floats:
         """Displacement of the far field's samples by all loads, shape (m, 3) [m]."""
-        u = np.zeros((len(self.far_field.samples), 3))
-        for one in self.loads:
-            if one.load.force:
-                u += one.load.force * one.far_field
-        return u
-
-    def _correct(self, u: Floats, source: LoadResponse, force: float, vertices: Ints) -> None:
-        source.correct(u, force, vertices, self.mesh, self.columns, self.far_field)
+        m = len(self.around.far_field.samples)
+        return (self._on_contacts.ravel() @ self.fields.reshape(-1, 3 * m)).reshape(m, 3)

@@ -8,7 +8,7 @@ surface vertices; with quadratic elements the middles of edges are among them, s
 the surface can be touched.
 
 A solid either solves for missing columns at once, and is exact; or, in the background, it lists
-the columns that it misses, answers from its far field until they arrive (`load_response.py`), and
+the columns that it misses, answers from its far field until they arrive (`near_field.py`), and
 never makes a tick wait. The server then delivers the columns (`shell/column_worker.py`).
 """
 
@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,11 +24,7 @@ from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns
-from cohaptic_server.bodies.solid.load_response import (
-    FAR_FIELD_START,
-    LoadResponse,
-    SteadyContact,
-)
+from cohaptic_server.bodies.solid.near_field import FAR_FIELD_START, Surroundings
 from cohaptic_server.bodies.solid.parts import SolidParts, factor_of
 from cohaptic_server.bodies.solid.response import SolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
@@ -40,7 +35,9 @@ FADE_IN_TICKS = 15  # until a new column counts in full: a quarter of a second a
 # A sliding finger leaves a vertex before its column could arrive; solving for it would take
 # a core from the fingers that stay.
 MIN_TOUCH_TICKS = 9  # ticks for which a vertex must be touched before its column is requested
-_ROW_MARGIN = 1.3  # rows of a column over the largest number within reach of a sample
+_LONGEST_EDGE = 2.0  # contact radii; further corners of a face under a contact carry little of it
+_OFF_CENTRE = 1.1  # centre of a pressure on a curved surface beside its foot
+_BATCH_RADIUS = 2.0  # contact radii round the most urgent column from which others are requested
 MAX_UNDELIVERED = 64  # delivered columns that no tick has taken yet; a tick takes all of them
 
 
@@ -80,11 +77,12 @@ class Solid:
         self.mesh, self.contact_radius = self.shape.mesh, self.shape.contact_radius
         factor = factor_of(self.shape, self.settings) if parts is None else parts.factor
         self.factor_bytes = factor.bytes
-        self.columns = GreenColumns(factor, self.shape.free_index, self.settings.cache)
+        self.columns = GreenColumns(
+            factor, self.shape.free_index, self.mesh.vertices, self.settings.cache
+        )
         self._far_field = None if parts is None else parts.far_field
         self._at_once = True
         self._ahead: Ints = np.zeros(0, dtype=np.int64)
-        self._contacts: dict[int, SteadyContact] = {}
         self._delivered: deque[Column] = deque()
         self.missing: Ints = np.zeros(0, dtype=np.int64)
 
@@ -100,20 +98,23 @@ class Solid:
 
     def in_background(self) -> None:
         """From now on a tick does not wait for columns: the server delivers the `missing` ones."""
-        near = self.mesh.tree.query_ball_point(
-            self.mesh.vertices[self.far_field.samples], self._reach(), return_length=True
-        )
-        longest = int(_ROW_MARGIN * np.max(near))
-        columns = self.columns
-        self.columns = GreenColumns(columns.factor, columns.nodes, self.settings.cache, longest)
+        # A contact reads its columns up to where they do not count, and all under itself.
+        size = self._contact_size()
+        self.columns.keep(size + max(size, FAR_FIELD_START * self.far_field.spacing))
         self._at_once = False
 
-    def _reach(self) -> float:
-        """Distance from the first vertex of a request up to which its columns count [m]."""
-        return FAR_FIELD_START * self.far_field.spacing + 3.0 * self.contact_radius
+    def _contact_size(self) -> float:
+        """Largest distance of a vertex under a contact from its centre [m].
+
+        All corners of a face are loaded by the pressure on a part of it.
+        """
+        corners = self.mesh.vertices[self.mesh.faces]
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        longest = min(float(edges.max()), _LONGEST_EDGE * self.contact_radius)
+        return _OFF_CENTRE * (self.contact_radius + longest)
 
     def request(self, limit: int) -> ColumnRequest | None:
-        """The most urgent missing column and those next to it, with the rows that count.
+        """The most urgent missing column and those next to it, with the places that count.
 
         Args:
             limit: Largest number of columns.
@@ -121,19 +122,14 @@ class Solid:
         Returns:
             None if no column is missing.
         """
-        missing, x, radius = self.missing, self.mesh.vertices, self.contact_radius
+        missing, x = self.missing, self.mesh.vertices
         if not len(missing):
             return None
-        first = x[missing[0]]
-        off = x[missing] - first
-        beside = np.einsum("ki,ki->k", off, off) <= (2.0 * radius) ** 2
-        rows = self.mesh.near(first, self._reach())
-        length = self.columns.store.length
-        if len(rows) > length:
-            gap = x[rows] - first
-            nearest = np.argsort(np.einsum("ki,ki->k", gap, gap))[:length]
-            rows = np.sort(rows[nearest])
-        return ColumnRequest(missing[beside][:limit], rows)
+        off = x[missing] - x[missing[0]]
+        around = _BATCH_RADIUS * self.contact_radius
+        beside = np.einsum("ki,ki->k", off, off) <= around**2
+        vertices = missing[beside][:limit]
+        return ColumnRequest(vertices, self.columns.store.places_of(vertices))
 
     def solve_missing(self, limit: int) -> None:
         """Solve for the most urgent columns in this thread; a server has a worker for it."""
@@ -169,35 +165,17 @@ class Solid:
         order = np.argsort(-weights, kind="stable")
         ahead = self._ahead[store.slot[self._ahead] < 0]
         self.missing = np.concatenate([store.lacking(touched[order], MIN_TOUCH_TICKS), ahead])
-        contacts: dict[int, SteadyContact] = {}
-        for load in loads:
-            if id(load.vertices) not in contacts:
-                contacts[id(load.vertices)] = self._contact(load)
-        self._contacts = contacts
-        responses = [
-            LoadResponse.of(load, self.mesh, store, self.far_field, contacts[id(load.vertices)])
-            for load in loads
-        ]
-        return SolidResponse(self.mesh, store, self.far_field, responses, self.contact_radius)
-
-    def _contact(self, load: Load) -> SteadyContact:
-        """The contact of a load: the previous tick's, if the finger has not moved."""
-        contact = self._contacts.get(id(load.vertices))
-        if contact is None or not contact.covers(load):
-            contact = SteadyContact(self.far_field.sampled(load.vertices, load.weights))
-        if contact.self_compliance is not None:
-            return contact
-        own = self.columns.store.self_compliance(load.vertices, load.weights)
-        return contact if own is None else replace(contact, self_compliance=own)
+        around = Surroundings(self.mesh, store, self.far_field)
+        return SolidResponse.of(around, loads, self.contact_radius)
 
     def _exact(self, loads: Sequence[Load]) -> DenseResponse:
         n, c = len(self.mesh.vertices), len(loads)
         self.columns.ensure(_touched(loads)[0].tolist())
-        store, every = self.columns.store, np.arange(n)
+        store = self.columns.store
         fields = np.zeros((c, n, 3))
         for i, load in enumerate(loads):
-            slots = store.slot[load.vertices]
-            fields[i] = store.displacement(slots, load.weights, load.direction, every)
+            whole = store.whole_sums(store.slot[load.vertices], load.weights)
+            fields[i] = load.direction @ whole
         C = np.empty((c, c))
         for i, load in enumerate(loads):
             C[i] = fields[:, load.vertices] @ load.direction @ load.weights

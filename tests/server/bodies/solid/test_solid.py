@@ -117,7 +117,9 @@ def test_the_compliance_of_all_surface_vertices_is_symmetric_and_definite(order:
 def test_a_small_cache_gives_the_same_and_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohaptic_server.bodies.solid.column_store.MIN_CAPACITY", 10)
     roomy, tight = small(), small.__wrapped__()
-    tight.columns = GreenColumns(tight.columns.factor, tight.shape.free_index, 1)
+    tight.columns = GreenColumns(
+        tight.columns.factor, tight.shape.free_index, tight.mesh.vertices, 1
+    )
     most = 10
     assert tight.columns.store.capacity == most
     for angle in np.linspace(0.0, 3.0, 7):

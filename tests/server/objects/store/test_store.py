@@ -123,7 +123,7 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     second = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 1
     tables = [Solid(BLOCK, FOOT, SETTINGS, parts=p).vertex_compliance() for p in (first, second)]
-    order = ColumnRequest(np.arange(20, 24), np.arange(26))
+    order = ColumnRequest(np.arange(20, 24), np.arange(1))
     columns = [Solid(BLOCK, FOOT, SETTINGS, parts=p).columns.solve(order) for p in (first, second)]
     assert np.array_equal(tables[0], tables[1])
     for one, other in zip(*columns, strict=True):

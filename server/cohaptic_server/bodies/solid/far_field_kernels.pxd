@@ -1,0 +1,43 @@
+cimport cython
+from libc.stdint cimport int64_t
+
+@cython.locals(p=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, v=Py_ssize_t)
+cpdef bint spread(
+    const int64_t[:, ::1] near, const double[:, ::1] carries, const int64_t[::1] vertices,
+    const double[::1] weights, double[::1] out,
+) noexcept
+
+@cython.locals(
+    size=Py_ssize_t, j=Py_ssize_t, p=Py_ssize_t, used=Py_ssize_t, rest=Py_ssize_t,
+    a=Py_ssize_t, b=Py_ssize_t, c=Py_ssize_t, d=Py_ssize_t, e=float, f=float, g=float, h=float,
+)
+cpdef Py_ssize_t respond(
+    const float[:, ::1] compliance, const double[::1] shares, float[::1] sums, double[::1] out,
+) noexcept
+
+@cython.locals(
+    i=Py_ssize_t, j=Py_ssize_t, v=Py_ssize_t, p=Py_ssize_t, x=double, y=double, z=double,
+    share=double,
+)
+cpdef bint interpolate(
+    const int64_t[:, ::1] near, const double[:, ::1] carries, const int64_t[::1] vertices,
+    const double[:, ::1] values, double[:, ::1] out,
+) noexcept
+
+@cython.locals(
+    count=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, a=Py_ssize_t, b=Py_ssize_t, p=Py_ssize_t,
+    share=double,
+)
+cpdef void between(
+    const double[:, ::1] spreads, const double[:, :, :, ::1] fields, double[:, :, :, ::1] out,
+) noexcept
+
+@cython.locals(
+    p=Py_ssize_t, total=double, dx=double, dy=double, dz=double, nx=double, ny=double, nz=double,
+    mx=double, my=double, mz=double, ax=double, ay=double, az=double, cosine=double, scale=double,
+    x=double, y=double, z=double,
+)
+cpdef double own_compliance(
+    const double[::1] shares, const double[:, ::1] normals, const double[:, ::1] blocks,
+    const double[::1] direction, const double[::1] normal,
+) noexcept

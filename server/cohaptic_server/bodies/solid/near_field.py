@@ -1,0 +1,213 @@
+"""One contact of a solid: exact by its columns where it presses, the far field beyond.
+
+The displacement by a contact is the far field's, corrected near it by the columns under it. The
+correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and falls smoothly
+to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably: a tick reads only
+the rows of a column that lie near. The fall also keeps the displacement continuous while a contact
+slides over a vertex whose column is missing, and while a new column fades in.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cohaptic_server.bodies.solid.column_store import ColumnStore
+from cohaptic_server.bodies.solid.far_field import FarField
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats, Ints
+
+NEAR_FIELD_END = 1.5  # sample spacings from a contact up to which its columns count in full
+FAR_FIELD_START = 2.5  # sample spacings from which they do not count
+_EVERYWHERE = (1e6, 2e6)  # m; the same two distances where columns count at any distance
+_NEGLIGIBLE = 1e-9  # share of a force that may lack columns without an effect
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What the contacts of a solid have in common.
+
+    Args:
+        mesh: Resting surface.
+        columns: The solid's columns.
+        far_field: The solid's far field.
+    """
+
+    mesh: SurfaceMesh
+    columns: ColumnStore
+    far_field: FarField
+
+    @property
+    def reach(self) -> float:
+        """Distance from a contact from which its columns do not count [m]."""
+        return FAR_FIELD_START * self.far_field.spacing
+
+    def by_rank(self, vertices: Ints) -> Ints:
+        """Positions in `vertices` (k,) in the order of the columns' rows, shape (k,)."""
+        return self.columns.places.rank[vertices].argsort()
+
+
+@dataclass(frozen=True, eq=False)
+class SolidContact:
+    """The response to a force on one contact, per newton and in any direction.
+
+    Args:
+        around: Mesh, columns and far field.
+        vertices: Vertices under the contact, shape (k,).
+        weights: Share of the force on each, shape (k,).
+        slots: Known columns under it, shape (s,).
+        known: Vertices that they belong to, shape (s,).
+        known_weights: Share of the force on each of these, times the column's fade-in, shape (s,).
+        centre: Centre of the pressure, shape (3,) [m].
+        spread: Share of the force on each sample of the far field, shape (m,).
+        far_field: Displacement of the samples, shape (3, m, 3) [m/N].
+    """
+
+    around: Surroundings
+    vertices: Ints
+    weights: Floats
+    slots: Ints
+    known: Ints
+    known_weights: Floats
+    centre: Floats
+    spread: Floats
+    far_field: Floats
+
+    @classmethod
+    def of(
+        cls, around: Surroundings, vertices: Ints, weights: Floats, far_field: Floats
+    ) -> SolidContact:
+        """The response by the columns that are known at present.
+
+        Args:
+            around: Mesh, columns and far field.
+            vertices: Vertices under the contact, shape (k,).
+            weights: Share of the force on each, shape (k,).
+            far_field: Receives the displacement of the samples, shape (3, m, 3) [m/N].
+        """
+        spread = around.far_field.spread(vertices, weights)
+        around.far_field.respond(spread, far_field)
+        columns = around.columns
+        slots, known, shares = columns.slot[vertices], vertices, weights
+        if slots.min(initial=0) < 0:
+            found = slots >= 0
+            slots, known, shares = slots[found], vertices[found], weights[found]
+        shares = shares * columns.share[slots]
+        centre = weights @ around.mesh.vertices[vertices]
+        return cls(around, vertices, weights, slots, known, shares, centre, spread, far_field)
+
+    @cached_property
+    def missing(self) -> float:
+        """Share of the force that has no columns yet; 0 where all count in full."""
+        missing = 1.0 - float(self.known_weights.sum())
+        return missing if missing > _NEGLIGIBLE else 0.0
+
+    @cached_property
+    def _replaced(self) -> Floats:
+        """Far field of the force that has columns, which replace it, shape (3, m, 3) [m/N]."""
+        if not self.missing:
+            return self.far_field
+        far_field = self.around.far_field
+        out = np.empty_like(self.far_field)
+        far_field.respond(far_field.spread(self.known, self.known_weights), out)
+        return out
+
+    def missing_compliance(self, direction: Floats) -> float:
+        """Self-compliance that columns and far field together underestimate [m/N].
+
+        Args:
+            direction: Unit vector of the force, shape (3,).
+        """
+        if not self.missing:
+            return 0.0
+        normal = self.weights @ self.around.mesh.normals[self.vertices]
+        normal /= math.sqrt(normal @ normal)
+        whole = self.around.far_field.self_compliance(
+            self.vertices, self.weights, direction, normal
+        )
+        smoothed = float(direction @ (self.spread @ self.far_field) @ direction)
+        return self.missing * max(0.0, whole - smoothed)
+
+    def correct(self, u: Floats, force: Floats, vertices: Ints, order: Ints) -> None:
+        """Replace the far field near the contact by the columns.
+
+        Args:
+            u: Displacement of `vertices` by the far field, corrected in place, shape (v, 3) [m].
+            force: Force on the contact that `u` contains, shape (3,) [N].
+            vertices: Shape (v,).
+            order: `Surroundings.by_rank` of `vertices`, shape (v,).
+        """
+        around = self.around
+        around.columns.kernel.correct(
+            u,
+            vertices,
+            order,
+            self.centre,
+            NEAR_FIELD_END * around.far_field.spacing,
+            FAR_FIELD_START * around.far_field.spacing,
+            self.kinds,
+            self.slots,
+            self.known_weights,
+            force,
+            self._replaced,
+            around.far_field.near,
+            around.far_field.carries,
+        )
+
+    def correction_at(self, other: SolidContact) -> Floats:
+        """The correction of the displacement of another contact, or of this one.
+
+        Returns:
+            Displacement by 1 N in x, y, z, averaged over the other's pressure, shape (3, 3) [m/N].
+        """
+        far_field = self.around.far_field
+        end, start = NEAR_FIELD_END * far_field.spacing, FAR_FIELD_START * far_field.spacing
+        block, counted = self._block(other, end, start)
+        # The same weights distribute a force and interpolate a displacement.
+        return block - far_field.spread(other.vertices, counted) @ self._replaced
+
+    @property
+    def own_block(self) -> Floats:
+        """Compliance at itself by its columns alone, all of which are known, shape (3, 3) [m/N]."""
+        return self._block(self, *_EVERYWHERE)[0]
+
+    def _block(self, other: SolidContact, full: float, none: float) -> tuple[Floats, Floats]:
+        """Displacement of a contact by the columns under this one, where they count.
+
+        Args:
+            other: The displaced contact.
+            full: Distance up to which columns count in full [m].
+            none: Distance from which they do not count [m].
+
+        Returns:
+            For 1 N in x, y, z, averaged over the pressure, shape (3, 3) [m/N]; and the share of
+            each vertex in it, shape (k,).
+        """
+        block, counted = np.empty(9), np.empty(len(other.vertices))
+        self.around.columns.kernel.block(
+            other.vertices,
+            other.order,
+            other.weights,
+            self.centre,
+            full,
+            none,
+            self.kinds,
+            self.slots,
+            self.known_weights,
+            counted,
+            block,
+        )
+        return block.reshape(3, 3), counted
+
+    @cached_property
+    def order(self) -> Ints:
+        """Positions in `vertices` in the order of the columns' rows, shape (k,)."""
+        return self.around.by_rank(self.vertices)
+
+    @cached_property
+    def kinds(self) -> Ints:
+        """Kind of each known column, shape (s,)."""
+        return self.around.columns.kind[self.known]

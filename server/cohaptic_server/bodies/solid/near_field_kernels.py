@@ -1,0 +1,223 @@
+"""Loops over the columns near a contact; compiled where there is a compiler (`.pxd`).
+
+Indices are not checked here: vertices, slots and weights are the server's own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohaptic_server.bodies.solid.places import Positions
+from cohaptic_server.numeric import Floats, Ints, Narrow
+
+# As in `places.py`; here it is a constant of the compiled code.
+_PLACE = 32
+# Columns that are read ahead of their sum: as much of them as stays in the nearest cache. Rows of
+# different columns are far from each other. If each was waited for, memory would be idle most of
+# the time: reading ahead takes half of the time of a sum of 100 rows, and more of fewer.
+_AHEAD = 8
+
+
+class NearFieldKernel:
+    """Sums of columns, and what they change of a far field.
+
+    Args:
+        points: Resting positions of all vertices, shape (n, 3) [m].
+        rank: Position of each vertex in the order of the rows of columns, shape (n,).
+        slab: Columns, place after place, shape (capacity, places * 32 * 9) [m/N].
+        position: Position of each place in a column, -1 where the column does not have it; a row
+            for each kind of column, shape (kinds, p).
+
+    Attributes:
+        rows_read: Number of rows of columns that sums were made of since the beginning.
+    """
+
+    def __init__(self, points: Floats, rank: Ints, slab: Narrow, position: Positions) -> None:
+        n = len(points)
+        self.points = points
+        self.rank = rank
+        self.slab = slab
+        self.position = position
+        self.rows_read = 0
+        # Room for one sum at all vertices.
+        self.index = np.empty(n, dtype=np.int64)
+        self.share = np.empty(n)
+        self.sums = np.empty(9 * n, dtype=np.float32)
+        self.runs = np.empty((n, 4), dtype=np.int64)
+        self.ahead = np.empty(1, dtype=np.float32)
+
+    def correct(
+        self,
+        u: Floats,
+        vertices: Ints,
+        order: Ints,
+        centre: Floats,
+        full: float,
+        none: float,
+        kinds: Ints,
+        slots: Ints,
+        weights: Floats,
+        force: Floats,
+        replaced: Floats,
+        near: Ints,
+        carries: Floats,
+    ) -> None:
+        """Put the columns under a contact in place of the far field.
+
+        Args:
+            u: Displacement of vertices by the far field, corrected in place, shape (v, 3) [m].
+            vertices: Shape (v,).
+            order: Positions in `vertices`, by rank, shape (v,).
+            centre: Of the contact, shape (3,) [m].
+            full: Distance from it up to which columns count in full [m].
+            none: Distance from which they do not count [m].
+            kinds: Kind of each column, shape (s,).
+            slots: Columns under the contact, shape (s,).
+            weights: Share of the force on each, shape (s,).
+            force: On the contact, shape (3,) [N].
+            replaced: Displacement of the far field's samples by the force on these columns, shape
+                (3, m, 3) [m/N].
+            near: Samples round each vertex, shape (n, k).
+            carries: Their shares in its displacement, shape (n, k).
+        """
+        count = self._find(vertices, order, centre, full, none)
+        self._add(vertices, count, kinds, slots, weights)
+        f, g, h = force[0], force[1], force[2]
+        for r in range(count):
+            i = self.index[r]
+            v = vertices[i]
+            for b in range(3):
+                change = (
+                    f * self.sums[9 * r + b]
+                    + g * self.sums[9 * r + 3 + b]
+                    + h * self.sums[9 * r + 6 + b]
+                )
+                for j in range(near.shape[1]):
+                    p = near[v, j]
+                    change -= carries[v, j] * (
+                        f * replaced[0, p, b] + g * replaced[1, p, b] + h * replaced[2, p, b]
+                    )
+                u[i, b] += self.share[r] * change
+
+    def block(
+        self,
+        vertices: Ints,
+        order: Ints,
+        pressure: Floats,
+        centre: Floats,
+        full: float,
+        none: float,
+        kinds: Ints,
+        slots: Ints,
+        weights: Floats,
+        counted: Floats,
+        out: Floats,
+    ) -> None:
+        """Mean of the sum of columns over a pressure, where they count.
+
+        Args:
+            vertices: Under the pressure, shape (v,).
+            order: Positions in `vertices`, by rank, shape (v,).
+            pressure: Share of each of them, shape (v,).
+            centre: Of the contact with the columns, shape (3,) [m].
+            full: Distance from it up to which columns count in full [m].
+            none: Distance from which they do not count [m].
+            kinds: Kind of each column, shape (s,).
+            slots: Columns under the contact, shape (s,).
+            weights: Share of the force on each, shape (s,).
+            counted: Receives the share of each of `vertices`, times that with which columns count
+                there, shape (v,).
+            out: Receives displacement in x, y, z for a force in x, y, z, shape (9,) [m/N].
+        """
+        count = self._find(vertices, order, centre, full, none)
+        self._add(vertices, count, kinds, slots, weights)
+        for i in range(counted.shape[0]):
+            counted[i] = 0.0
+        for c in range(9):
+            out[c] = 0.0
+        for r in range(count):
+            i = self.index[r]
+            counted[i] = pressure[i] * self.share[r]
+            for c in range(9):
+                out[c] += counted[i] * self.sums[9 * r + c]
+
+    def _find(self, vertices: Ints, order: Ints, centre: Floats, full: float, none: float) -> int:
+        """Find the vertices, by rank, at which the columns of a contact count; their number."""
+        found = 0
+        for k in range(order.shape[0]):
+            i = order[k]
+            v = vertices[i]
+            x = self.points[v, 0] - centre[0]
+            y = self.points[v, 1] - centre[1]
+            z = self.points[v, 2] - centre[2]
+            square = x * x + y * y + z * z
+            if square < none * none:
+                part = min(1.0, (none - math.sqrt(square)) / (none - full))
+                self.index[found] = i
+                self.share[found] = part * part * (3.0 - 2.0 * part)
+                found += 1
+        return found
+
+    def _add(self, vertices: Ints, count: int, kinds: Ints, slots: Ints, weights: Floats) -> None:
+        """Sum the columns at the vertices that were found."""
+        for j in range(9 * count):
+            self.sums[j] = 0.0
+        number = self._find_runs(vertices, count)
+        total = slots.shape[0] if count > 0 else 0
+        self.rows_read += count * total
+        for s in range(total):
+            if s % _AHEAD == 0:
+                for t in range(s, min(s + _AHEAD, total)):
+                    self._read(slots[t], kinds[t], number)
+            slot = slots[s]
+            kind = kinds[s]
+            weight = weights[s]
+            for i in range(number):
+                at = self.position[kind, self.runs[i, 2]]
+                if at >= 0:
+                    first = self.runs[i, 0]
+                    shift = 9 * _PLACE * at + self.runs[i, 3] - first
+                    for j in range(first, self.runs[i, 1]):
+                        self.sums[j] += weight * self.slab[slot, shift + j]
+
+    def _find_runs(self, vertices: Ints, count: int) -> int:
+        """Runs of rows that lie side by side in a column; their number.
+
+        A run is its first and last position among the sums, its place, and where it begins there.
+        """
+        number = 0
+        first = 0
+        while first < count:
+            rank = self.rank[vertices[self.index[first]]]
+            place = rank // _PLACE
+            end = first + 1
+            while (
+                end < count
+                and self.rank[vertices[self.index[end]]] == rank + end - first
+                and rank + end - first < (place + 1) * _PLACE
+            ):
+                end += 1
+            self.runs[number, 0] = 9 * first
+            self.runs[number, 1] = 9 * end
+            self.runs[number, 2] = place
+            self.runs[number, 3] = 9 * (rank - place * _PLACE)
+            number += 1
+            first = end
+        return number
+
+    def _read(self, slot: int, kind: int, number: int) -> None:
+        """Read one value of each cache line of a column's runs."""
+        total = self.ahead[0]
+        for i in range(number):
+            at = self.position[kind, self.runs[i, 2]]
+            if at >= 0:
+                j = 9 * _PLACE * at + self.runs[i, 3]
+                end = j + self.runs[i, 1] - self.runs[i, 0]
+                while j < end:
+                    total += self.slab[slot, j]
+                    j += 16
+                total += self.slab[slot, end - 1]
+        # The sum is kept, so that no compiler leaves out the reading.
+        self.ahead[0] = total * 0.0
