@@ -36,6 +36,10 @@ class TangentSolver(Protocol):
         """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
         ...
 
+    def step(self, b: Floats) -> Floats:
+        """The same, as exactly as a step of Newton's method needs: it leads downhill."""
+        ...
+
 
 S = TypeVar("S", bound=DeformedState)
 
@@ -70,8 +74,18 @@ class Hyperelastic(Protocol[S]):
         """External forces less internal forces, shape (n, 3) [N]."""
         ...
 
-    def factor_tangent(self, state: S, stiffening: float) -> TangentSolver:
-        """Factor the tangent; it is the exact one if `stiffening` is 0.
+    def factor_tangent(
+        self, state: S, stiffening: float, b: Floats
+    ) -> tuple[TangentSolver, Floats]:
+        """Factor the tangent, and solve with it.
+
+        Args:
+            state: The deformed body.
+            stiffening: 0 for the exact tangent.
+            b: Forces on the unknowns, shape (c, size) [N].
+
+        Returns:
+            The factor, and the displacements of the unknowns under `b`, shape (c, size) [m].
 
         Raises:
             IndefiniteTangentError: The tangent is not positive definite.

@@ -70,6 +70,35 @@ class Iterate(Generic[S]):
     next_step: float
 
 
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A tangent with what was solved with it when it was made.
+
+    Args:
+        tangent: The tangent.
+        step: Newton step from where it was taken, shape (n, 3) [m].
+        fields: Displacement of every node per unit of each load, shape (c, n, 3) [m/N].
+    """
+
+    tangent: Tangent
+    step: Floats
+    fields: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Moved(Generic[S]):
+    """What a tick finds.
+
+    Args:
+        iterate: The iteration at its end.
+        fields: Displacement of every node per unit of each load, of the newest stable tangent,
+            shape (c, n, 3) [m/N].
+    """
+
+    iterate: Iterate[S]
+    fields: Floats
+
+
 @dataclass(frozen=True, slots=True)
 class TickLimits:
     """Limits of the iteration within one tick.
@@ -98,21 +127,25 @@ class NewtonIteration(Generic[S]):
 
     def at_rest(self, state: S) -> Iterate[S] | None:
         """A state of equilibrium as the start of the first tick; None if it is not stable."""
-        tangent = self._tangent(state, (0.0,))
-        return None if tangent is None else Iterate(state, tangent, tangent, 0.0)
+        nothing = np.zeros_like(state.x)
+        solved = self._solved(state, nothing, nothing[None][:0], (0.0,))
+        return None if solved is None else Iterate(state, solved.tangent, solved.tangent, 0.0)
 
-    def advance(self, start: Iterate[S], external: Floats) -> Iterate[S]:
+    def advance(self, start: Iterate[S], external: Floats, shares: Floats) -> Moved[S]:
         """Iterate for one tick.
 
         Args:
             start: End of the previous tick.
             external: Nodal forces of the contacts, shape (n, 3) [N].
+            shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
         """
         body, chord = self._body, self._limits.chord
         state, tangent = start.state, start.tangent
+        solved: Solved | None = None
         length = 0.0
         for last in (*[False] * self._limits.steps, True):
-            step, slope = self._step(tangent, body.residual(state, external))
+            residual = body.residual(state, external)
+            step = self._step(tangent, residual) if solved is None else solved.step
             length = float(np.abs(step).max())
             if length < chord and tangent.stable:
                 if length > CONVERGED:
@@ -120,21 +153,31 @@ class NewtonIteration(Generic[S]):
                 # Of a moving body the tangent may be a chord behind; at rest it is renewed.
                 allowed = chord if length > CONVERGED else 0.0
                 if np.abs(state.x - tangent.x).max() > allowed:
-                    tangent = self._tangent(state) or tangent
+                    solved = self._solved(state, external, shares) or solved
+                    tangent = tangent if solved is None else solved.tangent
                 break
             if last:
                 break
+            # The decrease of energy that the slope predicts.
+            slope = float((residual * step).sum())
             displaced = self._search(state, step, start.state, external, slope)
             if displaced is None:
                 # The tangent is close to singular and its step too long: stiffen the next one.
                 if tangent.stable or tangent.x is not state.x:
-                    tangent = self._tangent(state, body.stiffenings) or tangent
+                    solved = self._solved(state, external, shares, body.stiffenings) or solved
+                    tangent = tangent if solved is None else solved.tangent
                 break
             state = displaced
-            tangent = self._tangent(state) or replace(tangent, stable=False)
+            solved = self._solved(state, external, shares)
+            tangent = replace(tangent, stable=False) if solved is None else solved.tangent
             if not tangent.stable:
                 break  # it took several factorisations
-        return Iterate(state, tangent, tangent if tangent.stable else start.stable, length)
+        stable = tangent if tangent.stable else start.stable
+        if solved is not None and solved.tangent is stable:
+            fields = solved.fields
+        else:
+            fields = self.fields(stable, shares)
+        return Moved(Iterate(state, tangent, stable, length), fields)
 
     def fields(self, tangent: Tangent, shares: Floats) -> Floats:
         """Displacement of every node per unit of each load.
@@ -146,18 +189,24 @@ class NewtonIteration(Generic[S]):
         Returns:
             Shape (c, n, 3) [m/N].
         """
-        fields = np.zeros_like(shares)
-        c, dof = len(shares), self._body.dof
-        if c:
-            fields.reshape(c, -1)[:, dof] = tangent.solver.displacements(
-                shares.reshape(c, -1)[:, dof]
-            )
-        return fields
+        if not len(shares):
+            return np.zeros_like(shares)
+        return self._spread(tangent.solver.displacements(self._unknown(shares)), shares)
 
-    def _step(self, tangent: Tangent, residual: Floats) -> tuple[Floats, float]:
-        """Newton step (n, 3) [m], and the decrease of energy that its slope predicts [J]."""
-        step = self.fields(tangent, residual[None])[0]
-        return step, float((residual * step).sum())
+    def _step(self, tangent: Tangent, residual: Floats) -> Floats:
+        """Newton step, shape (n, 3) [m]."""
+        force = residual[None]
+        return np.asarray(self._spread(tangent.solver.step(self._unknown(force)), force)[0])
+
+    def _unknown(self, forces: Floats) -> Floats:
+        """Of nodal values (c, n, 3) the unknowns' in their order, shape (c, size)."""
+        return np.asarray(forces.reshape(len(forces), -1)[:, self._body.dof])
+
+    def _spread(self, values: Floats, like: Floats) -> Floats:
+        """The reverse of `_unknown`, in the shape of `like`."""
+        spread = np.zeros_like(like)
+        spread.reshape(len(like), -1)[:, self._body.dof] = values
+        return spread
 
     def _search(self, state: S, step: Floats, start: S, external: Floats, slope: float) -> S | None:
         """Backtracking line search; None where no length lowers the energy enough."""
@@ -173,12 +222,22 @@ class NewtonIteration(Generic[S]):
             length *= _BACKTRACK
         return None
 
-    def _tangent(self, state: S, stiffenings: tuple[float, ...] | None = None) -> Tangent | None:
+    def _solved(
+        self,
+        state: S,
+        external: Floats,
+        shares: Floats,
+        stiffenings: tuple[float, ...] | None = None,
+    ) -> Solved | None:
         """Factor with the least sufficient stiffening; None if no amount suffices."""
+        forces = np.concatenate([self._body.residual(state, external)[None], shares])
+        b = self._unknown(forces)
         for amount in (0.0, *self._body.stiffenings) if stiffenings is None else stiffenings:
             try:
-                solver = self._body.factor_tangent(state, amount)
+                solver, found = self._body.factor_tangent(state, amount, b)
             except IndefiniteTangentError:
                 continue
-            return Tangent(state.x, solver, stable=amount == 0.0)
+            moved = self._spread(found, forces)
+            tangent = Tangent(state.x, solver, stable=amount == 0.0)
+            return Solved(tangent, moved[0], moved[1:])
         return None

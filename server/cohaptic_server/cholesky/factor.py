@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
 from cohaptic_server.cholesky.symbolic import dofs
+from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Floats, Ints
-
-AnyFloats = npt.NDArray[np.float32 | np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,10 @@
 
 Each part of the tree of `dissection.py` is a dense front of its own nodes and of the border that
 they have to their ancestors. A matrix whose entries change and whose pattern does not, such as the
-tangent of a nonlinear solid, is analysed once and factored (`refactor.py`) many times.
+tangent of a nonlinear body, is analysed once and factored (`refactor.py`) many times.
+
+Such a matrix is a list of 3x3 blocks, one for each pair of coupled nodes, column by column in the
+order of elimination; of the two blocks of a pair it has the one below the diagonal.
 """
 
 from __future__ import annotations
@@ -15,44 +18,40 @@ import scipy.sparse as sp
 from cohaptic_server.cholesky.dissection import Part, dissect
 from cohaptic_server.numeric import Floats, Ints
 
-
-@dataclass(frozen=True, eq=False)
-class Child:
-    """A front whose update is added to its parent, entry by entry of its lower triangle.
-
-    Args:
-        front: Index of the front in the list.
-        own: Target indices in the parent's own block and, counted on, in the block below it.
-        own_from: Their source indices in the update.
-        rest: Target indices in the parent's update.
-        rest_from: Their source indices in the update.
-    """
-
-    front: int
-    own: Ints
-    own_from: Ints
-    rest: Ints
-    rest_from: Ints
+# Nodes. A front costs a dozen calls of LAPACK, each of some microseconds, whatever its size; below
+# this size it costs more than the arithmetic that smaller leaves save.
+_LEAF = 24
 
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """A dense block of the factor, as a pattern.
+    """A dense block of the factor, as a pattern; nodes are numbered in the order of elimination.
 
     Args:
-        own: Degrees of freedom eliminated here, shape (a,).
-        border: Those of ancestors that they are coupled to, in order of elimination, shape (b,).
-        entries: Its part of the analysis' entries.
-        targets: Their indices in the own block (a, a) and, counted on, in the block below it
-            (b, a), both column by column, shape (e,).
+        first: First node that is eliminated here.
+        last: The node after the last one.
+        border: Nodes of ancestors that they are coupled to, rising, shape (k,).
         children: Fronts whose updates are added to it.
+        start: Where its part of the factor's values begins.
+        update: Where its update begins in the workspace of a factorisation.
     """
 
-    own: Ints
+    first: int
+    last: int
     border: Ints
-    entries: slice
-    targets: Ints
-    children: list[Child]
+    children: tuple[int, ...]
+    start: int
+    update: int
+
+    @property
+    def width(self) -> int:
+        """Number of unknowns that are eliminated here."""
+        return 3 * (self.last - self.first)
+
+    @property
+    def height(self) -> int:
+        """Number of unknowns of the border."""
+        return 3 * len(self.border)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,73 +59,179 @@ class Analysis:
     """The analysis of a pattern, ready for the numerical factorisation.
 
     Args:
-        fronts: Children before their parents.
-        entries: Indices into the matrix' data of the entries that a factorisation reads, shape
-            (e,): of a symmetric pair it reads one.
-        size: Number of unknowns.
+        order: Node that is eliminated at each place, shape (n,).
+        starts: First block of each column, which is the one on the diagonal, shape (n + 1,).
+        rows: Row of each block, rising within a column, shape (e,).
+        places: The same rows counted within the front of the column, shape (e,).
+        fronts: Children before their parents; the last one is the root.
+        table: What the loops of `blocks.py` need of each front: first, last, length of the border,
+            start, update, first place in `where`, inner, first child, last child; shape (f, 9).
+            Of its border, `inner` nodes are eliminated by the parent.
+        where: Rows of the parent for the border nodes of all fronts, in nodes, and the end of the
+            run of successive rows that each belongs to, shape (w, 2).
+        children: The children of all fronts.
+        values: Number of values of the factor.
+        workspace: Number of values of the updates that exist at a time.
     """
 
+    order: Ints
+    starts: Ints
+    rows: Ints
+    places: Ints
     fronts: list[Front]
-    entries: Ints
-    size: int
+    table: Ints
+    where: Ints
+    children: Ints
+    values: int
+    workspace: int
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns, 3 n."""
+        return 3 * len(self.order)
+
+    @property
+    def dof(self) -> Ints:
+        """The unknowns in the order of elimination, shape (3 n,)."""
+        return dofs(self.order)
+
+    def blocks_of(self, elements: Ints) -> Ints:
+        """The block of each pair of nodes of each element, for assembly.
+
+        Args:
+            elements: Nodes, negative if fixed, shape (m, k).
+
+        Returns:
+            For the pairs (a, b) with b <= a, row by row, the index of the block, or -1 - index
+            where the block is that of (b, a), its transpose; `len(rows)`, an index beyond all
+            blocks, where a node is fixed. Shape (m, k (k + 1) / 2).
+        """
+        n = len(self.order)
+        place = np.full(n + 1, -1, dtype=np.int64)
+        place[self.order] = np.arange(n)
+        a, b = np.tril_indices(elements.shape[1])
+        first, second = place[elements[:, a]], place[elements[:, b]]
+        row, column = np.maximum(first, second), np.minimum(first, second)
+        keys = np.repeat(np.arange(n), np.diff(self.starts)) * n + self.rows
+        index = np.searchsorted(keys, column * n + row)
+        index = np.where(column < 0, len(self.rows), index)
+        return np.asarray(np.where((first < second) & (column >= 0), -1 - index, index))
 
 
-def analyse(matrix: sp.csr_array, points: Floats) -> Analysis:
-    """Fronts for a symmetric matrix of 3x3 blocks; they take twice the memory of its factor.
+def analyse(
+    elements: Ints, points: Floats, root: Ints | None = None, leaf: int = _LEAF
+) -> Analysis:
+    """Analyse the pattern of nodes that are coupled where they share an element.
 
     Args:
-        matrix: Shape (3 n, 3 n), of symmetric pattern; its values have no effect.
+        elements: Nodes of each element, negative if fixed, shape (m, k).
         points: Position of each node, shape (n, 3) [m].
+        root: Nodes that are eliminated last, some but not all; none in particular if not given.
+        leaf: Largest number of nodes that is not cut any further.
     """
-    graph = graph_of(matrix)
-    parts = dissect(points, graph)
-    borders = [dofs(border) for border in borders_of(graph, parts)]
-    local = np.full(matrix.shape[0], -1, dtype=np.int64)
+    n = len(points)
+    graph = _graph_of_elements(elements, n)
+    parts = dissect(points, graph, leaf) if root is None else _around(root, points, graph, leaf)
+    order = np.concatenate([part.own for part in parts])
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    borders = [place[border] for border in borders_of(graph, parts)]
+    ends = np.cumsum([len(part.own) for part in parts]).tolist()
+    lower = sp.csc_array(sp.tril(graph[order][:, order]))
+    lower.sort_indices()
+    starts, rows = lower.indptr.astype(np.int64), lower.indices.astype(np.int64)
+    places = np.empty(len(rows), dtype=np.int64)
+    updates, workspace = _places_of_updates(parts, borders)
+    local = np.full(n, -1, dtype=np.int64)
     fronts: list[Front] = []
-    read: list[Ints] = []
-    count = 0
-    for part, border in zip(parts, borders, strict=True):
-        own = dofs(part.own)
-        a, b = len(own), len(border)
-        local[own], local[border] = np.arange(a), a + np.arange(b)
-        starts, lengths = matrix.indptr[own], np.diff(matrix.indptr)[own]
-        first = np.repeat(starts - np.cumsum(lengths) + lengths, lengths)
-        entries = np.arange(int(lengths.sum())) + first
-        column = np.repeat(np.arange(a), lengths)
-        row = local[matrix.indices[entries]]
-        # Unknowns of descendants are eliminated already; their updates contain them.
-        kept = row >= column
-        entries, row, column = entries[kept], row[kept], column[kept]
-        targets = np.where(row < a, row + a * column, a * a + row - a + b * column)
-        children: list[Child] = []
+    where, inner = [np.empty((0, 2), dtype=np.int64)] * len(parts), [0] * len(parts)
+    start = 0
+    for part, border, last, update in zip(parts, borders, ends, updates, strict=True):
+        first = last - len(part.own)
+        own = np.arange(first, last)
+        local[own], local[border] = own - first, len(own) + np.arange(len(border))
+        span = slice(starts[first], starts[last])
+        places[span] = local[rows[span]]
         for child in part.children:
-            where = local[borders[child]]
-            children.append(_child(child, where, a, b))
-        local[own] = local[border] = -1
-        own_entries = slice(count, count + len(entries))
-        fronts.append(Front(own, border, own_entries, targets, children))
-        read.append(entries)
-        count += len(entries)
-    return Analysis(fronts, np.concatenate(read), matrix.shape[0])
+            there = local[borders[child]]
+            inner[child] = int((there < len(own)).sum())
+            where[child] = _with_ends_of_runs(there, inner[child])
+        fronts.append(Front(first, last, border, part.children, start, update))
+        start += 9 * len(own) * (len(own) + len(border))
+    firsts = np.cumsum([0] + [len(w) for w in where])
+    of_fronts = np.cumsum([0] + [len(front.children) for front in fronts])
+    table = [
+        [f.first, f.last, len(f.border), f.start, f.update, at, among, one, other]
+        for f, at, among, one, other in zip(
+            fronts, firsts[:-1], inner, of_fronts[:-1], of_fronts[1:], strict=True
+        )
+    ]
+    children = np.array([c for front in fronts for c in front.children], dtype=np.int64)
+    return Analysis(
+        order,
+        starts,
+        rows,
+        places,
+        fronts,
+        np.array(table, dtype=np.int64),
+        np.concatenate(where),
+        children,
+        start,
+        workspace,
+    )
 
 
-def _child(front: int, where: Ints, a: int, b: int) -> Child:
-    """The map of a child's update into its parent.
-
-    Args:
-        front: Index of the child.
-        where: Row of the parent for each row of the update, shape (k,).
-        a: Number of the parent's own unknowns.
-        b: Number of its bordering unknowns.
-    """
+def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
+    """Rows, and beside each the end of its run, which does not go on beyond the first `inner`."""
     k = len(where)
-    column, row = np.triu_indices(k)  # the lower triangle, column by column
-    source = row + k * column
-    own = where[column] < a
-    row, column = where[row], where[column]
-    into = np.where(row < a, row + a * column, a * a + row - a + b * column)
-    rest = row - a + b * (column - a)
-    return Child(front, into[own], source[own], rest[~own], source[~own])
+    begins = np.ones(k + 1, dtype=np.bool_)
+    begins[1:k] = np.diff(where) != 1
+    begins[inner] = True
+    following = np.flatnonzero(begins)
+    ends = following[np.searchsorted(following, np.arange(k), side="right")]
+    return np.stack([where, ends], axis=1)
+
+
+def _places_of_updates(parts: list[Part], borders: list[Ints]) -> tuple[list[int], int]:
+    """A place in the workspace for the update of each front: the first gap that it fits into.
+
+    An update exists from the elimination of its front to that of the parent.
+    """
+    live: dict[int, tuple[int, int]] = {}
+    places: list[int] = []
+    size = 0
+    for k, (part, border) in enumerate(zip(parts, borders, strict=True)):
+        length, at = 9 * len(border) ** 2, 0
+        for begin, end in sorted(live.values()):
+            if begin - at >= length:
+                break
+            at = max(at, end)
+        for child in part.children:
+            del live[child]
+        live[k] = (at, at + length)
+        places.append(at)
+        size = max(size, at + length)
+    return places, size
+
+
+def _graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
+    """The graph of nodes that share an element, each node with itself, shape (n, n)."""
+    k = elements.shape[1]
+    row, column = np.repeat(elements, k, axis=1).ravel(), np.tile(elements, (1, k)).ravel()
+    kept = (row >= 0) & (column >= 0)
+    row, column = np.append(row[kept], np.arange(n)), np.append(column[kept], np.arange(n))
+    ones = np.ones(len(row), dtype=np.int32)
+    return sp.csr_array(sp.coo_array((ones, (row, column)), shape=(n, n)))
+
+
+def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[Part]:
+    """The parts of all other nodes, and the root."""
+    rest = np.setdiff1d(np.arange(len(points)), root)
+    parts = [
+        Part(rest[part.own], part.children)
+        for part in dissect(points[rest], sp.csr_array(graph[rest][:, rest]), leaf)
+    ]
+    return [*parts, Part(root, (len(parts) - 1,))]
 
 
 def dofs(nodes: Ints) -> Ints:

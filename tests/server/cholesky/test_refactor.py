@@ -1,71 +1,87 @@
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.solid.stiffness import stiffness
-from cohaptic_server.cholesky.refactor import Indefinite, Refactored
+from cohaptic_server.cholesky.refactor import Indefinite, Refactored, Workspace
 from cohaptic_server.cholesky.symbolic import analyse
-from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.blocks import block
+from tests.server.cholesky.block_problem import blocks_of, dense, grid, shifted
+
+sizes, seeds = st.integers(2, 5), st.integers(0, 2**32 - 1)
 
 
-def held_block(cells: tuple[int, int, int], nu: float) -> tuple[sp.csr_array, Floats]:
-    """Stiffness of a block whose foot is held, and the places of its free nodes."""
-    mesh = block((0.1, 0.08, 0.06), cells)
-    free = mesh.vertices[:, 2] > 0.0
-    dof = np.flatnonzero(np.repeat(free, 3))
-    K = stiffness(mesh, mesh.tets, len(mesh.vertices), 1e4, nu)
-    K = sp.csr_array(K[dof][:, dof])
-    # Entries that cancel to zero on one side only are kept on both.
-    pattern = sp.csr_array(abs(K) + abs(K.T))
-    rows, columns = _rows(pattern), pattern.indices
-    data = K.toarray()[rows, columns]
-    return sp.csr_array((data, columns, pattern.indptr), shape=K.shape), mesh.vertices[free]
+@given(sizes, st.integers(2, 30), seeds)
+@settings(max_examples=20, deadline=None)
+def test_one_workspace_serves_every_matrix_of_its_pattern(n: int, leaf: int, seed: int) -> None:
+    """Against a dense solve; trees of one front and of many, in both precisions."""
+    elements, points = grid(n)
+    analysis, rng = analyse(elements, points, leaf=leaf), np.random.default_rng(seed)
+    for single, tolerance in ((False, 1e-9), (True, 1e-2)):
+        workspace = Workspace(analysis, single=single)
+        for _ in range(2):
+            K = shifted(elements, len(points), seed, 2.0)
+            b = rng.normal(size=(analysis.size, 3))
+            found = Refactored(workspace, blocks_of(analysis, K)).solve(b[analysis.dof])
+            expected = np.linalg.solve(K, b)[analysis.dof]
+            assert found == pytest.approx(expected, abs=tolerance * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("cells", [(1, 1, 1), (3, 2, 4), (7, 5, 4)])
-@given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=8, deadline=None)
-def test_one_analysis_serves_every_matrix_of_its_pattern(
-    cells: tuple[int, int, int], seed: int
-) -> None:
-    """Against a dense solve; meshes of one leaf and of many."""
-    K, points = held_block(cells, 0.45)
-    analysis, rng = analyse(K, points), np.random.default_rng(seed)
-    for _ in range(2):
-        scale = rng.uniform(0.5, 2.0, analysis.size)
-        data = K.data * scale[_rows(K)] * scale[K.indices]
-        b = rng.normal(size=(analysis.size, 3))
-        found = Refactored(analysis, data[analysis.entries]).solve(b)
-        expected = np.linalg.solve(K.toarray() * np.outer(scale, scale), b)
-        assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+def test_a_factor_in_use_is_not_overwritten_and_its_memory_is_used_again() -> None:
+    elements, points = grid(4)
+    analysis = analyse(elements, points, leaf=8)
+    workspace, b = Workspace(analysis), np.ones((analysis.size, 1))
+    blocks = [blocks_of(analysis, shifted(elements, len(points), k, 1.0)) for k in range(3)]
+    first = Refactored(workspace, blocks[0])
+    kept = first.solve(b)
+    second = Refactored(workspace, blocks[1])
+    assert (first.solve(b) == kept).all()
+    assert not (second.solve(b) == kept).any()
+    del second
+    gc.collect()
+    assert (Refactored(workspace, blocks[2]).solve(b) != kept).all()
+    assert (first.solve(b) == kept).all()
 
 
-def _rows(K: sp.csr_array) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    return np.repeat(np.arange(len(K.indptr) - 1), np.diff(K.indptr))
+@given(sizes, seeds)
+@settings(max_examples=10, deadline=None)
+def test_a_root_that_is_left_is_its_schur_complement(n: int, seed: int) -> None:
+    elements, points = grid(n)
+    analysis = analyse(elements, points, root=np.arange(n), leaf=4)
+    K = shifted(elements, len(points), seed, 1.0)
+    factor = Refactored(Workspace(analysis), blocks_of(analysis, K), without_root=True)
+    at = 3 * analysis.fronts[-1].first
+    ordered = K[np.ix_(analysis.dof, analysis.dof)]
+    inner, across = ordered[:at, :at], ordered[:at, at:]
+    expected = ordered[at:, at:] - across.T @ np.linalg.solve(inner, across)
+    assert np.tril(factor.root) == pytest.approx(np.tril(expected), abs=1e-8)
 
 
 def test_each_pair_of_mirror_images_is_read_once() -> None:
-    K, points = held_block((4, 4, 4), 0.3)
-    analysis = analyse(K, points)
-    rows, columns = _rows(K)[analysis.entries], K.indices[analysis.entries]
-    pairs = {frozenset(p) for p in zip(rows.tolist(), columns.tolist(), strict=True)}
-    assert len(pairs) == len(rows) == (K.nnz + analysis.size) // 2
+    elements, points = grid(4)
+    analysis = analyse(elements, points, leaf=8)
+    K = shifted(elements, len(points), 0, 1.0)
+    assert (dense(analysis, blocks_of(analysis, K)) == K).all()
+    assert 9 * len(analysis.rows) == (np.count_nonzero(K) + 9 * len(points)) // 2
+    pairs = analysis.blocks_of(np.array([[5, 0, -1]]))
+    K[:3, 15:18] = np.arange(9).reshape(3, 3)
+    K[15:18, :3] = K[:3, 15:18].T
+    block = blocks_of(analysis, K)[pairs[0, 1] if pairs[0, 1] >= 0 else -1 - pairs[0, 1]]
+    block = block.reshape(3, 3) if pairs[0, 1] >= 0 else block.reshape(3, 3).T
+    assert (block == K[:3, 15:18]).all()
+    assert (pairs[0, 3:] == len(analysis.rows)).all()
 
 
 def test_an_indefinite_matrix_is_found_out() -> None:
-    K, points = held_block((4, 4, 4), 0.3)
-    analysis = analyse(K, points)
-    lowest = np.linalg.eigvalsh(K.toarray())[0]
-    rows = _rows(K)
-    for share, stable in ((0.9, True), (1.1, False)):
-        data = K.data - share * lowest * (rows == K.indices)
+    elements, points = grid(4)
+    analysis = analyse(elements, points, leaf=8)
+    for least, stable in ((0.05, True), (-0.05, False)):
+        blocks = blocks_of(analysis, shifted(elements, len(points), 1, least))
         if stable:
-            assert Refactored(analysis, data[analysis.entries]).bytes > 0
+            assert Refactored(Workspace(analysis), blocks).bytes > 0
         else:
             with pytest.raises(Indefinite):
-                Refactored(analysis, data[analysis.entries])
+                Refactored(Workspace(analysis), blocks)

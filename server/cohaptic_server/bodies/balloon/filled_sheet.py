@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon.constant_volume_solver import BandPattern, ConstantVolumeFactor
+from cohaptic_server.bodies.balloon.constant_volume_solver import ConstantVolumeFactor
 from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
-from cohaptic_server.bodies.balloon.tension_field import MembraneStrain
+from cohaptic_server.cholesky.refactor import Workspace
 from cohaptic_server.numeric import Floats, Ints
 
 
@@ -23,7 +23,7 @@ class FilledState:
 
     Args:
         x: Vertices, shape (n, 3) [m].
-        strain: Strain of the rubber.
+        strain: Strain of the rubber, as in `tension_field.py`, shape (m, 10).
         energy: Energy of the rubber [J].
         rubber_force: Nodal forces that keep the rubber in this shape, dE/dx, shape (n, 3) [N].
         g: dV/dx, shape (n, 3) [m^2].
@@ -31,7 +31,7 @@ class FilledState:
     """
 
     x: Floats
-    strain: MembraneStrain
+    strain: Floats
     energy: float
     rubber_force: Floats
     g: Floats
@@ -48,17 +48,16 @@ class FilledSheet:
 
     Args:
         sheet: Rubber and water.
-        dof: Unknowns in the order of the sheet's pattern, as indices into (3 n,), shape (f,).
-        band: Pattern of the tangent.
+        dof: Unknowns in the order of the sheet's analysis, as indices into (3 n,), shape (f,).
         volume: Volume of the water [m^3].
     """
 
     # Shares of the mean diagonal; the last exceeds the negative stiffness of the water's pressure.
     stiffenings = (0.03, 1.03)
 
-    def __init__(self, sheet: RubberSheet, dof: Ints, band: BandPattern, volume: float) -> None:
-        self._sheet, self.dof, self._band, self._volume = sheet, dof, band, volume
-        self._diagonal = np.flatnonzero(sheet.rows == sheet.columns)
+    def __init__(self, sheet: RubberSheet, dof: Ints, volume: float) -> None:
+        self._sheet, self.dof, self._volume = sheet, dof, volume
+        self._workspace = Workspace(sheet.analysis)
 
     def at(self, x: Floats, pressure: float) -> FilledState:
         """The state at vertices `x`, shape (n, 3) [m], and a known pressure [Pa]."""
@@ -92,11 +91,18 @@ class FilledSheet:
         """External forces less those of rubber and water, shape (n, 3) [N]."""
         return np.asarray(external - state.internal_force)
 
-    def factor_tangent(self, state: FilledState, stiffening: float) -> ConstantVolumeFactor:
+    def factor_tangent(
+        self, state: FilledState, stiffening: float, b: Floats
+    ) -> tuple[ConstantVolumeFactor, Floats]:
         """Factor the tangent, its diagonal raised by `stiffening` times its mean."""
-        entries = self._sheet.tangent(state.strain, state.x, state.pressure)
-        entries[self._diagonal] += stiffening * float(entries[self._diagonal].mean())
-        return ConstantVolumeFactor(self._band, entries, state.g.reshape(-1)[self.dof])
+        blocks = self._sheet.tangent(state.strain, state.x, state.pressure)
+        if stiffening:
+            # The first block of each column is the one on the diagonal.
+            diagonal = self._sheet.analysis.starts[:-1, None], np.array([[0, 4, 8]])
+            blocks[diagonal] += stiffening * float(blocks[diagonal].mean())
+        along = state.g.reshape(-1)[self.dof]
+        factor = ConstantVolumeFactor(self._workspace, blocks, along)
+        return factor, factor.displacements(b)
 
     def _balanced(self, x: Floats, g: Floats, external: Floats) -> FilledState:
         """The state at `x` with the pressure that balances rubber and loads best."""

@@ -19,20 +19,21 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, fixed_by_base, inflate
-from cohaptic_server.bodies.balloon.constant_volume_solver import BandPattern, narrow_band_order
+from cohaptic_server.bodies.balloon.constant_volume_solver import order_from_base
 from cohaptic_server.bodies.balloon.filled_sheet import FilledSheet, FilledState
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
 from cohaptic_server.bodies.newton import Iterate, NewtonIteration
+from cohaptic_server.cholesky.symbolic import analyse, dofs
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Ints
 
-# Shares of the unknowns in the solver's cap, tried in turn. Far past its pressure maximum a balloon
-# needs a larger cap for the rest to be positive definite; a larger cap costs more.
+# Shares of the vertices in the cap, tried in turn. Far past its pressure maximum a balloon needs a
+# larger one for the rest to be positive definite; a larger cap costs more.
 _CAPS = (0.14, 0.3, 0.5)
 
 
@@ -73,17 +74,17 @@ class RubberBalloon:
         x, faces = inflated.x, inflated.faces
         self.mesh = SurfaceMesh(x, faces)
         self.contact_radius = self.settings.contact_radius
-        free = narrow_band_order(faces, ~fixed_by_base(inflated, self.settings))
-        dof = (3 * free[:, None] + np.arange(3)).ravel()
-        number: Ints = np.full(x.size, -1, dtype=np.int64)
-        number[dof] = np.arange(dof.size)
+        free = ~fixed_by_base(inflated, self.settings)
+        number: Ints = np.where(free, np.cumsum(free) - 1, -1)
         unstretched, _ = icosphere(self.settings.subdivisions, self.settings.radius)
         membrane = Membrane.at_rest(unstretched / self.settings.stretch, faces, self.settings.mu_h)
-        sheet = RubberSheet(membrane, len(x), number)
         self.volume = volume(x, faces)
+        order = number[order_from_base(faces, free)]
         for share in _CAPS:
-            band = BandPattern(sheet.rows, sheet.columns, dof.size, share)
-            filled = FilledSheet(sheet, dof, band, self.volume)
+            cap = order[-max(1, round(share * len(order))) :]
+            analysis = analyse(number[faces], x[free], root=cap)
+            sheet = RubberSheet(membrane, number, analysis)
+            filled = FilledSheet(sheet, dofs(np.flatnonzero(free)[analysis.order]), self.volume)
             self._newton = NewtonIteration(filled)
             rest = self._newton.at_rest(filled.at(x, inflated.pressure))
             if rest is not None:
@@ -100,8 +101,8 @@ class RubberBalloon:
         external = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
         if self.damping:
             external = lagged(external, start.state.internal_force, self.damping)
-        iterate = self._newton.advance(start, external)
-        fields = self._newton.fields(iterate.stable, shares)
+        moved = self._newton.advance(start, external, shares)
+        iterate, fields = moved.iterate, moved.fields
         C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
         return RubberResponse(
             iterate.state.x - self.mesh.vertices,

@@ -13,125 +13,220 @@ with the principal stretches squared c1 >= c2:
 It is convex in the deformation gradient: its Hessian, which is exact here, has no negative mode in
 any state, and the only source of an indefinite tangent is the pressure of the water. The Hessian
 jumps where a triangle begins to wrinkle; energy and force do not.
+
+These are loops over triangles, compiled where a compiler is at hand (`tension_field.pxd` has the
+types); shapes are not checked here. The strain of a triangle is a row of ten: cosine and sine of
+the first principal axis in the unstretched sheet, the deformation gradient along both axes (three
+numbers each), and the squares of the principal stretches, the larger first.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
-import numpy as np
-import numpy.typing as npt
-
-from cohaptic_server.numeric import Floats
-
-# Pairs of (p, a), (q, b) kept of the symmetric 6x6 tensor of each triangle.
-ENTRIES = [
-    (p, a, q, b)
-    for p, q in ((0, 0), (1, 1), (0, 1))
-    for a in range(3)
-    for b in range(3)
-    if p != q or a <= b
-]
+from cohaptic_server.numeric import Floats, Ints
 
 
-@dataclass(frozen=True, eq=False)
-class MembraneStrain:
-    """Principal strains of triangles.
+def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
+    """Principal strains of all triangles.
 
     Args:
-        axes: Cosine and sine of the first principal axis in the unstretched sheet, shape (2, m).
-        columns: Deformation gradient along both principal axes, shape (2, 3, m).
-        c: Squares of the principal stretches, larger first, shape (2, m).
-        taut: Whether both directions are in tension, shape (m,).
-        pulled: Whether the first one is in tension, shape (m,).
+        x: Vertices, shape (n, 3) [m].
+        faces: Shape (m, 3).
+        gradients: Of the three shape functions in the unstretched sheet, shape (m, 3, 2) [1/m].
+        out: Shape (m, 10).
     """
-
-    axes: Floats
-    columns: Floats
-    c: Floats
-    taut: npt.NDArray[np.bool_]
-    pulled: npt.NDArray[np.bool_]
-
-
-def membrane_strain(F: Floats) -> MembraneStrain:
-    """Principal strains of the deformation gradients `F`, shape (2, 3, m): [column, axis, face]."""
-    one, two = F
-    c11, c22 = (one * one).sum(axis=0), (two * two).sum(axis=0)
-    c12 = (one * two).sum(axis=0)
-    # Half angles without a branch; where both stretches are equal any axes are principal.
-    mean, half = 0.5 * (c11 + c22), 0.5 * (c11 - c22)
-    radius = np.hypot(half, c12)
-    angle = 0.5 * np.arctan2(c12, half)
-    cos, sin = np.cos(angle), np.sin(angle)
-    columns = np.stack([cos * one + sin * two, cos * two - sin * one])
-    c1 = np.maximum(mean + radius, 1e-30)
-    # From the product, not the difference: exact also for a triangle that is nearly a line.
-    c2 = np.maximum(c11 * c22 - c12 * c12, 0.0) / c1
-    pulled = c1 > 1.0
-    taut = c1 * c2 * c2 > 1.0
-    return MembraneStrain(np.stack([cos, sin]), columns, np.stack([c1, c2]), taut, pulled | taut)
-
-
-def energy_density(state: MembraneStrain) -> Floats:
-    """W / (mu h), shape (m,)."""
-    c1, c2 = state.c
-    # Wrinkles: c2 of uniaxial tension.
-    width = np.array(c1**-0.5)
-    width[state.taut] = c2[state.taut]
-    return np.where(state.pulled, 0.5 * (c1 + width + 1.0 / (c1 * width) - 3.0), 0.0)
-
-
-def stress(state: MembraneStrain) -> Floats:
-    """First Piola-Kirchhoff stress over mu, dW/dF / (mu h), shape (2, 3, m)."""
-    s = _principal_stress(state)
-    cos, sin = state.axes
-    first, second = s[0] * state.columns[0], s[1] * state.columns[1]
-    return np.stack([cos * first - sin * second, sin * first + cos * second])
+    for e in range(len(faces)):
+        a, b, c = faces[e, 0], faces[e, 1], faces[e, 2]
+        c11, c22, c12 = 0.0, 0.0, 0.0
+        for i in range(3):
+            one = (
+                x[a, i] * gradients[e, 0, 0]
+                + x[b, i] * gradients[e, 1, 0]
+                + x[c, i] * gradients[e, 2, 0]
+            )
+            two = (
+                x[a, i] * gradients[e, 0, 1]
+                + x[b, i] * gradients[e, 1, 1]
+                + x[c, i] * gradients[e, 2, 1]
+            )
+            out[e, 2 + i], out[e, 5 + i] = one, two
+            c11 += one * one
+            c22 += two * two
+            c12 += one * two
+        half = 0.5 * (c11 - c22)
+        radius = math.sqrt(half * half + c12 * c12)
+        cos, sin = 1.0, 0.0
+        # Half of the angle of (half, c12), from the larger of its cosine and sine; where both
+        # stretches are equal any axes are principal.
+        if radius > 0.0 and half >= 0.0:
+            cos = math.sqrt(0.5 * (1.0 + half / radius))
+            sin = 0.5 * c12 / (radius * cos)
+        elif radius > 0.0:
+            sin = math.sqrt(0.5 * (1.0 - half / radius))
+            cos = 0.5 * c12 / (radius * sin)
+        for i in range(3):
+            one, two = out[e, 2 + i], out[e, 5 + i]
+            out[e, 2 + i], out[e, 5 + i] = cos * one + sin * two, cos * two - sin * one
+        c1 = max(0.5 * (c11 + c22) + radius, 1e-30)
+        out[e, 0], out[e, 1], out[e, 8] = cos, sin, c1
+        # From the product, not the difference: exact also for a triangle that is nearly a line.
+        out[e, 9] = max(c11 * c22 - c12 * c12, 0.0) / c1
 
 
-def moduli(state: MembraneStrain) -> Floats:
-    """d2W/dF2 / (mu h) at `ENTRIES`, shape (21, m)."""
-    c1, c2 = state.c
-    s1, s2 = _principal_stress(state)
-    taut, pulled = state.taut, state.pulled
-    det = np.where(taut, c1 * c2, 1.0)
-    over = np.where(taut, 1.0 / (det * det), 0.0)
-    # Stress per strain, along, across and in shear (4 W_11, 4 W_22, 4 W_12, (S1 - S2)/(c1 - c2)).
-    wrinkled = pulled & ~taut
-    gap = np.where(wrinkled, c1 - c2, 1.0)
-    k11 = np.where(taut, 4.0 * over * c2 / c1, np.where(pulled, 3.0 * c1**-2.5, 0.0))
-    k22 = np.where(taut, 4.0 * over * c1 / np.where(taut, c2, 1.0), 0.0)
-    k12 = 2.0 * over
-    shear = np.where(taut, over, np.where(wrinkled, s1 / gap, 0.0))
-    (f, g), (cos, sin) = state.columns, state.axes
-    out = np.empty((len(ENTRIES), c1.size))
-    cc, ss, cs = cos * cos, sin * sin, cos * sin
-    for e, (p, a, q, b) in enumerate(ENTRIES):
-        # In principal axes: along-along, across-across, along-across and its transpose.
-        ff, gg, fg, gf = f[a] * f[b], g[a] * g[b], f[a] * g[b], g[a] * f[b]
-        one = k11 * ff + shear * gg
-        two = k22 * gg + shear * ff
-        if a == b:
-            one = one + s1
-            two = two + s2
-        mixed, turned = k12 * fg + shear * gf, k12 * gf + shear * fg
-        if p == q == 0:
-            out[e] = cc * one + ss * two - cs * (mixed + turned)
-        elif p == q == 1:
-            out[e] = ss * one + cc * two + cs * (mixed + turned)
+def energy(strain: Floats, area: Floats) -> float:
+    """Sum of W / (mu h) times area [m^2].
+
+    Args:
+        strain: Shape (m, 10).
+        area: Shape (m,) [m^2].
+    """
+    total = 0.0
+    for e in range(len(strain)):
+        c1, c2 = strain[e, 8], strain[e, 9]
+        if c1 * c2 * c2 > 1.0:
+            total += area[e] * 0.5 * (c1 + c2 + 1.0 / (c1 * c2) - 3.0)
+        elif c1 > 1.0:
+            total += area[e] * 0.5 * (c1 + 2.0 / math.sqrt(c1) - 3.0)
+    return total
+
+
+def add_forces(
+    strain: Floats, faces: Ints, gradients: Floats, stiffness: Floats, out: Floats
+) -> None:
+    """Add the nodal forces that keep the sheet in this state.
+
+    Args:
+        strain: Shape (m, 10).
+        faces: Shape (m, 3).
+        gradients: Shape (m, 3, 2) [1/m].
+        stiffness: mu h times area, shape (m,) [N m].
+        out: Shape (n, 3) [N].
+    """
+    for e in range(len(faces)):
+        c1, c2 = strain[e, 8], strain[e, 9]
+        if c1 * c2 * c2 > 1.0:
+            s1, s2 = 1.0 - 1.0 / (c1 * c1 * c2), 1.0 - 1.0 / (c1 * c2 * c2)
+        elif c1 > 1.0:
+            s1, s2 = 1.0 - 1.0 / (c1 * math.sqrt(c1)), 0.0
         else:
-            out[e] = cs * (one - two) + cc * mixed - ss * turned
-    return out
+            continue
+        cos, sin = strain[e, 0], strain[e, 1]
+        for k in range(3):
+            along = s1 * stiffness[e] * (cos * gradients[e, k, 0] + sin * gradients[e, k, 1])
+            across = s2 * stiffness[e] * (cos * gradients[e, k, 1] - sin * gradients[e, k, 0])
+            for i in range(3):
+                out[faces[e, k], i] += along * strain[e, 2 + i] + across * strain[e, 5 + i]
 
 
-def _principal_stress(state: MembraneStrain) -> Floats:
-    """Second Piola-Kirchhoff stress over mu along the principal axes, shape (2, m)."""
-    c1, c2 = state.c
-    product = np.where(state.taut, c1 * c2, 1.0)
-    s1 = np.where(
-        state.taut,
-        1.0 - 1.0 / (c1 * product),
-        np.where(state.pulled, 1.0 - c1**-1.5, 0.0),
-    )
-    s2 = np.where(state.taut, 1.0 - 1.0 / (np.where(state.taut, c2, 1.0) * product), 0.0)
-    return np.stack([s1, s2])
+def add_tangents(
+    strain: Floats,
+    gradients: Floats,
+    stiffness: Floats,
+    index: Ints,
+    beyond: int,
+    scratch: Floats,
+    blocks: Floats,
+) -> None:
+    """Add the Hessians of the triangles to the blocks of the tangent.
+
+    Args:
+        strain: Shape (m, 10).
+        gradients: Shape (m, 3, 2) [1/m].
+        stiffness: mu h times area, shape (m,) [N m].
+        index: Block of each pair of corners (a, b), b <= a; -1 - block where it is transposed,
+            `beyond` where a corner is fixed. Shape (m, 6).
+        beyond: Number of blocks.
+        scratch: Shape (6,).
+        blocks: Shape (beyond, 9) [N/m].
+    """
+    for e in range(len(strain)):
+        c1, c2 = strain[e, 8], strain[e, 9]
+        # Stress along and across; stress per strain along, across, between and in shear
+        # (4 W_11, 4 W_22, 4 W_12, (S1 - S2) / (c1 - c2)).
+        if c1 * c2 * c2 > 1.0:
+            s1, s2 = 1.0 - 1.0 / (c1 * c1 * c2), 1.0 - 1.0 / (c1 * c2 * c2)
+            shear = 1.0 / (c1 * c2 * c1 * c2)
+            k11, k22, k12 = 4.0 * shear * c2 / c1, 4.0 * shear * c1 / c2, 2.0 * shear
+        elif c1 > 1.0:
+            s1, s2 = 1.0 - 1.0 / (c1 * math.sqrt(c1)), 0.0
+            shear = s1 / (c1 - c2)
+            k11, k22, k12 = 3.0 / (c1 * c1 * math.sqrt(c1)), 0.0, 0.0
+        else:
+            continue
+        cos, sin = strain[e, 0], strain[e, 1]
+        for k in range(3):
+            scratch[2 * k] = cos * gradients[e, k, 0] + sin * gradients[e, k, 1]
+            scratch[2 * k + 1] = cos * gradients[e, k, 1] - sin * gradients[e, k, 0]
+        pair = 0
+        for a in range(3):
+            for b in range(a + 1):
+                target = index[e, pair]
+                pair += 1
+                if target == beyond:
+                    continue
+                aa = stiffness[e] * scratch[2 * a] * scratch[2 * b]
+                cc = stiffness[e] * scratch[2 * a + 1] * scratch[2 * b + 1]
+                ac = stiffness[e] * scratch[2 * a] * scratch[2 * b + 1]
+                ca = stiffness[e] * scratch[2 * a + 1] * scratch[2 * b]
+                ff, gg = k11 * aa + shear * cc, k22 * cc + shear * aa
+                fg, gf = k12 * ac + shear * ca, k12 * ca + shear * ac
+                if target < 0:
+                    # The transpose exchanges the two mixed terms only.
+                    target = -1 - target
+                    fg, gf = gf, fg
+                for i in range(3):
+                    f, g = strain[e, 2 + i], strain[e, 5 + i]
+                    one, two = ff * f + gf * g, fg * f + gg * g
+                    for j in range(3):
+                        blocks[target, 3 * i + j] += one * strain[e, 2 + j] + two * strain[e, 5 + j]
+                    blocks[target, 4 * i] += s1 * aa + s2 * cc
+
+
+def add_volume_gradient(x: Floats, faces: Ints, out: Floats) -> None:
+    """Add dV/dx of the enclosed volume.
+
+    Args:
+        x: Shape (n, 3) [m].
+        faces: Shape (m, 3).
+        out: Shape (n, 3) [m^2].
+    """
+    for e in range(len(faces)):
+        for k in range(3):
+            a, b, c = faces[e, k], faces[e, (k + 1) % 3], faces[e, (k + 2) % 3]
+            out[a, 0] += (x[b, 1] * x[c, 2] - x[b, 2] * x[c, 1]) / 6.0
+            out[a, 1] += (x[b, 2] * x[c, 0] - x[b, 0] * x[c, 2]) / 6.0
+            out[a, 2] += (x[b, 0] * x[c, 1] - x[b, 1] * x[c, 0]) / 6.0
+
+
+def add_pressure(
+    x: Floats, faces: Ints, pressure: float, index: Ints, beyond: int, blocks: Floats
+) -> None:
+    """Add -p d2V/dx2 to the blocks of the tangent.
+
+    Args:
+        x: Shape (n, 3) [m].
+        faces: Shape (m, 3).
+        pressure: Of the water [Pa].
+        index: As for `add_tangents`.
+        beyond: As for `add_tangents`.
+        blocks: As for `add_tangents`.
+    """
+    for e in range(len(faces)):
+        # Between two corners it is [v]x / 6 with the third corner's position v, and its negative
+        # the other way round (enclosed_volume.py).
+        for k in range(3):
+            target = index[e, 1 + k if k < 1 else 2 + k]
+            if target == beyond:
+                continue
+            third, sign = faces[e, 2 - k], -1.0 if k == 1 else 1.0
+            if target < 0:
+                target, sign = -1 - target, -sign
+            scale = -sign * pressure / 6.0
+            u, v, w = scale * x[third, 0], scale * x[third, 1], scale * x[third, 2]
+            blocks[target, 1] -= w
+            blocks[target, 2] += v
+            blocks[target, 3] += w
+            blocks[target, 5] -= u
+            blocks[target, 6] -= v
+            blocks[target, 7] += u

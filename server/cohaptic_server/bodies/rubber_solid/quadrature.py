@@ -45,6 +45,14 @@ def lattice() -> Floats:
     return np.concatenate([one, thirds, (1.0 - one) / 3.0, np.full((1, 4), 0.25)])
 
 
+def whole_bounds() -> Floats:
+    """Matrix from a cubic's values on the lattice to its Bernstein coefficients, shape (20, 20).
+
+    They bound it too, but less tightly than those of `bounds`, which are means of them.
+    """
+    return np.asarray(np.linalg.inv(_bernstein(lattice()[:20])), dtype=np.float64)
+
+
 def bounds() -> Floats:
     """Matrix from a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
 
@@ -57,8 +65,7 @@ def bounds() -> Floats:
     parts = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
     ring = [ab, bc, cd, ad]  # of the remaining octahedron, about the axis ac - bd
     parts += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
-    thirds = lattice()[:20]
-    to_coefficients = np.linalg.inv(_bernstein(thirds))
+    thirds, to_coefficients = lattice()[:20], whole_bounds()
     return np.concatenate(
         [to_coefficients @ _bernstein(thirds @ np.array(part)) @ to_coefficients for part in parts]
     )

@@ -107,8 +107,8 @@ class RubberSolid:
         external = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
         if self.damping:
             external = lagged(external, start.state.internal_force, self.damping)
-        iterate = self._newton.advance(start, external)
-        fields = self._newton.fields(iterate.stable, shares)
+        moved = self._newton.advance(start, external, shares)
+        iterate, fields = moved.iterate, moved.fields
         C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
         return RubberSolidResponse(
             iterate.state.x[surface] - self.mesh.vertices,

@@ -1,8 +1,15 @@
 """Hyperelastic tetrahedra at any deformation: energy, internal forces and tangent.
 
-Everything that depends on the mesh alone is computed once: gradients of the shape functions at the
-quadrature points, and the entry of the factor to which each product of them goes. A tick then works
-on all points at once, with one small product for each element and one sparse product.
+With J the determinant of the deformation gradient F, the energy is that of `neo_hookean.py`,
+
+    W = mu / 2 (|F|^2 - 3) + U(J),    U = -(mu + lambda / 2) ln J + lambda / 4 (J^2 - 1).
+
+Its first part has a constant Hessian. That of the second is U'' dJ dJ + U' d2J: squares, and the
+second derivative of a determinant, which is linear in F and turns one node's displacement into
+another's force. Only U' d2J can make the tangent indefinite; a stiffened tangent leaves it out.
+
+Everything that depends on the mesh alone is computed once. A tick passes over the elements in
+batches that stay in the processor's cache.
 
 No element is inverted: `quadrature.py` bounds J throughout each, and no step is taken that brings
 the bound below `_MIN_J`.
@@ -13,21 +20,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean, SolidStrain, solid_strain
-from cohaptic_server.bodies.rubber_solid.quadrature import bounds, shape_gradients, weights
+from cohaptic_server.bodies.rubber_solid.element_loops import (
+    add_tangents,
+    corner_gradients,
+    moduli,
+    nodal_forces,
+    stresses,
+    turns,
+)
+from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
+from cohaptic_server.bodies.rubber_solid.quadrature import bounds, weights, whole_bounds
+from cohaptic_server.bodies.rubber_solid.shape_tables import ShapeTables
 from cohaptic_server.bodies.solid.shape import SolidShape
-from cohaptic_server.cholesky.refactor import Indefinite, Refactored
-from cohaptic_server.cholesky.symbolic import Analysis, analyse, dofs
+from cohaptic_server.cholesky.refactor import Indefinite
+from cohaptic_server.cholesky.refined import Refined, Workspaces
+from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.tetrahedra import gradients, volumes
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats
 
 # Least share of J that a step leaves at every point: the fraction-to-the-boundary rule of interior
 # point methods.
 _MIN_SHARE = 0.1
 _MIN_J = 0.01  # least J anywhere in an element
+_BATCH = 64  # elements; their tangents, 460 kB, stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +53,15 @@ class SolidState:
 
     Args:
         x: Positions of the nodes, shape (n, 3) [m].
-        strain: Strain at the quadrature points.
+        corners: Deformation gradients at the corners of the elements, shape (m, 9, c).
+        J: Their determinants at the quadrature points, shape (m, q).
         energy: Stored energy [J].
         internal_force: dE/dx, shape (n, 3) [N].
     """
 
     x: Floats
-    strain: SolidStrain
+    corners: Floats
+    J: Floats
     energy: float
     internal_force: Floats
 
@@ -51,11 +70,15 @@ class SolidState:
 class SolidTangent:
     """A factored tangent: a `TangentSolver`."""
 
-    factor: Refactored
+    factor: Refined
 
     def displacements(self, b: Floats) -> Floats:
-        """Disindexments of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
-        return np.ascontiguousarray(self.factor.solve(b.T).T)
+        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        return np.ascontiguousarray(self.factor.solve(np.ascontiguousarray(b.T)).T)
+
+    def step(self, b: Floats) -> Floats:
+        """The same in single precision."""
+        return np.ascontiguousarray(self.factor.approximate(np.ascontiguousarray(b.T)).T)
 
 
 class RubberTetrahedra:
@@ -70,155 +93,152 @@ class RubberTetrahedra:
         dof: Unknowns in the order of the factor, as indices into (3 n,), shape (size,).
     """
 
-    # Shares of the negative part of the moduli that are removed.
+    # Shares of the part U' d2J that are left out.
     stiffenings = (1.0,)
 
     def __init__(self, shape: SolidShape, material: NeoHookean) -> None:
         tets, nodes, elements = shape.tets, shape.nodes, shape.elements
-        self.material, self._elements, self._bounds = material, elements, bounds()
-        m, count = elements.shape
-        D = shape_gradients(count)  # (q, a, 4)
-        points = len(D)
-        g = np.einsum("qai,mip->maqp", D, gradients(tets.vertices, tets.tets))
-        self._weights = np.repeat(volumes(tets.vertices, tets.tets), points) * np.tile(
-            weights(points), m
-        )
-        self._by_element = np.ascontiguousarray(g.reshape(m, count, 3 * points))
-        self._by_point = np.ascontiguousarray(g.transpose(1, 3, 0, 2)).reshape(count, 3, -1)
-        corners = (np.ones(elements.size), (elements.ravel(), np.arange(elements.size)))
-        self._sum = sp.csr_array(corners, shape=(len(nodes), elements.size))
+        self.material, self._elements = material, np.ascontiguousarray(elements)
+        self._size, count = len(nodes), elements.shape[1]
+        self._tables = tables = ShapeTables.of(count)
+        self._whole_bounds, self._bounds = whole_bounds(), bounds()
+        self._gradients = g = np.ascontiguousarray(gradients(tets.vertices, tets.tets))
+        s, t = np.triu_indices(4, 1)
+        self._normals = np.ascontiguousarray(np.cross(g[:, s], g[:, t]))
+        points = tables.interpolation.shape[1]
+        self._weights = volumes(tets.vertices, tets.tets)[:, None] * weights(points)
         free = np.flatnonzero(~shape.fixed)
-        self.dof = dofs(free)
-        self._analysis, self._same, self._crossed = _pattern(elements, nodes, free)
-        self._steady = material.mu * self._between(self._by_point, self._weights)
+        number = np.full(len(nodes), -1, dtype=np.int64)
+        number[free] = np.arange(len(free))
+        self._analysis = analyse(number[elements], nodes[free])
+        self._workspaces = Workspaces(self._analysis)
+        order = free[self._analysis.order]
+        self.dof = np.asarray((3 * order[:, None] + np.arange(3)).ravel(), dtype=np.int64)
+        self._index = np.ascontiguousarray(self._analysis.blocks_of(number[elements]))
+        self._steady = self._constant_part()
+
+    def _constant_part(self) -> Floats:
+        """The blocks of the Hessian of mu / 2 |F|^2, shape (e, 9) [N/m]."""
+        table, g = self._tables, self._gradients
+        count = self._elements.shape[1]
+        slopes = np.zeros((len(g), count, 3, self._weights.shape[1]))
+        for a, (s, t) in enumerate(table.terms.tolist()):
+            slopes[:, a] = g[:, s, :, None] * table.shapes[:, a, 0]
+            slopes[:, a] += g[:, t, :, None] * table.shapes[:, a, 1]
+        row, column = np.tril_indices(count)
+        products = np.einsum("mapq,mbpq,mq->mab", slopes, slopes, self._weights, optimize=True)
+        blocks = np.zeros((len(self._analysis.rows) + 1, 9))
+        index = np.where(self._index < 0, -1 - self._index, self._index)
+        for axis in (0, 4, 8):
+            np.add.at(blocks[:, axis], index, self.material.mu * products[:, row, column])
+        return blocks[:-1].copy()
+
+    def gradients_at(self, state: SolidState) -> Floats:
+        """Deformation gradients at the quadrature points, shape (m, q, 3, 3)."""
+        F = state.corners @ self._tables.interpolation
+        return np.asarray(F.transpose(0, 2, 1).reshape(*state.J.shape, 3, 3))
 
     def at(self, x: Floats, least: Floats | float = 0.0) -> SolidState | None:
         """The solid with its nodes at `x`.
 
         Args:
             x: Shape (n, 3) [m].
-            least: Lower bound of J, one for all points or one for each, shape (q,).
+            least: Lower bound of J, one for all points or one for each, shape (m, q).
 
         Returns:
             None where J is not above `least` at a point, or not above `_MIN_J` in an element.
         """
-        m, count = self._elements.shape
-        F = x[self._elements].transpose(0, 2, 1) @ self._by_element  # (m, 3, 3 q)
-        strain = solid_strain(
-            np.ascontiguousarray(F.reshape(m, 3, -1, 3).transpose(1, 3, 0, 2)).reshape(3, 3, -1),
-            least,
-        )
-        if strain is None or not (self._lower_bounds(strain.J) > _MIN_J).all():
+        elements, tables, material = self._elements, self._tables, self.material
+        m, points = self._weights.shape
+        corners = np.empty((m, 9, len(tables.nodes)))
+        x = np.ascontiguousarray(x)
+        corner_gradients(x, elements, self._gradients, tables.nodes, tables.factors, corners)
+        J, moments = np.empty((m, points)), np.empty_like(corners)
+        cofactor, energy = np.empty(9), 0.0
+        to_corners = np.ascontiguousarray(tables.interpolation.T)
+        for start in range(0, m, _BATCH):
+            batch = slice(start, min(start + _BATCH, m))
+            F = _times(corners[batch], tables.interpolation)
+            energy += stresses(
+                F, self._weights[batch], material.mu, material.lame, J[batch], cofactor
+            )
+            moments[batch] = _times(F, to_corners)
+        # Written as a negation, so that NaN is refused too.
+        if not (least < J).all() or not self._is_bounded(J):
             return None
-        energy = float(self._weights @ self.material.energy_density(strain))
-        P = (self.material.stress(strain) * self._weights).reshape(3, 3, m, -1)
-        internal = self._by_element @ P.transpose(2, 3, 1, 0).reshape(m, -1, 3)  # (m, a, 3)
-        return SolidState(x, strain, energy, np.asarray(self._sum @ internal.reshape(m * count, 3)))
+        energy -= (material.mu + 0.5 * material.lame) * float((self._weights * np.log(J)).sum())
+        internal = np.zeros((self._size, 3))
+        nodal_forces(moments, elements, self._gradients, tables.nodes, tables.factors, internal)
+        return SolidState(x, corners, J, energy, internal)
 
-    def _lower_bounds(self, J: Floats) -> Floats:
-        """Lower bounds of J that together hold throughout each element, shape (m, ...)."""
-        by_element = J.reshape(len(self._elements), -1)
-        if by_element.shape[1] == 1:
-            return by_element
-        return np.asarray(by_element[:, :20] @ self._bounds.T)
+    def _is_bounded(self, J: Floats) -> bool:
+        """Whether J, shape (m, q), is above `_MIN_J` throughout each element."""
+        if J.shape[1] == 1:
+            return bool((J > _MIN_J).all())
+        # The bounds of the whole element first: those of its parts are nowhere lower.
+        coarse = J[:, :20] @ self._whole_bounds.T
+        doubtful = ~(coarse > _MIN_J).all(axis=1)
+        return bool((J[doubtful, :20] @ self._bounds.T > _MIN_J).all())
 
     def displaced(self, state: SolidState, step: Floats, external: Floats) -> SolidState | None:
         """The state after a step; None if J falls below `_MIN_SHARE` of its value somewhere."""
         del external
-        return self.at(state.x + step, _MIN_SHARE * np.minimum(state.strain.J, 1.0))
+        return self.at(state.x + step, _MIN_SHARE * np.minimum(state.J, 1.0))
 
     def residual(self, state: SolidState, external: Floats) -> Floats:
         """External forces less internal forces, shape (n, 3) [N]."""
         return np.asarray(external - state.internal_force)
 
-    def factor_tangent(self, state: SolidState, stiffening: float) -> SolidTangent:
-        """Factor the tangent, with a share `stiffening` of its negative moduli removed."""
-        strain, m = state.strain, len(self._elements)
-        h = np.einsum("apq,pjq->ajq", self._by_point, strain.inverse)
-        transpose = self._weights * self.material.transpose_modulus(strain)
-        entries = self._steady
-        if stiffening:
-            entries = entries + self._between(h, 0.5 * stiffening * np.abs(transpose))
-            transpose = (1.0 - 0.5 * stiffening) * transpose
-        volumetric = self._weights * self.material.volumetric_modulus(strain)
-        moduli = np.stack([volumetric, transpose])
-        # (m, 2, 3 a, q) by (m, 1, q, 3 a): both products of each element.
-        rows = h.reshape(-1, m, h.shape[2] // m).transpose(1, 0, 2)
-        left = rows[:, None] * moduli.reshape(2, m, 1, -1).swapaxes(0, 1)
-        products = left.reshape(m, -1, rows.shape[2]) @ rows.swapaxes(1, 2)
-        entries = entries + self._crossed @ products.ravel()
+    def factor_tangent(
+        self, state: SolidState, stiffening: float, b: Floats
+    ) -> tuple[SolidTangent, Floats]:
+        """Factor the tangent, without a share `stiffening` of the part that may be indefinite."""
         try:
-            return SolidTangent(Refactored(self._analysis, entries))
+            factor = Refined(self._workspaces, self.tangent(state, stiffening))
+            found = factor.checked(np.ascontiguousarray(b.T))
         except Indefinite as error:
             raise IndefiniteTangentError("the tangent is indefinite") from error
+        return SolidTangent(factor), np.ascontiguousarray(found.T)
 
-    def _between(self, h: Floats, moduli: Floats) -> Floats:
-        """Entries of sum_q moduli (h_a . h_b) d_ij.
-
-        Args:
-            h: Gradients of the shape functions, shape (a, 3, m q).
-            moduli: Moduli times quadrature weights, shape (m q,) [N m].
-
-        Returns:
-            In the order of the factor's entries, shape (e,) [N/m].
-        """
-        m, count = self._elements.shape
-        rows = h.reshape(count, 3, m, -1).transpose(2, 0, 1, 3)  # (m, a, 3, q)
-        left = rows * moduli.reshape(m, 1, 1, -1)
-        products = left.reshape(m, count, -1) @ rows.reshape(m, count, -1).swapaxes(1, 2)
-        return np.asarray(self._same @ products.ravel())
-
-
-def _pattern(
-    elements: Ints, nodes: Floats, free: Ints
-) -> tuple[Analysis, sp.csr_array, sp.csr_array]:
-    """The pattern of the factor, and maps to its entries from the products of each element.
-
-    Args:
-        elements: Nodes of each element, shape (m, a).
-        nodes: Positions of the nodes at rest, shape (n, 3) [m].
-        free: Nodes that can move.
-
-    Returns:
-        The analysis of the pattern; the map from products (m, a, a), which go to entries of equal
-        axes; the map from products (m, 2, 3 a, 3 a), the first of them as they are and the second
-        with their axes exchanged.
-    """
-    m, count = elements.shape
-    index = np.full(len(nodes), -1, dtype=np.int64)
-    index[free] = np.arange(len(free))
-    size, width = 3 * len(free), 3 * count
-    first = np.where(index[elements] < 0, -size, 3 * index[elements])
-    unknown = (first[:, :, None] + np.arange(3)).reshape(m, width)
-    row, column = np.repeat(unknown, width, axis=1).ravel(), np.tile(unknown, (1, width)).ravel()
-    both_free = (row >= 0) & (column >= 0)
-    ones = np.ones(int(both_free.sum()))
-    matrix = sp.csr_array((ones, (row[both_free], column[both_free])), shape=(size, size))
-    analysis = analyse(matrix, nodes[free])
-    rows = np.repeat(np.arange(size), np.diff(matrix.indptr))[analysis.entries]
-    keys = rows * size + matrix.indices[analysis.entries]
-    order = np.argsort(keys)
-    key = row * size + column
-    at = np.minimum(np.searchsorted(keys[order], key), len(keys) - 1)
-    kept = np.flatnonzero(both_free & (keys[order][at] == key))
-    entry = order[at[kept]]
-    element, inside = kept // width**2, kept % width**2
-    (a, i), (b, j) = divmod(inside // width, 3), divmod(inside % width, 3)
-    straight = 2 * element * width**2 + inside
-    crossed = (2 * element + 1) * width**2 + (3 * a + j) * width + 3 * b + i
-    same_axis = i == j
-    between = element[same_axis] * count**2 + a[same_axis] * count + b[same_axis]
-    return (
-        analysis,
-        _sums(entry[same_axis], between, (len(keys), m * count**2)),
-        _sums(
-            np.concatenate([entry, entry]),
-            np.concatenate([straight, crossed]),
-            (len(keys), 2 * m * width**2),
-        ),
-    )
+    def tangent(self, state: SolidState, stiffening: float = 0.0) -> Floats:
+        """The blocks of the tangent in the order of the factor, shape (e, 9) [N/m]."""
+        tables, material = self._tables, self.material
+        m, points = self._weights.shape
+        count = self._elements.shape[1]
+        products = np.ascontiguousarray((1.0 - stiffening) * tables.products.T)
+        pairs = products.shape[1]
+        blocks = self._steady.copy()
+        scratch = np.empty(21)
+        swell = np.empty((min(_BATCH, m), points, 3 * count))
+        turned = np.empty((min(_BATCH, m), 3, pairs, 6))
+        for start in range(0, m, _BATCH):
+            batch = slice(start, min(start + _BATCH, m))
+            k = batch.stop - start
+            F = _times(state.corners[batch], tables.interpolation)
+            moduli(
+                F,
+                self._gradients[batch],
+                self._weights[batch],
+                tables.shapes,
+                tables.terms,
+                material.mu,
+                material.lame,
+                scratch,
+                swell,
+            )
+            turns(_times(F, products), self._normals[batch], turned)
+            add_tangents(
+                swell[:k].swapaxes(1, 2) @ swell[:k],
+                _times(turned[:k].reshape(k, 3, -1), tables.turning),
+                self._index[batch],
+                count,
+                len(blocks),
+                blocks,
+            )
+        return blocks
 
 
-def _sums(target: Ints, source: Ints, shape: tuple[int, int]) -> sp.csr_array:
-    """The matrix that adds element `source` of a vector to entry `target`, for each pair."""
-    return sp.csr_array((np.ones(len(target)), (target, source)), shape=shape)
+def _times(stack: Floats, matrix: Floats) -> Floats:
+    """The product of each matrix of a stack (m, k, c) with one and the same (c, q)."""
+    m, k, c = stack.shape
+    return np.asarray((stack.reshape(m * k, c) @ matrix).reshape(m, k, -1))

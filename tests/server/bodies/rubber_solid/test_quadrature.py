@@ -8,7 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.rubber_solid.quadrature import bounds, lattice, shape_gradients, weights
+from cohaptic_server.bodies.rubber_solid.quadrature import (
+    bounds,
+    lattice,
+    shape_gradients,
+    weights,
+    whole_bounds,
+)
 from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
@@ -34,6 +40,8 @@ def test_a_cubic_lies_between_its_bounds(coefficients: list[float]) -> None:
         )
 
     found = bounds() @ cubic(lattice()[:20])
+    whole = whole_bounds() @ cubic(lattice()[:20])
+    assert whole.min() <= found.min() + 1e-12
     inside = cubic(np.random.default_rng(0).dirichlet(np.full(4, 0.5), 500))
     assert found.min() <= inside.min() + 1e-12
     assert found.max() >= inside.max() - 1e-12

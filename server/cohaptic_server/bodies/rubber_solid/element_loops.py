@@ -1,0 +1,251 @@
+"""Loops over hyperelastic tetrahedra; `tetrahedra.py` has the matrices between them.
+
+Compiled where a compiler is at hand (`element_loops.pxd` has the types). Shapes are not checked
+here. m is the number of elements, a of their nodes, c of the corners at which the deformation
+gradient is taken, q of quadrature points. A deformation gradient F_ip is a row of nine, 3 i + p.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic_server.numeric import Floats, Ints
+
+
+def corner_gradients(
+    x: Floats,
+    elements: Ints,
+    gradients: Floats,
+    nodes: Ints,
+    factors: Floats,
+    out: Floats,
+) -> None:
+    """Deformation gradients at the corners, F_ip = sum_s y_si dL_s/dX_p.
+
+    Args:
+        x: Positions, shape (n, 3) [m].
+        elements: Nodes, shape (m, a).
+        gradients: dL_s/dX_p of the barycentric coordinates, shape (m, 4, 3) [1/m].
+        nodes: Node of the element that y_s at each corner is made of, shape (c, 4).
+        factors: Its factor, and that of node s itself, shape (c, 4, 2).
+        out: Shape (m, 9, c).
+    """
+    for e in range(len(elements)):
+        for c in range(len(nodes)):
+            for i in range(3):
+                y0 = (
+                    factors[c, 0, 0] * x[elements[e, nodes[c, 0]], i]
+                    + factors[c, 0, 1] * x[elements[e, 0], i]
+                )
+                y1 = (
+                    factors[c, 1, 0] * x[elements[e, nodes[c, 1]], i]
+                    + factors[c, 1, 1] * x[elements[e, 1], i]
+                )
+                y2 = (
+                    factors[c, 2, 0] * x[elements[e, nodes[c, 2]], i]
+                    + factors[c, 2, 1] * x[elements[e, 2], i]
+                )
+                y3 = (
+                    factors[c, 3, 0] * x[elements[e, nodes[c, 3]], i]
+                    + factors[c, 3, 1] * x[elements[e, 3], i]
+                )
+                for p in range(3):
+                    out[e, 3 * i + p, c] = (
+                        y0 * gradients[e, 0, p]
+                        + y1 * gradients[e, 1, p]
+                        + y2 * gradients[e, 2, p]
+                        + y3 * gradients[e, 3, p]
+                    )
+
+
+def nodal_forces(
+    stresses: Floats,
+    elements: Ints,
+    gradients: Floats,
+    nodes: Ints,
+    factors: Floats,
+    out: Floats,
+) -> None:
+    """Add the forces of the elements to the nodes: the transpose of `corner_gradients`.
+
+    Args:
+        stresses: Integrals of stress times the corners' shape functions, shape (m, 9, c) [N m].
+        elements: As there.
+        gradients: As there.
+        nodes: As there.
+        factors: As there.
+        out: Shape (n, 3) [N].
+    """
+    for e in range(len(elements)):
+        for c in range(len(nodes)):
+            for s in range(4):
+                for i in range(3):
+                    f = (
+                        stresses[e, 3 * i, c] * gradients[e, s, 0]
+                        + stresses[e, 3 * i + 1, c] * gradients[e, s, 1]
+                        + stresses[e, 3 * i + 2, c] * gradients[e, s, 2]
+                    )
+                    out[elements[e, nodes[c, s]], i] += factors[c, s, 0] * f
+                    out[elements[e, s], i] += factors[c, s, 1] * f
+
+
+def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
+    """Cofactors of the deformation gradient at a point, shape (9,), and its determinant."""
+    a, b, c = F[e, 0, q], F[e, 1, q], F[e, 2, q]
+    d, f, g = F[e, 3, q], F[e, 4, q], F[e, 5, q]
+    h, k, m = F[e, 6, q], F[e, 7, q], F[e, 8, q]
+    cof[0] = f * m - g * k
+    cof[1] = g * h - d * m
+    cof[2] = d * k - f * h
+    cof[3] = c * k - b * m
+    cof[4] = a * m - c * h
+    cof[5] = b * h - a * k
+    cof[6] = b * g - c * f
+    cof[7] = c * d - a * g
+    cof[8] = a * f - b * d
+    return float(a * cof[0] + b * cof[1] + c * cof[2])
+
+
+def stresses(F: Floats, weights: Floats, mu: float, lame: float, J: Floats, cof: Floats) -> float:
+    """First Piola-Kirchhoff stresses times weights, in place of the deformation gradients.
+
+    Args:
+        F: Deformation gradients, shape (m, 9, q); where one is inverted it stays as it is.
+        weights: Of the points, shape (m, q) [m^3].
+        mu: Shear modulus [Pa].
+        lame: Lame's first constant [Pa].
+        J: Receives the determinants, shape (m, q).
+        cof: Scratch, shape (9,).
+
+    Returns:
+        The energy without its logarithmic part [J].
+    """
+    energy = 0.0
+    for e in range(len(F)):
+        for q in range(len(J[0])):
+            det = cofactors(F, e, q, cof)
+            J[e, q] = det
+            if det > 0.0:
+                w = weights[e, q]
+                swell = (det - 1.0) * (det + 1.0)
+                squares = 0.0
+                spread = w * (mu - 0.5 * lame * swell) / det
+                for i in range(9):
+                    squares += F[e, i, q] * F[e, i, q]
+                    F[e, i, q] = w * mu * F[e, i, q] - spread * cof[i]
+                energy += w * (0.5 * mu * (squares - 3.0) + 0.25 * lame * swell)
+    return energy
+
+
+def moduli(
+    F: Floats,
+    gradients: Floats,
+    weights: Floats,
+    shapes: Floats,
+    terms: Ints,
+    mu: float,
+    lame: float,
+    scratch: Floats,
+    swell: Floats,
+) -> None:
+    """The parts of the tangent at the points, from the derivatives of the energy by J.
+
+    Args:
+        F: Deformation gradients, shape (m, 9, q); replaced by w U' F [N m].
+        gradients: dL_s/dX_p, shape (m, 4, 3) [1/m].
+        weights: Shape (m, q) [m^3].
+        shapes: dN_a/dL_s for the two s of `terms`, shape (q, a, 2).
+        terms: The two barycentric coordinates that each node's shape function has, shape (a, 2).
+        mu: Shear modulus [Pa].
+        lame: Lame's first constant [Pa].
+        scratch: Shape (21,).
+        swell: Receives sqrt(w U'') dJ/dx, shape (m, q, 3 a).
+    """
+    log_part = mu + 0.5 * lame
+    for e in range(len(F)):
+        for q in range(F.shape[2]):
+            det = cofactors(F, e, q, scratch)
+            first = weights[e, q] * (0.5 * lame * det - log_part / det)
+            root = math.sqrt(weights[e, q] * (log_part / (det * det) + 0.5 * lame))
+            for i in range(9):
+                F[e, i, q] *= first
+                scratch[i] *= root
+            for s in range(4):
+                g0, g1, g2 = gradients[e, s, 0], gradients[e, s, 1], gradients[e, s, 2]
+                for i in range(3):
+                    scratch[9 + 3 * s + i] = (
+                        g0 * scratch[3 * i] + g1 * scratch[3 * i + 1] + g2 * scratch[3 * i + 2]
+                    )
+            for a in range(len(terms)):
+                s, t = 9 + 3 * terms[a, 0], 9 + 3 * terms[a, 1]
+                f, g = shapes[q, a, 0], shapes[q, a, 1]
+                swell[e, q, 3 * a] = f * scratch[s] + g * scratch[t]
+                swell[e, q, 3 * a + 1] = f * scratch[s + 1] + g * scratch[t + 1]
+                swell[e, q, 3 * a + 2] = f * scratch[s + 2] + g * scratch[t + 2]
+
+
+def turns(moments: Floats, normals: Floats, out: Floats) -> None:
+    """Products of moments of w U' F with the cross products of the gradients of L_s and L_t.
+
+    Args:
+        moments: Integrals of w U' F L_c L_d, shape (m, 9, r).
+        normals: Shape (m, 6, 3) [1/m^2].
+        out: Shape (m, 3, r, 6) [N/m].
+    """
+    for e in range(len(moments)):
+        for k in range(3):
+            for r in range(moments.shape[2]):
+                for s in range(6):
+                    out[e, k, r, s] = (
+                        moments[e, 3 * k, r] * normals[e, s, 0]
+                        + moments[e, 3 * k + 1, r] * normals[e, s, 1]
+                        + moments[e, 3 * k + 2, r] * normals[e, s, 2]
+                    )
+
+
+def add_tangents(
+    swell: Floats, turn: Floats, index: Ints, count: int, beyond: int, blocks: Floats
+) -> None:
+    """Add the elements' tangents to the blocks of the matrix.
+
+    Args:
+        swell: The part of U'', shape (m, 3 a, 3 a) [N/m].
+        turn: The axial vectors of the part of U', one for each pair of nodes, shape
+            (m, 3, a (a + 1) / 2) [N/m].
+        index: The block of each pair (a, b), b <= a; -1 - block where it is transposed; `beyond`
+            where a node is fixed. Shape (m, a (a + 1) / 2).
+        count: Number of nodes of an element.
+        beyond: Number of blocks.
+        blocks: Shape (beyond, 9) [N/m].
+    """
+    for e in range(len(swell)):
+        pair = 0
+        for a in range(count):
+            for b in range(a + 1):
+                k = index[e, pair]
+                t0, t1, t2 = turn[e, 0, pair], turn[e, 1, pair], turn[e, 2, pair]
+                pair += 1
+                if k == beyond:
+                    continue
+                i, j = 3 * a, 3 * b
+                if k >= 0:
+                    blocks[k, 0] += swell[e, i, j]
+                    blocks[k, 1] += swell[e, i, j + 1] + t2
+                    blocks[k, 2] += swell[e, i, j + 2] - t1
+                    blocks[k, 3] += swell[e, i + 1, j] - t2
+                    blocks[k, 4] += swell[e, i + 1, j + 1]
+                    blocks[k, 5] += swell[e, i + 1, j + 2] + t0
+                    blocks[k, 6] += swell[e, i + 2, j] + t1
+                    blocks[k, 7] += swell[e, i + 2, j + 1] - t0
+                    blocks[k, 8] += swell[e, i + 2, j + 2]
+                else:
+                    k = -1 - k
+                    blocks[k, 0] += swell[e, i, j]
+                    blocks[k, 3] += swell[e, i, j + 1] + t2
+                    blocks[k, 6] += swell[e, i, j + 2] - t1
+                    blocks[k, 1] += swell[e, i + 1, j] - t2
+                    blocks[k, 4] += swell[e, i + 1, j + 1]
+                    blocks[k, 7] += swell[e, i + 1, j + 2] + t0
+                    blocks[k, 2] += swell[e, i + 2, j] + t1
+                    blocks[k, 5] += swell[e, i + 2, j + 1] - t0
+                    blocks[k, 8] += swell[e, i + 2, j + 2]

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.cholesky.refactor import Indefinite
+from cohaptic_server.cholesky.refined import Refined, Workspaces
+from cohaptic_server.cholesky.symbolic import analyse
+from tests.server.cholesky.block_problem import blocks_of, grid, shifted
+
+ELEMENTS, POINTS = grid(4)
+ANALYSIS = analyse(ELEMENTS, POINTS, leaf=8)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-6.0, 1.0), st.floats(-12.0, 12.0))
+@settings(max_examples=30, deadline=None)
+def test_it_is_as_exact_as_double_precision(seed: int, least: float, scale: float) -> None:
+    """Also for matrices whose condition single precision cannot take, and for any unit."""
+    K = 10.0**scale * shifted(ELEMENTS, len(POINTS), seed, 10.0**least)
+    b = np.random.default_rng(seed).normal(size=(ANALYSIS.size, 2))
+    b[:, 1] = 0.0
+    found = Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K)).checked(b[ANALYSIS.dof])
+    expected = np.linalg.solve(K, b)[ANALYSIS.dof]
+    error = np.abs(found - expected).max()
+    assert error < (1e-7 if least > -2.0 else 1e-4) * np.abs(expected).max()
+    assert (found[:, 1] == 0.0).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-9.0, 0.0))
+@settings(max_examples=30, deadline=None)
+def test_no_matrix_passes_for_positive_definite_by_rounding(seed: int, least: float) -> None:
+    """Its lowest mode is negative, by as little as a millionth of what single precision sees."""
+    K = shifted(ELEMENTS, len(POINTS), seed, -(10.0**least))
+    b = np.random.default_rng(seed).normal(size=(ANALYSIS.size, 2))
+    with pytest.raises(Indefinite):
+        Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K)).checked(b)
+
+
+def test_what_was_found_good_goes_on_answering() -> None:
+    """`solve` and `approximate` always have an answer; the second one to single precision."""
+    K = shifted(ELEMENTS, len(POINTS), 0, 0.5)
+    b = np.random.default_rng(0).normal(size=(ANALYSIS.size, 5))
+    factor = Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K))
+    expected = np.linalg.solve(K, b)[ANALYSIS.dof]
+    most = np.abs(expected).max()
+    assert factor.solve(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-9 * most)
+    assert factor.approximate(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-3 * most)
