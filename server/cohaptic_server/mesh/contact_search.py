@@ -1,4 +1,4 @@
-"""The search for a contact on a displaced surface, vertex by vertex: the inner loops of `contact.py`.
+"""The search for a contact on a displaced surface: the inner loops of `world/contact.py`.
 
 Compiled where a compiler is at hand; as plain Python it gives the same numbers. What is found is
 left in arrays that the caller gave, so that nothing is made on the way.
@@ -214,17 +214,17 @@ class ContactSearch:
         moved = 0.0
         for k in range(self.count):
             moved += self.weights[k] * self.moved(self.under[k], axis)
-        return place - (self.frame[_POINT, axis] + moved)
+        return float(place - (self.frame[_POINT, axis] + moved))
 
     def moved(self, vertex: int, axis: int) -> float:
         """Displacement of a vertex along an axis; 0 and a note where it is not known [m]."""
         if self.whole:
-            return self.values[vertex, axis]
+            return float(self.values[vertex, axis])
         row = self.row[vertex]
         if row < 0:
             self.lacking = True
             return 0.0
-        return self.values[row, axis]
+        return float(self.values[row, axis])
 
     def settle(self, radius: float) -> None:
         """Pressure, contact point and normal at the foot."""
@@ -323,7 +323,7 @@ class ContactSearch:
 
     def place(self, vertex: int, axis: int) -> float:
         """Coordinate of a displaced vertex [m]."""
-        return self.vertices[vertex, axis] + self.moved(vertex, axis)
+        return float(self.vertices[vertex, axis] + self.moved(vertex, axis))
 
     def nearest(self, x: float, y: float, z: float) -> None:
         """Foot: the point of the resting surface nearest to a place.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 
@@ -14,4 +16,4 @@ def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
     found = mesh.contacts
     x, y, z = p.tolist()
     found.search.nearest(x, y, z)
-    return found.frame[0].copy()
+    return np.asarray(found.frame[0].copy())

@@ -59,7 +59,7 @@ class PointTree:
             self.stack[size] = node + 1 - nearer
             self.stack[size + 1] = node + nearer
             size += 2
-        return self.order[found]
+        return int(self.order[found])
 
     def within(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
         """Number of points within a radius of a place; their indices, unsorted, go into `found`.
@@ -103,11 +103,11 @@ class PointTree:
         dx = self.points[k, 0] - x
         dy = self.points[k, 1] - y
         dz = self.points[k, 2] - z
-        return dx * dx + dy * dy + dz * dz
+        return float(dx * dx + dy * dy + dz * dz)
 
     def apart(self, node: int, x: float, y: float, z: float) -> float:
         """Squared distance of a box [m^2]."""
         dx = max(0.0, max(self.boxes[node, 0] - x, x - self.boxes[node, 3]))
         dy = max(0.0, max(self.boxes[node, 1] - y, y - self.boxes[node, 4]))
         dz = max(0.0, max(self.boxes[node, 2] - z, z - self.boxes[node, 5]))
-        return dx * dx + dy * dy + dz * dz
+        return float(dx * dx + dy * dy + dz * dz)

@@ -136,7 +136,7 @@ class WindowSearch:
             if square < best:
                 best = square
                 closest = vertex
-        return closest
+        return int(closest)
 
     def smallest(self, count: int, rank: int) -> float:
         """The `rank`-th smallest of the first `count` squares, by Hoare's selection."""
@@ -159,4 +159,4 @@ class WindowSearch:
                 low = i
             if wanted < i:
                 high = j
-        return self.sorted[wanted]
+        return float(self.sorted[wanted])

@@ -64,17 +64,17 @@ class Contact:
     @property
     def foot(self) -> Floats:
         """Point on a facet of the resting mesh, shape (3,) [m]."""
-        return self.frame[0]
+        return np.asarray(self.frame[0])
 
     @property
     def point(self) -> Floats:
         """Contact point on the smooth resting surface above the foot, shape (3,) [m]."""
-        return self.frame[1]
+        return np.asarray(self.frame[1])
 
     @property
     def normal(self) -> Floats:
         """Outward unit normal of the free surface, shape (3,)."""
-        return self.frame[2]
+        return np.asarray(self.frame[2])
 
     def load(self, force: float) -> Load:
         """Load of a frictionless press with `force` [N]."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Geometry
-from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints, union
 from cohaptic_server.world import curvature, neighbourhood
 from cohaptic_server.world.contact import Contact

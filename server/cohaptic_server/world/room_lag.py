@@ -87,7 +87,8 @@ def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
     """Sum of |C| from all others to the normal of each user [m/N]."""
     first = [span.start for span in spans]
     sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
-    return np.asarray(sums.sum(axis=1) - sums.diagonal()).tolist()
+    others: list[float] = (sums.sum(axis=1) - sums.diagonal()).tolist()
+    return others
 
 
 def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:

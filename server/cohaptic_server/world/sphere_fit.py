@@ -105,4 +105,4 @@ def first_unknown(matrix: Floats) -> float:
             for j in range(row, i):
                 matrix[row, j] -= factor * matrix[j, i]
             matrix[row, _UNKNOWNS] -= factor * matrix[i, _UNKNOWNS]
-    return matrix[0, _UNKNOWNS] / matrix[0, 0]
+    return float(matrix[0, _UNKNOWNS] / matrix[0, 0])

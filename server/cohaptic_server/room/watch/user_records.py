@@ -36,7 +36,7 @@ def _record(user: UserState, patch: Patch | None) -> UserRecord:
         user=touch.user,
         probe=touch.probe,
         foot=vec3(contact.foot),
-        force=vec3(user.applied),
+        force=user.applied,
         c_ii=0.0 if patch is None else patch.c_ii,
         k_o_coupled=0.0 if patch is None else user.k_o_coupled,
         k_h=0.0 if patch is None else patch.k_h,
