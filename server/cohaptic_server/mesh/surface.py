@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
-from cohaptic_server.mesh.contact_search import ContactSearch
-from cohaptic_server.mesh.near import NearTree, point_tree
+from cohaptic_server.mesh.search.contact_search import ContactSearch
+from cohaptic_server.mesh.search.near import NearTree, point_tree
 from cohaptic_server.numeric import Floats, Ints, cross
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.

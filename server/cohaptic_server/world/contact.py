@@ -21,7 +21,7 @@ import numpy as np
 
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.mesh.contact_search import KEPT, UNKNOWN
+from cohaptic_server.mesh.search.contact_search import KEPT, UNKNOWN
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.displacement_field import CachedField, Field

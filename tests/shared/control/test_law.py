@@ -77,7 +77,7 @@ def test_proportional_settles_where_eq_11_says_at_any_delay(
     k_h = share * k_o
     on_the_way = [0.0] * (delay + 1)
     f = 0.0
-    for _ in range(4000):
+    for _ in range(8000):
         seen = sight(x_h, 1.0 / k_o, on_the_way.pop(0))
         f = local_force(Law.PROPORTIONAL, AT_REST, seen, Gains(k_h), T)[1].normal_force
         on_the_way.append(f)
@@ -92,7 +92,7 @@ def test_pi_settles_where_its_threshold_says(
     settings = LawSettings(Thresholds(theta, theta, 0.0), 0.1, 1e6)
     gains = Gains(share * k_o, 0.2 * k_o / T)
     memory, f = AT_REST, 0.0
-    for _ in range(4000):
+    for _ in range(8000):
         seen = sight(x_h, 1.0 / k_o, f)
         memory, force = local_force(Law.PI, memory, seen, gains, T, settings)
         f = force.normal_force

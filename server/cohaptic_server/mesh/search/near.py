@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.mesh.point_tree import PointTree
+from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.numeric import Floats, Ints
 
 LEAF = 8  # points in a leaf: fewer make more boxes, more make more distances

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cohaptic_server.mesh.point_tree import PointTree
+from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`

@@ -2,7 +2,7 @@ cimport cython
 cimport libc.math as math
 from libc.stdint cimport int64_t
 
-from cohaptic_server.mesh.point_tree cimport PointTree
+from cohaptic_server.mesh.search.point_tree cimport PointTree
 
 
 @cython.final

@@ -1,4 +1,4 @@
-"""The inner loop of `curvature.py`: a weighted least-squares sphere through points of a surface."""
+"""A least-squares sphere through displaced vertices: the inner loop of `world/curvature.py`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Searches round one place of a surface, in loops that are compiled where a compiler is at hand."""
