@@ -94,7 +94,7 @@ def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
 
 def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
     """The field for the next instant, relaxed towards the body's displacement as on the server."""
-    near = body.mesh.search.near(hand.contact.foot, body.contact_radius + _AROUND)
+    near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
     previous = hand.surface[near]
     return _Hand(
         hand.contact, CachedField(near, previous + RELAXATION * (free.on(near) - previous), free)

@@ -97,13 +97,13 @@ class CohapticServer:
                 started = self.clock.now()
                 if before_tick is not None:
                     before_tick()
-                written = self._tick()
+                written = self.tick()
                 self._count(pace, left_out, due, started, written)
                 self._show(written)
         finally:
             await self._stop()
 
-    def _tick(self) -> float:
+    def tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""
         for connection in self._connections.values():
             connection.take_samples()
@@ -140,16 +140,21 @@ class CohapticServer:
         for peer in outcome.flush:
             self._connections[peer].flush()
 
-    async def _handle(self, ws: Wire) -> None:
-        """Serve one connection, from its first message to its close."""
-        tune(ws.transport.get_extra_info("socket"))
+    def connect(self, ws: Wire) -> Connection:
+        """Take in a websocket that is open; its small binary messages are heard from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
         peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered)
         connection = self._connections[peer] = Connection(ws, peer, self.clock, self._take)
-        reason = ""
+        ws.deliver = connection.receive_frame
+        return connection
+
+    async def _handle(self, ws: Wire) -> None:
+        """Serve one connection, from its first message to its close."""
+        tune(ws.transport.get_extra_info("socket"))
+        connection = self.connect(ws)
+        peer, reason = connection.peer, ""
         try:
             connection.flush()
-            ws.deliver = connection.receive_frame
             while True:
                 connection.receive(await ws.recv())
                 if peer.needs_mesh:

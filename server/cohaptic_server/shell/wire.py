@@ -46,10 +46,10 @@ class Wire(ServerConnection):
         in_head = not self._stream.opened
         for piece in self._stream.cut(data):
             # Nothing may be ahead of a message that is delivered at once.
-            direct = not self._waiting and self.deliver is not None and is_small_binary(piece)
-            if direct and self.state is State.OPEN:
-                self.deliver(piece)
-                continue
+            if self.deliver is not None and not self._waiting and is_small_binary(piece):
+                if self.state is State.OPEN:
+                    self.deliver(piece)
+                    continue
             self._waiting += not in_head and begins_message(piece)
             in_head = False
             super().data_received(piece)

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from cohaptic_server.mesh.search.sphere_fit import fit_sphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.mesh.search.sphere_fit import fit_sphere
 
 FIT_RADIUS = 2.5  # contact radii round the contact from which points are fitted
 _MIN_SPACINGS = 3.0  # vertex spacings; least radius of the fit on a coarse mesh

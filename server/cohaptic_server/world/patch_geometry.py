@@ -88,7 +88,7 @@ def choose_window(
     body = touched_body.body
     mesh = body.mesh
     radius = body.contact_radius + _MARGIN + _MARGIN_SPACINGS * mesh.spacing()
-    vertices = mesh.search.near(contact.foot, radius)
+    vertices = mesh.near(contact.foot, radius)
     fitted = touched = carried = _NO_VERTICES
     if geometry is not Geometry.PLANE:
         touch = touched_body.mesh

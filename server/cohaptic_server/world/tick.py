@@ -157,7 +157,7 @@ def _vertices_ahead(body: Body, users: Sequence[UserState]) -> Ints:
         foot, _, n = user.contact.places
         slide = scale(sub(user.velocity, scale(n, dot(user.velocity, n))), PREFETCH_TIME)
         if _SLOWEST_SLIDE < norm(slide) / body.contact_radius < _FASTEST_SLIDE:
-            vertices.append(body.mesh.search.near(np.array(add(foot, slide)), body.contact_radius))
+            vertices.append(body.mesh.near(np.array(add(foot, slide)), body.contact_radius))
     return np.concatenate(vertices)
 
 

@@ -30,6 +30,10 @@ SIMULATION_HZ = 200.0  # the fastest: more happens in a test of a tenth of a sec
 PATIENCE = 10.0  # s; far more than anything here takes on an idle machine
 FAR: Vec3 = (0.0, 0.5, 0.0)  # m; nobody's neighbour
 ZERO: Vec3 = (0.0, 0.0, 0.0)
+REQUEST = (
+    b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
 
 T = TypeVar("T")
 names = (f"visitor{i}" for i in itertools.count())

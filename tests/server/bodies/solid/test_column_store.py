@@ -82,5 +82,5 @@ def test_a_column_keeps_what_is_within_reach() -> None:
     columns.keep(reach)
     for vertex in range(0, len(x), 97):
         kept = columns.store.places_of(np.array([vertex]))
-        near = body.mesh.search.near(x[vertex], reach)
+        near = body.mesh.near(x[vertex], reach)
         assert np.isin(columns.places.rank[near] // PLACE, kept).all()

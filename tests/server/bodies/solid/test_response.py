@@ -154,7 +154,7 @@ def test_loads_of_one_contact_are_as_those_of_several(
     one, other = body.respond(shared), body.respond(apart)
     assert isinstance(one, SolidResponse)
     assert len(one.contacts) == 1
-    at = body.mesh.search.near(stays.weights @ body.mesh.vertices[stays.vertices], 0.06)
+    at = body.mesh.near(stays.weights @ body.mesh.vertices[stays.vertices], 0.06)
     assert one.at(at) == pytest.approx(other.at(at), abs=1e-12)
     assert one.compliance == pytest.approx(other.compliance, rel=1e-9)
     forces = np.array([load.force for load in shared[:1]])
