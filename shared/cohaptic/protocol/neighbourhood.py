@@ -10,6 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
@@ -24,7 +25,7 @@ _I16 = 2**15 - 1
 _U16 = 2**16 - 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(init=False)
 class Neighbourhood:
     """Vertices of the resting mesh with their present displacements, by rising index.
 
@@ -36,11 +37,25 @@ class Neighbourhood:
         compliances: Of a contact centred at each vertex, along its normal, shape (k,) [c_scale].
     """
 
-    scale: float
-    c_scale: float
-    indices: tuple[int, ...]
-    displacements: tuple[tuple[int, int, int], ...]
-    compliances: tuple[int, ...]
+    scale: Final[float]
+    c_scale: Final[float]
+    indices: Final[tuple[int, ...]]
+    displacements: Final[tuple[tuple[int, int, int], ...]]
+    compliances: Final[tuple[int, ...]]
+
+    def __init__(
+        self,
+        scale: float,
+        c_scale: float,
+        indices: tuple[int, ...],
+        displacements: tuple[tuple[int, int, int], ...],
+        compliances: tuple[int, ...],
+    ) -> None:
+        self.scale = scale
+        self.c_scale = c_scale
+        self.indices = indices
+        self.displacements = displacements
+        self.compliances = compliances
 
     @classmethod
     def of(
