@@ -1,49 +1,46 @@
-"""Lateness of the haptic loop, and the cost of a period.
+"""Lateness of the haptic loop, the cost of a period, and the processor time of a whole client.
 
-    python benchmarks/loop.py [--seconds 5] [--json FILE]
+    python benchmarks/loop.py [--seconds 3] [--rounds 5] [--json FILE]
 
-The real loop with a simulated hand runs at 1 and 4 kHz, first in a process of its own, as in the
-product, then as a thread of a process that also does a client's network work. A bare loop that only
-sleeps runs for the same time before each, as a measure of the machine's scheduler. Timings depend
-on the machine and its load; compare within one run.
+The real loop with a simulated hand runs in its own process at 1 and 4 kHz, beside loops that only
+sleep, at the same scheduling priority and in turn, round by round: `cyclictest` with the machine as
+it is, `cyclictest` as it is usually run (it keeps the processors from idling, which the haptic loop
+does not), and an empty loop in C. Then `cohaptic touch` runs against a server of its own on
+loopback. The first half second of a loop is left out of lateness and cost (`warm_up`), the first
+three seconds out of the processor time of a client. Each figure is the median over the rounds;
+timings depend on the machine and its load, so compare within one run.
 """
 
 from __future__ import annotations
 
-import json
 import math
-import threading
+import os
+import socket
+import statistics
+import subprocess
+import sys
 import time
+from collections.abc import Sequence
+from pathlib import Path
 
 import json_report
 from cohaptic.clock import SystemClock
 from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.runtime.scheduling import LOOP_PRIORITY
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm
-from cohaptic.status.quantiles import Tally
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
+from cohaptic_client.loop.haptic_loop import WARM_UP
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.passivity import MAX_DAMPING
-from cohaptic_client.loop.process import COMMAND, HapticLoop
 from cohaptic_client.loop.safety import SafetyLimits
+from wakeups import EmptyLoop, Wakeups, cyclictest
 
 TICK = 1.0 / 60.0  # s
-FIGURES = ("late_p50", "late_p99", "cost_p50", "missed")
-
-
-def bare(hz: float, seconds: float) -> Tally:
-    """Lateness of a loop that does nothing but sleep."""
-    clock, late = SystemClock(), Tally()
-    due = clock.now()
-    for _ in range(round(seconds * hz)):
-        due += 1.0 / hz
-        clock.sleep_until(due)
-        late.add(max(0.0, clock.now() - due))
-        due = max(due, clock.now() - 1.0 / hz)
-    return late
+STARTED = 3.0  # s until a client touches
+Figures = dict[str, float | None]
 
 
 def config(hz: float, clock: SystemClock, memory: LoopMemory) -> LoopConfig:
@@ -67,6 +64,7 @@ def config(hz: float, clock: SystemClock, memory: LoopMemory) -> LoopConfig:
             script.intention((0.0, 0.0, 0.0), 0.1),
         ),
         limits=SafetyLimits(silent_after=silent_after(TICK)),
+        every_row=False,
     )
 
 
@@ -82,99 +80,181 @@ def patch(tick: int) -> bytes:
     ).encode()  # fmt: skip
 
 
-def own_process(hz: float, seconds: float) -> dict[str, float]:
-    """The loop as in the product; patches come at 60 Hz."""
+def cpu_time(pid: int) -> float | None:
+    """Processor time of all threads of a process [s]; None where the system does not tell."""
+    try:
+        tasks = list(Path(f"/proc/{pid}/task").iterdir())
+        return 1e-9 * sum(int((task / "schedstat").read_text().split()[0]) for task in tasks)
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def children(pid: int) -> list[int]:
+    """Numbers of the processes that a process has started; empty where the system does not tell."""
+    try:
+        return [int(n) for n in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except (OSError, ValueError):
+        return []
+
+
+def cpu_shares(pids: Sequence[int], seconds: float) -> list[float | None]:
+    """Share of a core that each process takes over the next seconds."""
+    start = time.perf_counter()
+    before = [cpu_time(pid) for pid in pids]
+    time.sleep(seconds)
+    after, took = [cpu_time(pid) for pid in pids], time.perf_counter() - start
+    return [
+        None if a is None or b is None else (b - a) / took
+        for a, b in zip(before, after, strict=True)
+    ]
+
+
+def haptic_loop(hz: float, seconds: float) -> tuple[Figures, str]:
+    """The loop as in the product, with patches at 60 Hz; its figures, and its scheduling."""
     clock, memory = SystemClock(), LoopMemory.create()
+    frames = [patch(tick) for tick in range(1, round((WARM_UP + seconds + 1.0) / TICK))]
     process = HapticProcess(config(hz, clock, memory), memory)
-    for tick in range(1, round(seconds / TICK)):
-        process.give_patch(patch(tick))
+    (pid,) = children(os.getpid()) or [0]
+    before, start, counted = None, 0.0, clock.now()
+    for frame in frames:
+        process.give_patch(frame)
         process.beat()
-        process.new_rows()
+        if before is None and clock.now() - counted > WARM_UP + 0.5:
+            before, start = cpu_time(pid), time.perf_counter()
         time.sleep(TICK)
+    after, end = cpu_time(pid), time.perf_counter()
     process.request_stop()
     process.wait()
     process.read_status()
     memory.close(remove=True)
-    return {name: float(str(process.status[name])) for name in FIGURES}
-
-
-def thread(hz: float, seconds: float) -> dict[str, float]:
-    """The same loop as a thread beside a client's network work in Python."""
-    clock, memory = SystemClock(), LoopMemory.create()
-    setting = config(hz, clock, memory)
-    assert setting.device.intention is not None
-    loop = HapticLoop(
-        setting,
-        LoopMemory(memory.path),
-        SimulatedDevice(setting.device.hand, setting.device.intention),
-        prefer=False,
-    )
-    runner = threading.Thread(target=loop.run)
-    runner.start()
-    for tick in range(1, round(seconds / TICK)):
-        memory.patch.write(patch(tick))
-        memory.command.write(COMMAND.pack(tick, False))
-        for row in memory.rows.read_new():
-            json.dumps(row)
-        time.sleep(TICK)
-    memory.command.write(COMMAND.pack(0, True))
-    runner.join()
-    s = loop.statistics
-    return {
-        "late_p50": s.late.quantile(0.5),
-        "late_p99": s.late.quantile(0.99),
-        "cost_p50": s.cost.quantile(0.5),
-        "missed": s.missed,
+    seen = process.status
+    figures: Figures = {
+        f"{name}_s": float(str(seen[name]))
+        for name in ("late_p50", "late_p99", "cost_p50", "cost_p99")
     }
+    figures["missed"] = float(str(seen["missed"])) / (hz * seconds)
+    figures["cpu"] = None if before is None or after is None else (after - before) / (end - start)
+    return figures, str(seen["scheduling"])
+
+
+def of_wakeups(seen: Wakeups | None) -> Figures:
+    """Figures of a loop that only sleeps; all None where it could not run."""
+    if seen is None:
+        return {"late_p50_s": None, "late_p99_s": None, "cpu": None}
+    late = seen.late
+    return {"late_p50_s": late.quantile(0.5), "late_p99_s": late.quantile(0.99), "cpu": seen.cpu}
+
+
+def touch(geometry: str, seconds: float) -> Figures:
+    """`cohaptic touch` at a server on loopback: share of a core of each of its processes."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    quiet = subprocess.DEVNULL
+    program = [sys.executable, "-m", "cohaptic"]
+    server = subprocess.Popen(
+        [*program, "serve", "--port", str(port)], stdout=quiet, stderr=quiet, stdin=quiet
+    )
+    options = ["--geometry", geometry, "--rhythm-s", "1", "--depth-mm", "10", "--wait", "30"]
+    client = subprocess.Popen(
+        [*program, "touch", f"ws://127.0.0.1:{port}", *options],
+        stdout=quiet, stderr=quiet, stdin=quiet,
+    )  # fmt: skip
+    try:
+        deadline = time.perf_counter() + 30.0
+        while not children(client.pid) and time.perf_counter() < deadline:
+            time.sleep(0.1)
+        time.sleep(STARTED)
+        network, loop = cpu_shares([client.pid, *(children(client.pid) or [0])][:2], seconds)
+    finally:
+        client.terminate()
+        client.wait()
+        server.terminate()
+        server.wait()
+    both = None if network is None or loop is None else network + loop
+    return {"cpu": both, "network_cpu": network, "loop_cpu": loop}
+
+
+def median(rounds: Sequence[Figures]) -> Figures:
+    """Median of each figure over the rounds, of those that have it."""
+    names = dict.fromkeys(name for figures in rounds for name in figures)
+    values = {n: [v for r in rounds if (v := r.get(n)) is not None] for n in names}
+    return {name: statistics.median(found) if found else None for name, found in values.items()}
 
 
 def main() -> None:
-    """Print a table."""
+    """Print two tables."""
     parser = json_report.parser(__doc__)
-    parser.add_argument("--seconds", type=float, default=5.0, help="of each row")
+    parser.add_argument("--seconds", type=float, default=3.0, help="of each loop in a round")
+    parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
     seconds = options.seconds
     results: list[json_report.Result] = []
-    print("| loop | rate | late p50 | late p99 | cost of a period | left out | p99 / bare p99 |")
-    print("|---|---|---|---|---|---|---|")
+    empty = EmptyLoop()
+    print(
+        "| loop | rate | late p50 | late p99 | ours / its p99 | cost p50 | cost p99 | missed | core |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     for hz in (1000.0, 4000.0):
-        floor = bare(hz, seconds)
-        rows = {
-            "own process": own_process(hz, seconds),
-            "thread beside the network": thread(hz, seconds),
-        }
-        print(
-            f"| bare sleep | {hz:.0f} Hz | {1e6 * floor.quantile(0.5):.0f} us"
-            f" | {1e6 * floor.quantile(0.99):.0f} us | | | 1 |"
-        )
-        bare_p99 = max(1e-9, floor.quantile(0.99))
-        results.append(
-            {
-                "loop": "bare sleep",
-                "rate_hz": hz,
-                "late_p50_s": floor.quantile(0.5),
-                "late_p99_s": floor.quantile(0.99),
-            }
-        )
-        for name, row in rows.items():
+        _, scheduling = haptic_loop(hz, 0.5)
+        priority = LOOP_PRIORITY if "SCHED_FIFO" in scheduling else 0
+        rounds: dict[str, list[Figures]] = {}
+        for _ in range(options.rounds):
+            for name, figures in (
+                ("haptic loop", haptic_loop(hz, seconds)[0]),
+                ("cyclictest", of_wakeups(cyclictest(hz, seconds, priority, awake=False))),
+                (
+                    "cyclictest, kept awake",
+                    of_wakeups(cyclictest(hz, seconds, priority, awake=True)),
+                ),
+                ("empty C loop", of_wakeups(empty.run(hz, seconds, priority))),
+            ):
+                rounds.setdefault(name, []).append(figures)
+        ours = rounds["haptic loop"]
+        for name, seen in rounds.items():
+            ratios: list[Figures] = [
+                {"late_p99_ratio": ratio(a["late_p99_s"], b["late_p99_s"])}
+                for a, b in zip(ours, seen, strict=True)
+            ]
+            row = median(seen) | median(ratios)
             results.append(
-                {
-                    "loop": name,
-                    "rate_hz": hz,
-                    "late_p50_s": row["late_p50"],
-                    "late_p99_s": row["late_p99"],
-                    "cost_p50_s": row["cost_p50"],
-                    "left_out": row["missed"] / (hz * seconds),
-                    "late_p99_over_bare": row["late_p99"] / bare_p99,
-                }
+                {"loop": name, "rate_hz": hz, "scheduling": scheduling, "warm_up_s": WARM_UP, **row}
             )
-            print(
-                f"| {name} | {hz:.0f} Hz"
-                f" | {1e6 * row['late_p50']:.0f} us | {1e6 * row['late_p99']:.0f} us"
-                f" | {1e6 * row['cost_p50']:.0f} us | {row['missed'] / (hz * seconds):.2%}"
-                f" | {row['late_p99'] / bare_p99:.1f} |"
-            )
+            print(line(name, hz, row))
+    empty.close()
+    print("\n| cohaptic touch at 1 kHz | both processes | network | loop |\n|---|---|---|---|")
+    for geometry in ("plane", "mesh"):
+        row = median([touch(geometry, seconds) for _ in range(options.rounds)])
+        results.append({"touch": geometry, "started_s": STARTED, **row})
+        cells = (percent(row[name]) for name in ("cpu", "network_cpu", "loop_cpu"))
+        print(f"| {geometry} patches | {' | '.join(cells)} |")
     json_report.write(options, results)
+
+
+def ratio(ours: float | None, other: float | None) -> float | None:
+    """Our figure over another one; None where one is missing."""
+    return None if ours is None or not other else ours / other
+
+
+def line(name: str, hz: float, row: Figures) -> str:
+    """A row of the first table; a loop that could not run says so."""
+    if row["late_p99_s"] is None:
+        return f"| {name} | {hz:.0f} Hz | not installed, or not allowed |"
+    times = [microseconds(row.get(n)) for n in ("late_p50_s", "late_p99_s")]
+    costs = [microseconds(row.get(n)) for n in ("cost_p50_s", "cost_p99_s")]
+    shares = [percent(row.get(n)) for n in ("missed", "cpu")]
+    cells = [*times, f"{row['late_p99_ratio']:.2f}", *costs, *shares]
+    return f"| {name} | {hz:.0f} Hz | {' | '.join(cells)} |"
+
+
+def microseconds(value: float | None) -> str:
+    """A time [s] in words."""
+    return "" if value is None else f"{1e6 * value:.0f} us"
+
+
+def percent(value: float | None) -> str:
+    """A share in words."""
+    return "" if value is None else f"{100.0 * value:.2f} %"
 
 
 if __name__ == "__main__":

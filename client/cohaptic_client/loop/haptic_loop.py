@@ -1,7 +1,7 @@
 """The haptic loop over a device: it reads, runs `step`, writes, and exchanges newest values.
 
 What a period need not do is done at housekeeping, 20 times a second: the parent's commands, the
-report of the state, and, where nobody keeps every row, the newest one.
+newest row where nobody keeps every one, and now and then the report of the state.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
 
 ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
-HOUSEKEEPING: Final = 0.05  # s between looks at commands and reports of the state
+HOUSEKEEPING: Final = 0.05  # s between looks at commands
+REPORT: Final = 0.25  # s between reports of the state; a new fault is reported at once
 # s after the start that are left out of lateness and cost: code and data come into the caches, and
 # the parent is still busy with its own start.
 WARM_UP: Final = 0.5
@@ -93,12 +94,13 @@ class HapticLoop:
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf
+        self._told = ""
         self.orphaned = False
 
     def run(self) -> None:
         """Run until told to stop, orphaned, or the device fails."""
         clock, period, statistics = self._clock, self._haptic_period, self.statistics
-        due = housekeeping = clock.now()
+        due = housekeeping = report = clock.now()
         warm = due + WARM_UP
         while due < self._ends:
             due += period
@@ -109,7 +111,9 @@ class HapticLoop:
             if now >= housekeeping:
                 housekeeping = now + HOUSEKEEPING
                 self._obey(now)
-                self._report(now)
+                if now >= report or self._state.safety.fault != self._told:
+                    report = now + REPORT
+                    self._report(now)
             statistics.periods += 1
             missed = int(late / period)
             due += missed * period
@@ -117,6 +121,7 @@ class HapticLoop:
                 statistics.missed += missed
                 statistics.late.add(late)
                 statistics.cost.add(clock.now() - now)
+        self._report(clock.now())
 
     def _period(self, now: float, late: float, keep_row: bool) -> None:
         frame = self._memory.patch.read()
@@ -148,6 +153,7 @@ class HapticLoop:
 
     def _report(self, now: float) -> None:
         statistics, safety = self.statistics, self._state.safety
+        self._told = safety.fault
         self._memory.status.write(
             status_json(
                 loop_hz=statistics.periods / max(1e-9, now - self._started),

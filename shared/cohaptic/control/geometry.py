@@ -42,7 +42,7 @@ class Sight:
         self.u_others = u_others
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(init=False)
 class LocalSurface:
     """Plane or sphere.
 
@@ -55,12 +55,28 @@ class LocalSurface:
         u_others: Displacement of the material under the contact by the others [m].
     """
 
-    x_free: Vec3
-    normal: Vec3
-    curvature: float
-    c_ii: float
-    own_force: Vec3
-    u_others: Vec3
+    x_free: Final[Vec3]
+    normal: Final[Vec3]
+    curvature: Final[float]
+    c_ii: Final[float]
+    own_force: Final[Vec3]
+    u_others: Final[Vec3]
+
+    def __init__(
+        self,
+        x_free: Vec3,
+        normal: Vec3,
+        curvature: float,
+        c_ii: float,
+        own_force: Vec3,
+        u_others: Vec3,
+    ) -> None:
+        self.x_free = x_free
+        self.normal = normal
+        self.curvature = curvature
+        self.c_ii = c_ii
+        self.own_force = own_force
+        self.u_others = u_others
 
     def look(self, probe: Vec3) -> Sight:
         """The surface as evaluated at `probe` [m]."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
@@ -26,7 +27,7 @@ _I16 = 2**15 - 1
 _U16 = 2**16 - 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(init=False)
 class Neighbourhood:
     """Vertices of the resting mesh with their present displacements, by rising index.
 
@@ -37,9 +38,14 @@ class Neighbourhood:
             little-endian in `ITEM_SIZE` bytes: u16, 3 i16, u16.
     """
 
-    scale: float
-    c_scale: float
-    items: bytes
+    scale: Final[float]
+    c_scale: Final[float]
+    items: Final[bytes]
+
+    def __init__(self, scale: float, c_scale: float, items: bytes) -> None:
+        self.scale = scale
+        self.c_scale = c_scale
+        self.items = items
 
     @classmethod
     def of(
