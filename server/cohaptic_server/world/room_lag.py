@@ -69,12 +69,21 @@ def room_coupling(
     """m, the spectral radius of S, each user weighted by its nearness."""
     if len(users) < 2:
         return 0.0
-    root = np.sqrt(np.repeat(nearness, [span.stop - span.start for span in spans]))
-    C = compliance * root[:, None] * root
-    stiffness = [
-        hand_stiffness(user, compliance[span, span], others)
-        for user, span, others in zip(users, spans, _sums_of_others(C, spans), strict=True)
-    ]
+    if len(compliance) == len(users):  # nobody has friction: one direction each
+        root = np.sqrt(nearness)
+        C = compliance * root[:, None] * root
+        own = compliance.diagonal().tolist()
+        others = (np.abs(C).sum(axis=1) - np.abs(C.diagonal())).tolist()
+        shares = map(_share, users, own, others)
+        K = [share / c for share, c in zip(shares, own, strict=True)]
+        stiffness: Sequence[Floats] | Floats = np.array(K).reshape(-1, 1, 1)
+    else:
+        root = np.sqrt(np.repeat(nearness, [span.stop - span.start for span in spans]))
+        C = compliance * root[:, None] * root
+        stiffness = [
+            hand_stiffness(user, compliance[span, span], others)
+            for user, span, others in zip(users, spans, _sums_of_others(C, spans), strict=True)
+        ]
     S = coupling_matrix(C, stiffness)
     for user, span, K in zip(users, spans, stiffness, strict=True):
         if user.touch.law is not Law.PREDICTIVE:
@@ -100,13 +109,23 @@ def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:
         others: Sum of |C| from the others, which limits the gains of the paper's laws [m/N].
     """
     c_ii = float(C[0, 0])
-    limit = user.touch.max_stiffness
-    if user.touch.fixed_gains is not None:
-        limit = min(limit, user.touch.fixed_gains.k_h)
-        share = limit * c_ii if user.touch.law is Law.PREDICTIVE else min(1.0, limit * c_ii)
-    elif user.touch.law is not Law.PREDICTIVE:
-        share = min(1.0, min(limit, 1.0 / (c_ii + others)) * c_ii)
-    else:
-        share = min(1.0, limit * c_ii)
     inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
-    return np.asarray(share * inverse, dtype=np.float64)
+    return np.asarray(_share(user, c_ii, others) * inverse, dtype=np.float64)
+
+
+def _share(user: UserState, c_ii: float, others: float) -> float:
+    """K of one hand along the normal, as a share of the body's stiffness there.
+
+    Args:
+        user: Whose hand it is.
+        c_ii: Compliance of its contact along the normal [m/N].
+        others: Sum of |C| from the others [m/N].
+    """
+    touch, limit = user.touch, user.touch.max_stiffness
+    if touch.fixed_gains is not None:
+        limit = min(limit, touch.fixed_gains.k_h)
+        share = limit * c_ii
+        return share if touch.law is Law.PREDICTIVE else min(1.0, share)
+    if touch.law is not Law.PREDICTIVE:
+        limit = min(limit, 1.0 / (c_ii + others))
+    return min(1.0, limit * c_ii)

@@ -41,7 +41,7 @@ EXACT = 1e-9  # coupling below which hands count as uncoupled, far above its rou
 Lag = TypeVar("Lag", float, Floats)
 
 
-def coupling_matrix(C: Floats, stiffness: Sequence[Floats]) -> Floats:
+def coupling_matrix(C: Floats, stiffness: Sequence[Floats] | Floats) -> Floats:
     """S of science 3.8: K^(1/2) C K^(1/2) without the blocks on its diagonal.
 
     For a block of three axes any square root serves, since another one turns S by an orthogonal
