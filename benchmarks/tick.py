@@ -1,9 +1,10 @@
 """Cost of a tick of the server over the number of users, and the shares of its parts.
 
-    python benchmarks/tick.py [--ticks 300] [--solids 5 20 137] [--speed 0.2] [--flex FOLDER]
-        [--json FILE]
+    python benchmarks/tick.py [--ticks 300] [--speed 0.2] [--geometry mesh] [--solids 5 20 137]
+        [--flex FOLDER] [--json FILE]
 
-Users press round the balloon and slide a little, so that contacts move. `locate` finds contacts,
+Users press 4 mm into the balloon round its equator and slide to and fro over 8 cm of it, so that
+every contact moves in every tick. The first ticks (`warm_up`) do not count. `locate` finds them,
 `respond` is the body, `rest` is patches and gains, `frames` decodes a sample and encodes a patch
 for each user. Everything is measured in one run, with one BLAS thread as on the server; the last
 column is the share of a 60 Hz period. The second table is of the balloon under finite deformation.
@@ -28,6 +29,7 @@ import solid_ticks
 from big_mesh import SIZES
 from cohaptic.control.law import Law
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.patch import Geometry
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
@@ -37,13 +39,16 @@ from cohaptic_server.world.state import Touch, WorldState
 from cohaptic_server.world.tick import advance
 
 PERIOD = 1.0 / 60.0  # s
+SLIDE = 0.08  # m to and fro
+WARM_UP = 20  # ticks that do not count: first contacts, first columns, cold caches
 
 
-def touches(users: int, tick: int) -> list[Touch]:
-    """Everybody presses 1 N and slides along the equator."""
+def touches(users: int, tick: int, speed: float, geometry: Geometry) -> list[Touch]:
+    """Everybody presses 1 N and slides along the equator at a constant speed, to and fro."""
     made: list[Touch] = []
     for user in range(users):
-        angle = 2.0 * math.pi * user / users + 0.1 * math.sin(0.05 * tick + user)
+        way = (speed * tick * PERIOD + 0.03 * user) % (2.0 * SLIDE)
+        angle = 2.0 * math.pi * user / users + abs(way - SLIDE) / 0.1
         out = (math.cos(angle), math.sin(angle), 0.0)
         made.append(
             Touch(
@@ -54,23 +59,24 @@ def touches(users: int, tick: int) -> list[Touch]:
                 probe=(0.096 * out[0], 0.096 * out[1], 0.0),
                 force=out,
                 seq=tick + 1,
-                tick=tick,
-                t_client=0.0,
+                tick=max(0, tick - 1),
+                t_client=tick * PERIOD,
                 arrived=0.0,
+                geometry=geometry,
             )
         )
     return made
 
 
-def run(body: Body, users: int, ticks: int) -> dict[str, float]:
+def run(body: Body, users: int, ticks: int, speed: float, geometry: Geometry) -> dict[str, float]:
     """Median seconds per tick, whole and by part."""
-    state = WorldState()
+    state, touched_body = WorldState(), TouchedBody(body)
     whole, parts = list[float](), {"locate": list[float](), "respond": [], "frames": []}
-    for tick in range(ticks):
-        now = touches(users, tick)
+    for tick in range(WARM_UP + ticks):
+        now = touches(users, tick, speed, geometry)
         start = time.perf_counter()
         before = state
-        state, patches = advance(TouchedBody(body), state, now, now=tick * PERIOD, dt=PERIOD)
+        state, patches = advance(touched_body, state, now, now=tick * PERIOD, dt=PERIOD)
         whole.append(time.perf_counter() - start)
 
         start = time.perf_counter()
@@ -97,7 +103,8 @@ def run(body: Body, users: int, ticks: int) -> dict[str, float]:
             start = time.perf_counter()
             body.respond([contact.load(1.0) for contact in contacts], before.response)
             parts["respond"].append(time.perf_counter() - start)
-    medians = {name: float(np.median(values)) for name, values in parts.items()}
+    medians = {name: float(np.median(values[WARM_UP:])) for name, values in parts.items()}
+    whole = whole[WARM_UP:]
     return medians | {
         "tick": float(np.median(whole)),
         "p99": float(np.quantile(whole, 0.99)),
@@ -109,7 +116,8 @@ def main() -> None:
     parser = json_report.parser(__doc__)
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
     parser.add_argument("--solids", type=int, nargs="*", default=[], choices=SIZES)
-    parser.add_argument("--speed", type=float, default=0.2, help="of sliding on solids, in m/s")
+    parser.add_argument("--speed", type=float, default=0.2, help="of sliding, in m/s")
+    parser.add_argument("--geometry", choices=("plane", "sphere", "mesh"), default="mesh")
     parser.add_argument("--reach", type=float, default=math.inf, help="of needed columns, in m")
     parser.add_argument("--flex", type=Path, default=None, help="folder of MuJoCo's models")
     options = parser.parse_args()
@@ -124,12 +132,14 @@ def main() -> None:
             )
     else:
         results = [
-            row for body in (Balloon(), RubberBalloon()) for row in table(body, options.ticks)
+            row
+            for body in (Balloon(), RubberBalloon())
+            for row in table(body, options.ticks, options.speed, Geometry[options.geometry.upper()])
         ]
     json_report.write(options, results)
 
 
-def table(body: Body, ticks: int) -> list[json_report.Result]:
+def table(body: Body, ticks: int, speed: float, geometry: Geometry) -> list[json_report.Result]:
     """Measure one body, and print its rows."""
     results: list[json_report.Result] = []
     print(f"\n{type(body).__name__}, {len(body.mesh.vertices)} vertices\n")
@@ -139,7 +149,7 @@ def table(body: Body, ticks: int) -> list[json_report.Result]:
     print("|---|---|---|---|---|---|---|---|---|")
     with threadpool_limits(limits=1):
         for users in (1, 2, 4, 8, 16):
-            t = run(body, users, ticks)
+            t = run(body, users, ticks, speed, geometry)
             rest = t["tick"] - t["locate"] - t["respond"]
             print(
                 f"| {users} | {1e3 * t['tick']:.2f} ms | {1e3 * t['p99']:.2f} ms"
@@ -151,6 +161,9 @@ def table(body: Body, ticks: int) -> list[json_report.Result]:
                 {
                     "body": type(body).__name__,
                     "users": users,
+                    "speed_m_per_s": speed,
+                    "geometry": geometry.name.lower(),
+                    "warm_up_ticks": WARM_UP,
                     "tick_p50_s": t["tick"],
                     "tick_p99_s": t["p99"],
                     "locate": t["locate"] / t["tick"],
