@@ -68,10 +68,12 @@ class Wakeups:
 
     Args:
         late: Lateness of each wake-up [s].
+        missed: Share of wake-ups that were late by more than a period.
         cpu: Share of a core; None if unknown.
     """
 
     late: Tally
+    missed: float
     cpu: float | None
 
 
@@ -90,7 +92,7 @@ def cyclictest(hz: float, seconds: float, priority: int, *, awake: bool) -> Wake
     command = [program, "-q", "-m", "-i", f"{1e6 / hz:.0f}", "-l", f"{seconds * hz:.0f}"]
     command += ["-h", str(LONGEST)]
     command += ["-p", str(priority)] if priority else ["--policy=other"]
-    return _run(command if awake else [*command, "--default-system"])
+    return _run(command if awake else [*command, "--default-system"], 1e6 / hz)
 
 
 class EmptyLoop:
@@ -112,21 +114,28 @@ class EmptyLoop:
         if self._program is None:
             return None
         numbers = (f"{1e9 / hz:.0f}", f"{seconds * hz:.0f}", str(priority))
-        return _run([self._program, *numbers])
+        return _run([self._program, *numbers], 1e6 / hz)
 
     def close(self) -> None:
         """Delete it."""
         self._folder.cleanup()
 
 
-def _run(command: list[str]) -> Wakeups | None:
-    """Run a program that prints a histogram: microseconds and how often, line by line."""
+def _run(command: list[str], period: float) -> Wakeups | None:
+    """Run a program that prints a histogram: microseconds and how often, line by line.
+
+    Args:
+        command: The program.
+        period: Between wake-ups [us].
+    """
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         return None
-    late = Tally()
+    late, missed = Tally(), 0
     for microseconds, count in re.findall(r"^(\d+) (\d+)$", done.stdout, re.M):
         for _ in range(int(count)):
             late.add(1e-6 * (int(microseconds) + 0.5))
+        missed += int(count) if int(microseconds) > period else 0
     cpu = re.search(r"^cpu ([\d.]+)$", done.stdout, re.M)
-    return Wakeups(late, float(cpu[1]) if cpu else None)
+    share = missed / max(1, late.count)
+    return Wakeups(late, share, float(cpu[1]) if cpu else None)

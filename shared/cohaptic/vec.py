@@ -60,4 +60,5 @@ def lerp(a: Vec3, b: Vec3, s: float) -> Vec3:
 
 def is_finite(a: Vec3) -> bool:
     """Whether no component is NaN or infinite."""
-    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
+    # Comparisons with NaN are false. Compiled, they take no call of a function, as isfinite does.
+    return abs(a[0]) < math.inf and abs(a[1]) < math.inf and abs(a[2]) < math.inf

@@ -14,16 +14,17 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Iterable
+from typing import Final
 
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
 from cohaptic.status.row import ROW, Row
 
-COMMAND = struct.Struct("<Q?")  # heartbeat, stop
-SAMPLE = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body
-_HEAD = struct.Struct("<QII")  # version, length, checksum of version and payload
-_VERSION = struct.Struct("<Q")
-_COUNT = struct.Struct("<Q")
-RING_ROWS = 8192  # 2 s at 4 kHz; the network process empties it 20 times a second
+COMMAND: Final = struct.Struct("<Q?")  # heartbeat, stop
+SAMPLE: Final = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body
+_HEAD: Final = struct.Struct("<QII")  # version, length, checksum of version and payload
+_VERSION: Final = struct.Struct("<Q")
+_COUNT: Final = struct.Struct("<Q")
+RING_ROWS: Final = 8192  # 2 s at 4 kHz; the network process empties it 20 times a second
 
 
 class Slot:

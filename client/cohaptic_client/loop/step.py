@@ -88,7 +88,7 @@ def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
         max_force: Of the hand [N].
     """
     size = norm(force)
-    if not math.isfinite(size):
+    if not size < math.inf:  # NaN too
         return ZERO
     share = min(1.0, ratio)
     return scale(force, max_force / size if size * share > max_force else share)
