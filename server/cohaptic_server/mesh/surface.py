@@ -50,12 +50,14 @@ class Search:
         frame: Foot, contact point and normal of that contact, shape (3, 3).
         under: Vertices under its pressure, shape (n,); the first `search.count` count.
         weights: Share of each of these in its force, shape (n,).
+        place: For `search.put`, shape (3,) [m].
     """
 
     search: ContactSearch
     frame: Floats
     under: Ints
     weights: Floats
+    place: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +130,7 @@ class SurfaceMesh:
             under,
             weights,
         )
-        return Search(search, frame, under, weights)
+        return Search(search, frame, under, weights, np.zeros(3))
 
     def spacing(self, count: int | None = None) -> float:
         """Mean distance between neighbours of evenly spread vertices [m].

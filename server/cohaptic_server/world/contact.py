@@ -15,7 +15,7 @@ their normals, so that a hand that slides feels no facets; a client with the res
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ _NO_VERTICES = np.zeros(0, dtype=np.int64)
 _NO_VALUES = np.zeros((0, 3))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(init=False, eq=False, slots=True)
 class Contact:
     """Contact of one probe with a body.
 
@@ -48,18 +48,24 @@ class Contact:
         slope: Decrease of the probe's offset beside the normal per distance that the contact moves
             along the surface: 1 on a plane, and less where the normal turns, such as at an edge
             under a deep probe.
+
+    Attributes:
+        places: Foot [m], contact point [m] and normal, for arithmetic without arrays.
     """
 
-    frame: Floats
-    vertices: Ints
-    weights: Floats
-    slope: float = 1.0
+    frame: Final[Floats]
+    vertices: Final[Ints]
+    weights: Final[Floats]
+    slope: Final[float]
+    places: Final[tuple[Vec3, Vec3, Vec3]]
 
-    @property
-    def places(self) -> tuple[Vec3, Vec3, Vec3]:
-        """Foot [m], contact point [m] and normal, for arithmetic without arrays."""
-        foot, point, normal = self.frame.tolist()
-        return tuple(foot), tuple(point), tuple(normal)
+    def __init__(self, frame: Floats, vertices: Ints, weights: Floats, slope: float = 1.0) -> None:
+        self.frame = frame
+        self.vertices = vertices
+        self.weights = weights
+        self.slope = slope
+        foot, point, normal = frame.tolist()
+        self.places = tuple(foot), tuple(point), tuple(normal)
 
     @property
     def foot(self) -> Floats:
@@ -126,7 +132,7 @@ def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
         search = mesh.contacts.search
         search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
         search.load(free.vertices, free.values, False)
-        place = np.empty(3)
+        place = mesh.contacts.place
         search.put(place)
         if not search.lacking:
             x, y, z = place.tolist()

@@ -1,0 +1,85 @@
+"""Work of a tick, counted and not timed, so that it does not creep back (docs/performance.md)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from cohaptic.protocol.patch import Geometry
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.tick import advance
+from tests.server.touches import touch
+
+PERIOD = 1.0 / 60.0  # s
+SPEED = 0.2  # m/s
+# Calls of Python and of C in a tick, loops that are compiled not counted: for the room, and for
+# each user with a plane and with a mesh patch. Counted with CPython 3.11, and a tenth more.
+PER_ROOM, PER_PLANE, PER_MESH = 210, 200, 295
+
+
+def sliding(users: int, tick: int, geometry: Geometry) -> list[Touch]:
+    """Hands that slide along the equator."""
+    made: list[Touch] = []
+    for user in range(users):
+        angle = 2.0 * math.pi * user / users + SPEED * tick * PERIOD / 0.1
+        out = (math.cos(angle), math.sin(angle), 0.0)
+        probe = (0.096 * out[0], 0.096 * out[1], 0.0)
+        made.append(
+            replace(
+                touch(user + 1, force=1.0),
+                probe=probe,
+                force=out,
+                seq=tick + 1,
+                tick=tick,
+                t_client=tick * PERIOD,
+                geometry=geometry,
+            )
+        )
+    return made
+
+
+def calls(body: TouchedBody, users: int, geometry: Geometry) -> int:
+    """Calls in one tick of hands that have slid for a while."""
+    state, ticks, count = WorldState(), 12, 0
+    kernels = {str(path.with_suffix(".py")) for path in Path().glob("server/**/*.pxd")}
+
+    def tally(frame: FrameType, event: str, _: object) -> None:
+        nonlocal count
+        file = frame.f_code.co_filename
+        if event in ("call", "c_call") and not any(file.endswith(name) for name in kernels):
+            count += 1
+
+    for tick in range(ticks):
+        hands = sliding(users, tick, geometry)
+        if tick == ticks - 1:
+            sys.setprofile(tally)
+        try:
+            state, _ = advance(body, state, hands, now=tick * PERIOD, dt=PERIOD)
+        finally:
+            sys.setprofile(None)
+    return count
+
+
+@pytest.mark.parametrize(
+    ("geometry", "most"), [(Geometry.PLANE, PER_PLANE), (Geometry.MESH, PER_MESH)]
+)
+def test_each_user_adds_the_same_few_calls(balloon: Balloon, geometry: Geometry, most: int) -> None:
+    body = TouchedBody(balloon)
+    found = {users: calls(body, users, geometry) for users in (1, 4, 16)}
+    assert found[1] <= PER_ROOM + most
+    assert (found[16] - found[4]) / 12 <= most
+
+
+def test_a_finer_mesh_adds_no_calls(balloon: Balloon) -> None:
+    """The work of a tick is that of its contacts, whatever the size of the mesh."""
+    coarse = TouchedBody(Balloon(BalloonSettings(subdivisions=2)))
+    fine = TouchedBody(balloon)
+    counts = [calls(body, 3, Geometry.PLANE) for body in (coarse, fine)]
+    assert counts[1] <= 1.1 * counts[0]
