@@ -199,6 +199,7 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_serving.py": "over real sockets",
     "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
     "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
+    "tests/server/shell/test_work.py": "work of the whole wire, counted",
     "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",
     "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
     "tests/shared/control/test_friction_material.py": "friction, on material that others move",

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from random import Random
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.protocol.neighbourhood import MAX_VERTICES
+from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -14,6 +16,7 @@ from cohaptic_server.world.neighbourhood import (
     MIN_RADIUS,
     choose_vertices,
     cut_neighbourhood,
+    quantised,
 )
 
 RADIUS = 0.1  # m, of the balloon
@@ -97,3 +100,21 @@ def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(body)[chosen]
     assert near.c_scale * np.array(near.compliances) == pytest.approx(table, abs=1e-7)
+
+
+@given(
+    st.lists(st.integers(0, 2**16 - 1), max_size=MAX_VERTICES, unique=True).map(sorted),
+    st.floats(1e-9, 0.1),
+    st.randoms(use_true_random=False),
+)
+def test_arrays_are_packed_as_numbers_are(vertices: list[int], size: float, random: Random) -> None:
+    u = [[random.uniform(-size, size) for _ in range(3)] for _ in vertices]
+    c = [random.uniform(0.0, size) for _ in vertices]
+    packed = quantised(np.array(vertices, np.int64), np.array(u).reshape(-1, 3), np.array(c))
+    assert packed == Neighbourhood.of(vertices, [(x, y, z) for x, y, z in u], c)
+
+
+@pytest.mark.parametrize("vertices", [[3, 3], [7, 3], [1, 2**16]])
+def test_vertices_that_the_wire_cannot_number_are_refused(vertices: list[int]) -> None:
+    with pytest.raises(ValueError, match="must rise to at most 65535"):
+        quantised(np.array(vertices), np.zeros((2, 3)), np.zeros(2))
