@@ -8,8 +8,8 @@ period. They are in a process of their own (`core_users.py`), and so is each ser
 (`core_processes.py`): a balloon in one room of at most 64, and a server of `websockets` alone that
 reads the samples and sends patches of the same size. The CPU time of a server is that of its
 process, divided by the patches that arrived meanwhile; `world` is the part of it in the world's
-tick, which the bare server does not have, and `wire` is the rest. With `--still` the world stands once
-forces have risen, and the wire alone is left, with real patches. The first second of each row,
+tick, which the bare server does not have, and `wire` is the rest. With `--still` the world stands
+once forces have risen, and the wire alone is left, with real patches. The first second of each row,
 while users come and their forces rise, is left out. Rounds alternate between the servers; each
 number is the median of the rounds. The last column is the ratio of users per core, ours over bare.
 """
