@@ -28,12 +28,15 @@ $(VENV)/.made:
 	  echo "the venv module is missing; on Debian: apt-get install python3-venv"; exit 1; }
 	@touch $@
 
-# What the package needs is fetched and unpacked while the package is built, which takes as long.
+# What the package needs is fetched, unpacked and imported once, for its bytecode, while the package
+# is built, which takes as long.
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
+export IMPORTED = import cohaptic_server.cli.demo, cohaptic_server.cli.serve, cohaptic_client.cli, cohaptic_client.client
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
-	@$(PIP) -r $(VENV)/.needed & others=$$!; $(PIP) --no-deps -e . && wait $$others
+	@{ $(PIP) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
+	  others=$$!; $(PIP) --no-deps -e . && wait $$others
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
