@@ -34,9 +34,9 @@ from cohaptic.simulated.hand import Hand, HandScript, Rhythm
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
-from cohaptic_client.loop.haptic_loop import WARM_UP
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.passivity import MAX_DAMPING
+from cohaptic_client.loop.running.haptic_loop import WARM_UP
 from cohaptic_client.loop.safety import SafetyLimits
 from wakeups import EmptyLoop, Wakeups, cyclictest
 

@@ -188,8 +188,8 @@ def test_the_architecture_page_names_modules_as_they_are_and_every_folder() -> N
 NOT_MIRRORED = {
     "tests/client/devices/test_spacemouse_hid.py": "the driver on a mock device of the kernel",
     "tests/client/loop/test_moving_surfaces.py": "slew limits in whole loops",
-    "tests/client/loop/test_process_entry.py": "the entry point of `process.py`",
     "tests/client/loop/test_safety_faults.py": "faults, of `safety.py`",
+    "tests/client/loop/running/test_work.py": "counts what a whole period does",
     "tests/client/loop/test_law_vectors.py": "writes what the page's laws are checked against",
     "tests/experiments/test_experiments.py": "every experiment, run briefly",
     "tests/server/bodies/solid/test_calculix.py": "against another finite element program",

@@ -92,7 +92,7 @@ def test_the_installed_version_is_the_codes() -> None:
 def test_the_loops_process_starts_without_heavy_libraries() -> None:
     """Its imports are most of its start; the network's would also be the network's delays."""
     code = (
-        "import cohaptic_client.loop.entry, sys;"
+        "import cohaptic_client.loop.running.entry, sys;"
         "print([m for m in ('numpy', 'pydantic', 'asyncio', 'websockets') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -18,7 +18,7 @@ from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device
-from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.passivity import MAX_DAMPING
@@ -164,7 +164,7 @@ class VirtualSession:
         if not passivity:
             max_damping = 0.0
         if max_stiffness is None:
-            max_stiffness = (device or SimulatedDevice).info.max_stiffness
+            max_stiffness = (device.info if device else INFO).max_stiffness
         hello = Hello(
             protocol=PROTOCOL_VERSION,
             name=name,
@@ -173,7 +173,7 @@ class VirtualSession:
             geometry=geometry,
             friction=friction > 0.0,
             max_stiffness=max_stiffness,
-            max_force=limits.max_force if limits else SimulatedDevice.info.max_force,
+            max_force=limits.max_force if limits else INFO.max_force,
             damping_budget=max_damping,
         )
         welcome, _, _ = self.room.join(hello, self.now)

@@ -21,7 +21,7 @@ from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
 from cohaptic_client.client import Client
-from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.devices.simulated import INFO
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.network.conversation import Refused
@@ -137,7 +137,7 @@ def test_the_server_is_told_what_the_device_may_damp(passivity: bool) -> None:
     play(hosted, duration=0.3, passivity=passivity)
     hello = hosted.heard[0]
     assert isinstance(hello, Hello)
-    info = SimulatedDevice.info
+    info = INFO
     limit = device_damping_limit(info.damping, info.max_stiffness, haptic_period(1000.0))
     assert limit > 0.0
     assert hello.damping_budget == (limit if passivity else 0.0)

@@ -15,7 +15,7 @@ from cohaptic.protocol.messages import GeometryName
 from cohaptic.simulated.hand import Hand, HandScript, Intention, Rhythm
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices.simulated import SimulatedDevice
+from cohaptic_client.devices.simulated import INFO
 from cohaptic_client.loop.passivity import MAX_DAMPING, dissipate, observe
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser
@@ -54,7 +54,7 @@ def test_a_finger_on_a_held_place_is_a_contact_like_any_other(
     force = np.array(user.force)
     assert np.ptp(force[-1500:]) < 0.01
     # The device's stiffness and the hand's, in a row: the place itself does not give way.
-    k, device = HandScript().hand.stiffness, SimulatedDevice.info.max_stiffness
+    k, device = HandScript().hand.stiffness, INFO.max_stiffness
     patch = user.state.patch
     assert patch is not None
     assert patch.k_h == pytest.approx(device)
@@ -83,7 +83,7 @@ def test_a_device_softer_than_the_object_is_felt_with_its_own_stiffness(
     force = np.array(user.force)[-2000:]
     assert np.ptp(force) < 0.01
     # The steady state has the device's stiffness: no integral makes up for its limit.
-    device = SimulatedDevice.info.max_stiffness
+    device = INFO.max_stiffness
     assert user.state.k_h == pytest.approx(device)
     assert force[-1] == pytest.approx(0.01 / (1.0 / hand.stiffness + 1.0 / device), rel=1e-3)
     assert without_jumps(user)

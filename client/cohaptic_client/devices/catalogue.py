@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from cohaptic.errors import SettingError
+from cohaptic_client.devices import simulated
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
 
-_INFO = {"simulated": SimulatedDevice.info, "spacemouse": SpaceMouse.info}
+_INFO = {"simulated": simulated.INFO, "spacemouse": SpaceMouse.info}
 
 
 def device_info(name: str) -> DeviceInfo:

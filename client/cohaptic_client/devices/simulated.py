@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from cohaptic.simulated.hand import Hand, HandState, Intention, move
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
@@ -12,6 +10,10 @@ _SUBSTEP = 0.001  # s; the longest that `hands.move` may take
 _MAX_CATCH_UP = (
     0.1  # s; after a longer stall of the process the hand goes on from its last position
 )
+
+# A simulated hand stands still with the process that stalls, and nobody is hurt by it.
+# It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
+INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
 
 
 class SimulatedDevice:
@@ -22,12 +24,6 @@ class SimulatedDevice:
         intention: Of the hand; its time starts with the first `read`.
     """
 
-    # A simulated hand stands still with the process that stalls, and nobody is hurt by it.
-    # It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
-    info: ClassVar[DeviceInfo] = DeviceInfo(
-        "simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0
-    )
-
     def __init__(self, hand: Hand, intention: Intention) -> None:
         self._hand = hand
         self._intention = intention
@@ -35,6 +31,11 @@ class SimulatedDevice:
         self._force = ZERO
         self._start: float | None = None
         self._now = 0.0
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Abilities of every simulated device."""
+        return INFO
 
     def read(self, now: float) -> DeviceSample:
         """Move the hand up to `now` under the force written last."""

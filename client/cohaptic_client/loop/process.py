@@ -14,7 +14,7 @@ def main() -> None:
     """Entry point of the process."""
     compiled.use("loop")
     # Only now: a module that was imported before stays plain.
-    from cohaptic_client.loop.entry import live
+    from cohaptic_client.loop.running.entry import live
 
     live(sys.argv[1])
 

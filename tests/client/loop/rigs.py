@@ -10,8 +10,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.loop.haptic_loop import HapticLoop
 from cohaptic_client.loop.memory import COMMAND, LoopMemory
+from cohaptic_client.loop.running.haptic_loop import HapticLoop
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 

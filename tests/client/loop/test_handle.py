@@ -19,8 +19,8 @@ from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess
-from cohaptic_client.loop.haptic_loop import ORPHANED_AFTER
 from cohaptic_client.loop.memory import SAMPLE, LoopMemory
+from cohaptic_client.loop.running.haptic_loop import ORPHANED_AFTER
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
 

@@ -15,8 +15,8 @@ from types import FrameType
 
 import pytest
 
-from cohaptic_client.loop import haptic_loop
 from cohaptic_client.loop.memory import SAMPLE
+from cohaptic_client.loop.running import haptic_loop
 from tests.client.loop.rigs import Parent, Rig
 
 FIRST, LAST = 60, 100  # periods that are counted: in contact, none with a patch or a look around

@@ -12,8 +12,8 @@ from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.loop import entry
 from cohaptic_client.loop.memory import LoopMemory, Slot
+from cohaptic_client.loop.running import entry
 from tests.client.loop.rigs import FORCE, Parent, Rig
 
 Main = Callable[[Device | CohapticError], None]

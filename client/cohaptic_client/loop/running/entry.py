@@ -17,8 +17,8 @@ from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
 from cohaptic_client.loop.config import LoopConfig
-from cohaptic_client.loop.haptic_loop import HapticLoop, status_json
 from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.running.haptic_loop import HapticLoop, status_json
 
 
 def live(text: str) -> None:
