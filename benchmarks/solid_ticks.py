@@ -198,13 +198,13 @@ def measure(body: Solid, worker: ColumnWorker, users: int, ticks: int, *, speed:
         whole = time.perf_counter() - start
         read = body.columns.store.kernel.rows_read - read
         rows.append((whole, timed.seconds - own, 36.0 * read + _far_field_bytes(state)))
-    counted, asked, needed = np.array(rows[60:]).T
-    most = float(np.median(needed))
+    figures: Floats = np.array(rows[60:])
+    counted, most = figures[:, 0], float(np.median(figures[:, 2]))
     return Ticks(
         float(np.median(counted)),
         float(np.quantile(counted, 0.99)),
         float(np.mean(counted > PERIOD)),
-        float(np.median(asked)),
+        float(np.median(figures[:, 1])),
         most,
         read_time(round(most)),
     )
