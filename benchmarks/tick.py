@@ -10,7 +10,7 @@ for each user. Everything is measured in one run, with one BLAS thread as on the
 column is the share of a 60 Hz period. The second table is of the balloon under finite deformation.
 
 With `--solids`, a table over mesh size: ticks by the clock, how many took longer than their period,
-and beside them the floor, the time to read once the columns under the present contacts. `--flex`
+and beside them the floor, the time to read once what a tick needs (`solid_ticks.py`). `--flex`
 adds MuJoCo's step of 1/60 s on the same tetrahedra under as many balls (`flex.py`); its compiled
 models are kept in FOLDER.
 """
@@ -116,9 +116,13 @@ def main() -> None:
     parser = json_report.parser(__doc__)
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
     parser.add_argument("--solids", type=int, nargs="*", default=[], choices=SIZES)
+<<<<<<< HEAD
     parser.add_argument("--speed", type=float, default=0.2, help="of sliding, in m/s")
     parser.add_argument("--geometry", choices=("plane", "sphere", "mesh"), default="mesh")
     parser.add_argument("--reach", type=float, default=math.inf, help="of needed columns, in m")
+=======
+    parser.add_argument("--speed", type=float, default=0.2, help="of sliding on solids, in m/s")
+>>>>>>> solid
     parser.add_argument("--flex", type=Path, default=None, help="folder of MuJoCo's models")
     options = parser.parse_args()
     if options.solids:
@@ -127,7 +131,6 @@ def main() -> None:
                 options.solids,
                 options.ticks,
                 speed=options.speed,
-                reach=options.reach,
                 models=options.flex,
             )
     else:

@@ -194,6 +194,7 @@ NOT_MIRRORED = {
     "tests/experiments/test_experiments.py": "every experiment, run briefly",
     "tests/server/bodies/solid/test_calculix.py": "against another finite element program",
     "tests/server/bodies/solid/test_convergence.py": "against closed forms, over the mesh",
+    "tests/server/bodies/solid/test_work.py": "counts the work of a tick, several modules",
     "tests/server/room/watch/test_forces_vector.py": "writes what the page is checked against",
     "tests/server/room/watch/test_goals.py": "measured goals of the stream",
     "tests/server/room/watch/test_serving.py": "over real sockets",

@@ -86,6 +86,18 @@ class FarField:
             raise IndexError("a vertex is not one of the surface's")
         return out
 
+    def without(self, values: Floats, field: Floats, force: Floats) -> Floats:
+        """Displacement of the samples, shape (m, 3) [m], less that by a force.
+
+        Args:
+            values: With the force, shape (m, 3) [m].
+            field: `respond` of its contact, shape (3, m, 3) [m/N].
+            force: Shape (3,) [N].
+        """
+        out = np.empty_like(values)
+        kernels.subtract(values, field, force, out)
+        return out
+
     def between(self, spreads: Floats, fields: Floats) -> Floats:
         """Displacement of contacts by forces on contacts; no vertex is needed for it.
 

@@ -24,6 +24,12 @@ cpdef bint interpolate(
     const double[:, ::1] values, double[:, ::1] out,
 ) noexcept
 
+@cython.locals(p=Py_ssize_t, b=Py_ssize_t, f=double, g=double, h=double, moved=double)
+cpdef void subtract(
+    const double[:, ::1] values, const double[:, :, ::1] field, const double[::1] force,
+    double[:, ::1] out,
+) noexcept
+
 @cython.locals(
     count=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, a=Py_ssize_t, b=Py_ssize_t, p=Py_ssize_t,
     share=double,

@@ -115,6 +115,22 @@ def interpolate(near: Ints, carries: Floats, vertices: Ints, values: Floats, out
     return True
 
 
+def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
+    """Displacement of the samples without a force.
+
+    Args:
+        values: With it, shape (m, 3) [m].
+        field: Displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
+        force: Shape (3,) [N].
+        out: Receives the displacement without it, shape (m, 3) [m].
+    """
+    f, g, h = force[0], force[1], force[2]
+    for p in range(values.shape[0]):
+        for b in range(3):
+            moved = f * field[0, p, b] + g * field[1, p, b] + h * field[2, p, b]
+            out[p, b] = values[p, b] - moved
+
+
 def between(spreads: Floats, fields: Floats, out: Floats) -> None:
     """Displacement of contacts by forces on contacts, by the far field alone.
 

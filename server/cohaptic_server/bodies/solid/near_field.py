@@ -115,11 +115,12 @@ class SolidContact:
         far_field.respond(far_field.spread(self.known, self.known_weights), out)
         return out
 
-    def missing_compliance(self, direction: Floats) -> float:
+    def missing_compliance(self, direction: Floats, smoothed: Floats) -> float:
         """Self-compliance that columns and far field together underestimate [m/N].
 
         Args:
             direction: Unit vector of the force, shape (3,).
+            smoothed: Compliance at itself by the far field, shape (3, 3) [m/N].
         """
         if not self.missing:
             return 0.0
@@ -128,8 +129,7 @@ class SolidContact:
         whole = self.around.far_field.self_compliance(
             self.vertices, self.weights, direction, normal
         )
-        smoothed = float(direction @ (self.spread @ self.far_field) @ direction)
-        return self.missing * max(0.0, whole - smoothed)
+        return self.missing * max(0.0, whole - float(direction @ smoothed @ direction))
 
     def correct(self, u: Floats, force: Floats, vertices: Ints, order: Ints) -> None:
         """Replace the far field near the contact by the columns.
@@ -167,7 +167,9 @@ class SolidContact:
         end, start = NEAR_FIELD_END * far_field.spacing, FAR_FIELD_START * far_field.spacing
         block, counted = self._block(other, end, start)
         # The same weights distribute a force and interpolate a displacement.
-        return block - far_field.spread(other.vertices, counted) @ self._replaced
+        spread = far_field.spread(other.vertices, counted)
+        replaced = far_field.between(spread[None], self._replaced[None])[0, 0]
+        return np.asarray(block - replaced)
 
     @property
     def own_block(self) -> Floats:

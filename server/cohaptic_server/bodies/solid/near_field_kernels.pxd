@@ -4,6 +4,7 @@ from libc.stdint cimport int16_t, int64_t
 
 cdef Py_ssize_t _PLACE
 cdef Py_ssize_t _AHEAD
+cdef double _FAR
 
 cdef class NearFieldKernel:
     cdef const double[:, ::1] points
@@ -16,6 +17,15 @@ cdef class NearFieldKernel:
     cdef float[::1] sums
     cdef int64_t[:, ::1] runs
     cdef float[::1] ahead
+
+    @cython.locals(
+        i=Py_ssize_t, v=Py_ssize_t, k=Py_ssize_t, found=Py_ssize_t, left=double, right=double,
+        front=double, back=double, low=double, high=double, x=double, y=double, z=double,
+    )
+    cpdef Py_ssize_t reachable(
+        self, const int64_t[::1] vertices, const double[:, ::1] centres, double reach,
+        int64_t[::1] out,
+    ) noexcept
 
     @cython.locals(
         count=Py_ssize_t, r=Py_ssize_t, i=Py_ssize_t, v=Py_ssize_t, b=Py_ssize_t, j=Py_ssize_t,

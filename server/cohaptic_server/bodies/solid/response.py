@@ -62,18 +62,25 @@ class SolidResponse:
         if not self.loads:
             return np.zeros((0, 0))
         D, of = self._directions, self.contact_of
-        B = self._between_contacts()[of[:, None], of]  # (c, c, 3, 3), the force's direction first
+        spreads = np.array([contact.spread for contact in self.contacts])
+        smoothed = self.around.far_field.between(spreads, self.fields)
+        corrected = self._corrected(smoothed)
+        B = corrected[of[:, None], of]  # (c, c, 3, 3), the force's direction first
         C: Floats = ((B * D[:, :, None]).sum(axis=2) * D[:, None, :]).sum(axis=2)
         # The two triangles differ where one contact has its columns and another has not.
         C = np.asarray(0.5 * (C + C.T))
-        for i, load in enumerate(self.loads):
-            C[i, i] += self.contacts[int(of[i])].missing_compliance(load.direction)
+        numbers: list[int] = of.tolist()
+        for i, (load, k) in enumerate(zip(self.loads, numbers, strict=True)):
+            C[i, i] += self.contacts[k].missing_compliance(load.direction, smoothed[k, k])
         return C
 
-    def _between_contacts(self) -> Floats:
-        """Displacement of each contact by a force on each, shape (k, k, 3, 3) [m/N]."""
-        spreads = np.array([contact.spread for contact in self.contacts])
-        blocks = self.around.far_field.between(spreads, self.fields)
+    def _corrected(self, smoothed: Floats) -> Floats:
+        """Displacement of each contact by a force on each, shape (k, k, 3, 3) [m/N].
+
+        Args:
+            smoothed: The same by the far field alone.
+        """
+        blocks = smoothed.copy()
         reach = self.around.reach + self.radius
         for j, source in enumerate(self.contacts):
             if not len(source.slots):
@@ -111,7 +118,7 @@ class SolidResponse:
             k, removed = self.contact_of[i], force * self._directions[i]
             left[k] -= removed
             # Usually one contact is left out of many: subtract it rather than add the others.
-            samples = samples - (removed @ self.fields[k].reshape(3, -1)).reshape(-1, 3)
+            samples = self.around.far_field.without(samples, self.fields[k], removed)
         return self._by(left, samples, vertices)
 
     def _by(self, forces: Floats, samples: Floats, vertices: Ints) -> Floats:
@@ -122,19 +129,16 @@ class SolidResponse:
             samples: Displacement of the far field's samples by them, shape (m, 3) [m].
             vertices: Shape (v,).
         """
-        u = self.around.far_field.at(samples, vertices)
-        if not len(vertices) or not self.contacts:
-            return u
-        x = self.around.mesh.vertices[vertices]
-        # Most contacts are far from most vertices: test the bounding box first.
-        gap = np.maximum(
-            0.0, np.maximum(x.min(axis=0) - self._centres, self._centres - x.max(axis=0))
-        )
-        near = (gap * gap).sum(axis=1) < self.around.reach**2
+        around = self.around
+        u = around.far_field.at(samples, vertices)
+        found = np.empty(len(self.contacts), dtype=np.int64)
+        # Most contacts are far from most vertices.
+        count = around.columns.kernel.reachable(vertices, self._centres, around.reach, found)
         order: Ints | None = None
-        for k in np.flatnonzero(near & forces.any(axis=1)).tolist():
-            if len(self.contacts[k].slots):
-                order = self.around.by_rank(vertices) if order is None else order
+        near: list[int] = found[:count].tolist()
+        for k in near:
+            if len(self.contacts[k].slots) and forces[k].any():
+                order = around.by_rank(vertices) if order is None else order
                 self.contacts[k].correct(u, forces[k], vertices, order)
         return u
 
