@@ -118,6 +118,7 @@ class Analysis:
         return np.asarray(np.where((first < second) & (column >= 0), -1 - index, index))
 
 
+# One pass over the fronts fills tables that refer to each other.
 def analyse(
     elements: Ints, points: Floats, root: Ints | None = None, leaf: int = _LEAF
 ) -> Analysis:
@@ -136,7 +137,7 @@ def analyse(
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
     borders = [place[border] for border in borders_of(graph, parts)]
-    ends = np.cumsum([len(part.own) for part in parts]).tolist()
+    ends: list[int] = np.cumsum([len(part.own) for part in parts]).tolist()
     lower = sp.csc_array(sp.tril(graph[order][:, order]))
     lower.sort_indices()
     starts, rows = lower.indptr.astype(np.int64), lower.indices.astype(np.int64)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.cholesky.refactor import Indefinite
 from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
+from cohaptic_server.numeric import Floats
 from tests.server.cholesky.block_problem import blocks_of, grid, shifted
 
 ELEMENTS, POINTS = grid(4)
@@ -18,11 +19,13 @@ ANALYSIS = analyse(ELEMENTS, POINTS, leaf=8)
 @settings(max_examples=30, deadline=None)
 def test_it_is_as_exact_as_double_precision(seed: int, least: float, scale: float) -> None:
     """Also for matrices whose condition single precision cannot take, and for any unit."""
-    K = 10.0**scale * shifted(ELEMENTS, len(POINTS), seed, 10.0**least)
+    K: Floats = np.asarray(
+        10.0**scale * shifted(ELEMENTS, len(POINTS), seed, 10.0**least), dtype=np.float64
+    )
     b = np.random.default_rng(seed).normal(size=(ANALYSIS.size, 2))
     b[:, 1] = 0.0
     found = Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K)).checked(b[ANALYSIS.dof])
-    expected = np.linalg.solve(K, b)[ANALYSIS.dof]
+    expected: Floats = np.linalg.solve(K, b)[ANALYSIS.dof]
     error = np.abs(found - expected).max()
     assert error < (1e-7 if least > -2.0 else 1e-4) * np.abs(expected).max()
     assert (found[:, 1] == 0.0).all()

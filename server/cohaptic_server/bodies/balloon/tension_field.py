@@ -119,6 +119,7 @@ def add_forces(
                 out[faces[e, k], i] += along * strain[e, 2 + i] + across * strain[e, 5 + i]
 
 
+# In one function, since a triangle takes 0.1 us and each call of another would take a part of that.
 def add_tangents(
     strain: Floats,
     gradients: Floats,

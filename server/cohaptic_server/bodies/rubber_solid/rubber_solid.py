@@ -31,13 +31,13 @@ _STEPS = 1
 _CHORD = 0.002  # of the body's size, where that is less than `newton.CHORD`
 _MOVE = 0.2  # of the body's size, where that is less than `newton.MAX_MOVE`
 _BATCH = 32  # contacts in one solve
-# Time of a tick of two sliding hands, 99th percentile [s], and its exponent in the number of nodes
-# (docs/decisions/0015).
-_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 600, 0.016, 1.35
+# Time of a tick of two sliding hands with compiled loops, 99th percentile [s], and its exponent in
+# the number of nodes (docs/decisions/0026).
+_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 1200, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
-    """Estimated time of a tick by the number of nodes, measured in docs/decisions/0015 [s]."""
+    """Estimated time of a tick by the number of nodes, measured in docs/decisions/0026 [s]."""
     return float(_MEASURED_TICK * (nodes / _MEASURED_NODES) ** _GROWTH)
 
 

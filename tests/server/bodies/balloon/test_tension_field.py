@@ -47,7 +47,7 @@ def density(F: Floats) -> Floats:
 
 def stress(F: Floats) -> Floats:
     """dW/dF / (mu h), shape (2, 3, m)."""
-    m = F.shape[2]
+    m: int = F.shape[2]
     out = np.zeros((3 * m, 3))
     add_forces(strained(F), *triangles(m), np.ones(m), out)
     forces = out.reshape(m, 3, 3)
@@ -57,8 +57,8 @@ def stress(F: Floats) -> Floats:
 
 def full(F: Floats) -> Floats:
     """The moduli as matrices, shape (m, 6, 6) with rows (p, a)."""
-    m = F.shape[2]
-    pairs = np.arange(6 * m).reshape(m, 6)
+    m: int = F.shape[2]
+    pairs: Ints = np.arange(6 * m).reshape(m, 6)
     pairs[::2, 4] = -1 - pairs[::2, 4]  # some blocks are those of the transpose
     blocks = np.zeros((6 * m, 9))
     add_tangents(strained(F), triangles(m)[1], np.ones(m), pairs, 6 * m, np.empty(6), blocks)
