@@ -116,13 +116,8 @@ def main() -> None:
     parser = json_report.parser(__doc__)
     parser.add_argument("--ticks", type=int, default=300, help="of each row")
     parser.add_argument("--solids", type=int, nargs="*", default=[], choices=SIZES)
-<<<<<<< HEAD
     parser.add_argument("--speed", type=float, default=0.2, help="of sliding, in m/s")
     parser.add_argument("--geometry", choices=("plane", "sphere", "mesh"), default="mesh")
-    parser.add_argument("--reach", type=float, default=math.inf, help="of needed columns, in m")
-=======
-    parser.add_argument("--speed", type=float, default=0.2, help="of sliding on solids, in m/s")
->>>>>>> solid
     parser.add_argument("--flex", type=Path, default=None, help="folder of MuJoCo's models")
     options = parser.parse_args()
     if options.solids:
