@@ -26,9 +26,9 @@ from cohaptic_server.cholesky.symbolic import Analysis, Front
 from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Floats
 
-_LAPACK = {
-    np.dtype(np.float32): (lapack.spotrf, blas.strsm, blas.ssyrk),
-    np.dtype(np.float64): (lapack.dpotrf, blas.dtrsm, blas.dsyrk),
+_LAPACK = {  # by the bytes of a value
+    4: (lapack.spotrf, blas.strsm, blas.ssyrk),
+    8: (lapack.dpotrf, blas.dtrsm, blas.dsyrk),
 }
 _LANES = 4
 
@@ -114,7 +114,7 @@ class Refactored:
     def __init__(self, workspace: Workspace, blocks: Floats, *, without_root: bool = False) -> None:
         self._workspace, self._store = workspace, workspace.take()
         analysis, updates, values = workspace.analysis, workspace.updates, self._store.values
-        potrf, self._trsm, self_product = _LAPACK[values.dtype]
+        potrf, self._trsm, self_product = _LAPACK[values.itemsize]
         table, where, children = analysis.table, analysis.where, analysis.children
         self._fronts = self._store.fronts[: -1 if without_root else None]
         for k, (_, lower, below) in enumerate(self._fronts):

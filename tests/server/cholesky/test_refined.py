@@ -25,7 +25,7 @@ def test_it_is_as_exact_as_double_precision(seed: int, least: float, scale: floa
     b = np.random.default_rng(seed).normal(size=(ANALYSIS.size, 2))
     b[:, 1] = 0.0
     found = Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K)).checked(b[ANALYSIS.dof])
-    expected: Floats = np.linalg.solve(K, b)[ANALYSIS.dof]
+    expected: Floats = np.asarray(np.linalg.solve(K, b)[ANALYSIS.dof], dtype=np.float64)
     error = np.abs(found - expected).max()
     assert error < (1e-7 if least > -2.0 else 1e-4) * np.abs(expected).max()
     assert (found[:, 1] == 0.0).all()

@@ -6,7 +6,9 @@ With J the determinant of the deformation gradient F, the energy is that of `neo
 
 Its first part has a constant Hessian. That of the second is U'' dJ dJ + U' d2J: squares, and the
 second derivative of a determinant, which is linear in F and turns one node's displacement into
-another's force. Only U' d2J can make the tangent indefinite; a stiffened tangent leaves it out.
+another's force. A stiffened tangent leaves out what can make it indefinite: of the term
+s tr(L L) of a gradient L of velocity, with s = mu - lambda / 2 (J^2 - 1), the spin where s > 0 and
+the strain where s < 0.
 
 Everything that depends on the mesh alone is computed once. A tick passes over the elements in
 batches that stay in the processor's cache.
@@ -93,7 +95,7 @@ class RubberTetrahedra:
         dof: Unknowns in the order of the factor, as indices into (3 n,), shape (size,).
     """
 
-    # Shares of the part U' d2J that are left out.
+    # Shares of the negative part of the moduli that are removed.
     stiffenings = (1.0,)
 
     def __init__(self, shape: SolidShape, material: NeoHookean) -> None:
@@ -192,7 +194,7 @@ class RubberTetrahedra:
     def factor_tangent(
         self, state: SolidState, stiffening: float, b: Floats
     ) -> tuple[SolidTangent, Floats]:
-        """Factor the tangent, without a share `stiffening` of the part that may be indefinite."""
+        """Factor the tangent, with a share `stiffening` of its negative moduli removed."""
         try:
             factor = Refined(self._workspaces, self.tangent(state, stiffening))
             found = factor.checked(np.ascontiguousarray(b.T))
@@ -205,7 +207,7 @@ class RubberTetrahedra:
         tables, material = self._tables, self.material
         m, points = self._weights.shape
         count = self._elements.shape[1]
-        products = np.ascontiguousarray((1.0 - stiffening) * tables.products.T)
+        products = np.ascontiguousarray(tables.products.T)
         pairs = products.shape[1]
         blocks = self._steady.copy()
         scratch = np.empty(21)
@@ -227,8 +229,11 @@ class RubberTetrahedra:
                 swell,
             )
             turns(_times(F, products), self._normals[batch], turned)
+            squares = swell[:k].swapaxes(1, 2) @ swell[:k]
+            if stiffening:
+                squares += self._removed(swell[:k], state.J[batch], stiffening)
             add_tangents(
-                swell[:k].swapaxes(1, 2) @ swell[:k],
+                squares,
                 _times(turned[:k].reshape(k, 3, -1), tables.turning),
                 self._index[batch],
                 count,
@@ -236,6 +241,32 @@ class RubberTetrahedra:
                 blocks,
             )
         return blocks
+
+    def _removed(self, swell: Floats, J: Floats, stiffening: float) -> Floats:
+        """What a stiffened tangent has beside the exact one, shape (k, 3 a, 3 a) [N/m].
+
+        With h the gradients of the shape functions in the present state it is
+        stiffening / 2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
+
+        Args:
+            swell: From `element_loops.moduli`, sqrt(w U'') J h, shape (k, q, 3 a).
+            J: Shape (k, q).
+            stiffening: Share of the negative moduli to remove.
+        """
+        mu, lame = self.material.mu, self.material.lame
+        s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
+        share = 0.5 * stiffening * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
+        k, _, width = swell.shape
+        shape = (k, width // 3, 3, width // 3, 3)
+        left = swell.swapaxes(1, 2) * share[:, None]
+        crossed = (left @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
+        between = np.einsum(
+            "kaibi->kab", (swell.swapaxes(1, 2) * np.abs(share)[:, None] @ swell).reshape(shape)
+        )
+        removed = -crossed
+        for axis in range(3):
+            removed[:, :, axis, :, axis] += between
+        return np.asarray(removed.reshape(k, width, width))
 
 
 def _times(stack: Floats, matrix: Floats) -> Floats:
