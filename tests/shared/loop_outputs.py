@@ -105,7 +105,7 @@ def numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
     if value is None:
         return
     if isinstance(value, dict):
-        parts = cast("dict[Any, Any]", value)
+        parts = cast("dict[object, Any]", value)
     elif isinstance(value, list | tuple):
         parts = dict(enumerate(cast("list[Any]", value)))
     else:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from cohaptic.compiled import describe, use
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
@@ -50,6 +51,10 @@ def build_body(
         SettingError: The name is not in the catalogue, or an option does not fit the body.
         BodyError: The file is no object that can be touched.
     """
+    if nonlinear and not use("kernels"):
+        # A tick would take a second: the loops over elements are only fast as compiled modules.
+        limit = f"linear here: a nonlinear one needs compiled modules ({describe('kernels')})"
+        raise SettingError("body with --nonlinear", repr(name), limit)
     path = Path(name)
     is_name = not path.suffix and "/" not in name and "\\" not in name
     if is_name and name not in BODIES:
