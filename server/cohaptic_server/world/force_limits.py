@@ -64,14 +64,15 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
         C: Compliance between contacts, infinite where it is not known yet, shape (n, n) [m/N].
         max_effect: Largest change of the force on one hand by all others together [N].
     """
+    # The campaign compiles this very function with numba, which knows a part of numpy.
     shares = np.ones(len(change))
     # Change of the force on each hand (row) by each user (column); an unknown compliance is
     # replaced by the worst case.
-    effect = np.minimum(stiffness[:, None] * np.abs(C), MAX_COUPLING_RATIO) * change
-    effect.flat[:: len(effect) + 1] = 0.0  # the diagonal
-    for i in np.flatnonzero(effect.sum(axis=1) > max_effect).tolist():
-        cap = fair_cap(effect[i], max_effect)
-        shares = np.minimum(shares, cap / np.maximum(effect[i], 1e-300))
+    effect = np.minimum(np.expand_dims(stiffness, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
+    np.fill_diagonal(effect, 0.0)
+    for row in effect:
+        if row.sum() > max_effect:
+            shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
     return shares
 
 
