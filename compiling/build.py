@@ -88,7 +88,9 @@ def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
     command = [sys.executable, "-m", "compiling.unit", "out", *unit.modules]
     if unit.library is not None:
         command += ["--library", LOOP_LIBRARY]
-    path = os.pathsep.join(filter(None, [str(root.resolve()), os.environ.get("PYTHONPATH")]))
+    here = Path(__file__).resolve().parents[1]  # of this package, in whatever folder `root` is
+    places = [str(here), str(root.resolve()), os.environ.get("PYTHONPATH")]
+    path = os.pathsep.join(filter(None, places))
     done = subprocess.run(
         command,
         cwd=work,

@@ -13,7 +13,7 @@ def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
 
     It is sought on the face of the nearest quadrature point and on that face's neighbours.
     """
-    found = mesh.contacts
     x, y, z = p.tolist()
-    found.search.nearest(x, y, z)
-    return np.asarray(found.frame[0].copy())
+    near = mesh.contacts.near
+    near.nearest(x, y, z)
+    return np.array(near.foot)

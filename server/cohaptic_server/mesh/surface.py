@@ -10,7 +10,9 @@ from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.search.contact_search import ContactSearch
+from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.mesh.search.near import NearTree, point_tree
+from cohaptic_server.mesh.search.nearest_search import NearestSearch
 from cohaptic_server.numeric import Floats, Ints, cross
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
@@ -47,6 +49,8 @@ class Search:
 
     Args:
         search: It holds the contact that was found last.
+        near: For the nearest point alone.
+        field: The displacement that it looks at.
         frame: Foot, contact point and normal of that contact, shape (3, 3).
         under: Vertices under its pressure, shape (n,); the first `search.count` count.
         weights: Share of each of these in its force, shape (n,).
@@ -54,6 +58,8 @@ class Search:
     """
 
     search: ContactSearch
+    near: NearestSearch
+    field: LoadedField
     frame: Floats
     under: Ints
     weights: Floats
@@ -116,13 +122,17 @@ class SurfaceMesh:
         q = self.quadrature
         frame, n = np.zeros((3, 3)), len(self.vertices)
         under, weights = np.zeros(n, dtype=np.int64), np.zeros(n)
+        tree = point_tree(q.points)
+        field = LoadedField(n)
+        near = NearestSearch(self.vertices, self.faces, self.around, tree, self.split**2)
         search = ContactSearch(
             self.vertices,
             self.normals,
             self.faces,
             self.rings,
-            self.around,
-            point_tree(q.points),
+            near,
+            field,
+            tree,
             q.areas,
             np.ascontiguousarray(q.shares[: self.split**2]),
             self.size,
@@ -130,7 +140,7 @@ class SurfaceMesh:
             under,
             weights,
         )
-        return Search(search, frame, under, weights, np.zeros(3))
+        return Search(search, near, field, frame, under, weights, np.zeros(3))
 
     def spacing(self, count: int | None = None) -> float:
         """Mean distance between neighbours of evenly spread vertices [m].

@@ -117,7 +117,7 @@ def locate(
     known = _known(free)
     state = UNKNOWN
     while state == UNKNOWN:
-        search.load(*known)
+        mesh.contacts.field.load(*known)
         if hint is not None:
             search.take(hint.frame, hint.slope, hint.vertices, hint.weights)
         state = search.locate(x, y, z, radius, hint is not None, keep, final)
@@ -131,10 +131,10 @@ def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
     if isinstance(free, CachedField):
         search = mesh.contacts.search
         search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
-        search.load(free.vertices, free.values, False)
+        mesh.contacts.field.load(free.vertices, free.values, False)
         place = mesh.contacts.place
         search.put(place)
-        if not search.lacking:
+        if not mesh.contacts.field.lacking:
             x, y, z = place.tolist()
             return x, y, z
     return vec3(contact.moved(free))
@@ -145,10 +145,10 @@ def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
     search = mesh.contacts.search
     known = _known(free)
     search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
-    search.load(*known)
+    mesh.contacts.field.load(*known)
     while search.look() == UNKNOWN:
         known = _wider(mesh, known, free)
-        search.load(*known)
+        mesh.contacts.field.load(*known)
     return _found(mesh, contact)
 
 

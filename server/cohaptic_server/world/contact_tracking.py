@@ -122,9 +122,9 @@ def _followed(mesh: SurfaceMesh, previous: UserState | None) -> CachedField | No
     if surface is None:
         return free
     values = np.empty_like(free.values)
-    search = mesh.contacts.search
-    search.load(surface.vertices, surface.values, False)
-    search.follow(free.vertices, free.values, RELAXATION, values)
+    field = mesh.contacts.field
+    field.load(surface.vertices, surface.values, False)
+    field.follow(free.vertices, free.values, RELAXATION, values)
     return CachedField(free.vertices, values, free.elsewhere)
 
 

@@ -2,6 +2,8 @@ cimport cython
 cimport libc.math as math
 from libc.stdint cimport int64_t
 
+from cohaptic_server.mesh.search.loaded_field cimport LoadedField
+from cohaptic_server.mesh.search.nearest_search cimport NearestSearch
 from cohaptic_server.mesh.search.point_tree cimport PointTree
 
 
@@ -15,7 +17,8 @@ cdef class ContactSearch:
     cdef const double[:, ::1] normals
     cdef const int64_t[:, ::1] faces
     cdef const int64_t[:, ::1] rings
-    cdef const int64_t[:, ::1] around
+    cdef NearestSearch near
+    cdef LoadedField field
     cdef PointTree tree
     cdef const double[::1] areas
     cdef const double[:, ::1] shares
@@ -27,14 +30,7 @@ cdef class ContactSearch:
     cdef readonly double slope
     cdef int64_t[::1] found
     cdef double[::1] table
-    cdef int64_t[::1] row
-    cdef const int64_t[::1] known
-    cdef const double[:, ::1] values
-    cdef bint whole
-    cdef readonly bint lacking
 
-    @cython.locals(k=Py_ssize_t)
-    cpdef void load(self, const int64_t[::1] known, const double[:, ::1] values, bint whole) noexcept
     @cython.locals(i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t)
     cpdef void take(self, const double[:, ::1] frame, double slope, const int64_t[::1] under,
                     const double[::1] weights) noexcept
@@ -47,13 +43,10 @@ cdef class ContactSearch:
     cpdef int look(self) noexcept
     @cython.locals(axis=Py_ssize_t)
     cpdef void put(self, double[::1] place) noexcept
-    @cython.locals(k=Py_ssize_t, row=int64_t, axis=Py_ssize_t, value=double, before=double)
-    cpdef void follow(self, const int64_t[::1] vertices, const double[:, ::1] values, double share,
-                      double[:, ::1] followed) noexcept
     @cython.locals(moved=double, k=Py_ssize_t)
     cdef double gap(self, Py_ssize_t axis, double place) noexcept
-    @cython.locals(row=int64_t)
-    cdef double moved(self, int64_t vertex, Py_ssize_t axis) noexcept
+    @cython.locals(axis=Py_ssize_t)
+    cdef void move_to(self, double x, double y, double z) noexcept
     cdef void settle(self, double radius) noexcept
     @cython.locals(x=double, y=double, z=double, most=double, points=Py_ssize_t, split=int64_t,
                    total=double, count=Py_ssize_t, k=Py_ssize_t, point=int64_t, face=int64_t,
@@ -68,17 +61,6 @@ cdef class ContactSearch:
                    vy=double, vz=double, length=double)
     cpdef void turn(self) noexcept
     cdef double place(self, int64_t vertex, Py_ssize_t axis) noexcept
-    @cython.locals(face=int64_t, best=double, k=Py_ssize_t)
-    cpdef void nearest(self, double x, double y, double z) noexcept
-    @cython.locals(a=int64_t, b=int64_t, c=int64_t, ax=double, ay=double, az=double, ux=double,
-                   uy=double, uz=double, vx=double, vy=double, vz=double, wx=double, wy=double,
-                   wz=double, uu=double, uv=double, vv=double, wu=double, wv=double, det=double,
-                   s=double, t=double, along=double)
-    cdef double nearer(self, int64_t face, double x, double y, double z, double best) noexcept
-    @cython.locals(px=double, py=double, pz=double, square=double)
-    cdef double nearer_point(self, double ax, double ay, double az, double s, double t, double ux,
-                             double uy, double uz, double vx, double vy, double vz, double x,
-                             double y, double z, double best) noexcept
 
 
 @cython.locals(gap=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, number=int64_t)

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from cohaptic_server.mesh.search.loaded_field import LoadedField
+from cohaptic_server.mesh.search.nearest_search import NearestSearch
 from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.numeric import Floats, Ints
 
@@ -29,7 +31,8 @@ class ContactSearch:
         normals: At the vertices, shape (n, 3).
         faces: Corners, shape (m, 3).
         rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
-        around: Faces that share a vertex with each face, shape (m, 3 valence).
+        near: For the nearest point of the surface.
+        field: The displacement.
         tree: Of the quadrature points, those of a face one after the other.
         areas: Of the quadrature points, shape (q,) [m^2].
         shares: Barycentric coordinates of the points of a face, shape (split^2, 3).
@@ -41,29 +44,19 @@ class ContactSearch:
     Attributes:
         count: Number of vertices under the pressure.
         slope: Of the contact, as in `Contact`.
-        lacking: Whether the last answer would have needed a displacement that is not known.
     """
 
     def __init__(
-        self,
-        vertices: Floats,
-        normals: Floats,
-        faces: Ints,
-        rings: Ints,
-        around: Ints,
-        tree: PointTree,
-        areas: Floats,
-        shares: Floats,
-        size: float,
-        frame: Floats,
-        under: Ints,
-        weights: Floats,
-    ) -> None:
+        self, vertices: Floats, normals: Floats, faces: Ints, rings: Ints, near: NearestSearch,
+        field: LoadedField, tree: PointTree, areas: Floats, shares: Floats, size: float,
+        frame: Floats, under: Ints, weights: Floats,
+    ) -> None:  # fmt: skip
         self.vertices = vertices
         self.normals = normals
         self.faces = faces
         self.rings = rings
-        self.around = around
+        self.near = near
+        self.field = field
         self.tree = tree
         self.areas = areas
         self.shares = shares
@@ -75,21 +68,6 @@ class ContactSearch:
         self.slope = 1.0
         self.found = np.zeros(len(areas), dtype=np.int64)
         self.table = np.zeros(len(vertices))
-        self.row = np.full(len(vertices), -1, dtype=np.int64)
-        self.known = np.zeros(0, dtype=np.int64)
-        self.values = np.zeros((0, 3))
-        self.whole = False
-        self.lacking = False
-
-    def load(self, known: Ints, values: Floats, whole: bool) -> None:
-        """Take a displacement field: values at the vertices `known`, or at all of them in order."""
-        for k in range(self.known.shape[0]):
-            self.row[self.known[k]] = -1
-        for k in range(known.shape[0]):
-            self.row[known[k]] = k
-        self.known = known
-        self.values = values
-        self.whole = whole
 
     def take(self, frame: Floats, slope: float, under: Ints, weights: Floats) -> None:
         """Take the contact of the last tick, from which the next search starts."""
@@ -102,6 +80,7 @@ class ContactSearch:
             self.weights[k] = weights[k]
         self.slope = slope
 
+    # One iteration with a dozen numbers that each step needs from the one before.
     def locate(
         self,
         x: float,
@@ -125,20 +104,20 @@ class ContactSearch:
             `KEPT`, `MOVED`, or `UNKNOWN` where the displacement is not known at some vertex under
             the pressure or beside it; the foot is then where it is needed.
         """
-        self.lacking = False
+        self.field.lacking = False
         state, limit = KEPT, keep
         if again:
             self.turn()
         else:
             self.slope = 1.0
-            self.nearest(x, y, z)
+            self.move_to(x, y, z)
             self.settle(radius)
             state, limit = MOVED, tolerance
         slope = self.slope
         before_x = before_y = before_z = 0.0
         factor = ratio = 0.0
         for step in range(_MAX_ITERATIONS):
-            if self.lacking:
+            if self.field.lacking:
                 return UNKNOWN
             gx, gy, gz = self.gap(0, x), self.gap(1, y), self.gap(2, z)
             nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
@@ -164,67 +143,44 @@ class ContactSearch:
             else:
                 factor *= max(0.0, 1.0 + height / self.size)
             before_x, before_y, before_z = ox, oy, oz
-            self.nearest(
+            self.move_to(
                 self.frame[_FOOT, 0] + factor * ox,
                 self.frame[_FOOT, 1] + factor * oy,
                 self.frame[_FOOT, 2] + factor * oz,
             )
             self.settle(radius)
-        if self.lacking:
+        if self.field.lacking:
             return UNKNOWN
         self.slope = slope
         return state
 
     def look(self) -> int:
         """Turn the normal of the contact to the loaded field; `KEPT`, or `UNKNOWN` as above."""
-        self.lacking = False
+        self.field.lacking = False
         self.turn()
-        return UNKNOWN if self.lacking else KEPT
+        return UNKNOWN if self.field.lacking else KEPT
 
     def put(self, place: Floats) -> None:
         """Put the contact point on the loaded field into `place`, shape (3,) [m].
 
-        `lacking` tells whether the displacement is not known at some vertex under the pressure.
+        `field.lacking` tells whether it is not known at some vertex under the pressure.
         """
-        self.lacking = False
+        self.field.lacking = False
         for axis in range(3):
             place[axis] = -self.gap(axis, 0.0)
-
-    def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
-        """Move the loaded field by a share of the way to another one.
-
-        Args:
-            vertices: At which the other one is known, shape (k,).
-            values: Its displacement there, shape (k, 3) [m].
-            share: Of the way, 0 to 1.
-            followed: Set to the field in between; where the loaded one is not known, to the other,
-                shape (k, 3) [m].
-        """
-        for k in range(vertices.shape[0]):
-            row = self.row[vertices[k]]
-            for axis in range(3):
-                value = values[k, axis]
-                if row >= 0:
-                    before = self.values[row, axis]
-                    value = before + share * (value - before)
-                followed[k, axis] = value
 
     def gap(self, axis: int, place: float) -> float:
         """Coordinate of the probe from the contact point on the displaced surface [m]."""
         moved = 0.0
         for k in range(self.count):
-            moved += self.weights[k] * self.moved(self.under[k], axis)
+            moved += self.weights[k] * self.field.moved(self.under[k], axis)
         return float(place - (self.frame[_POINT, axis] + moved))
 
-    def moved(self, vertex: int, axis: int) -> float:
-        """Displacement of a vertex along an axis; 0 and a note where it is not known [m]."""
-        if self.whole:
-            return float(self.values[vertex, axis])
-        row = self.row[vertex]
-        if row < 0:
-            self.lacking = True
-            return 0.0
-        return float(self.values[row, axis])
+    def move_to(self, x: float, y: float, z: float) -> None:
+        """Move the foot to the point of the resting surface nearest to a place [m]."""
+        self.near.nearest(x, y, z)
+        for axis in range(3):
+            self.frame[_FOOT, axis] = self.near.foot[axis]
 
     def settle(self, radius: float) -> None:
         """Pressure, contact point and normal at the foot."""
@@ -323,62 +279,7 @@ class ContactSearch:
 
     def place(self, vertex: int, axis: int) -> float:
         """Coordinate of a displaced vertex [m]."""
-        return float(self.vertices[vertex, axis] + self.moved(vertex, axis))
-
-    def nearest(self, x: float, y: float, z: float) -> None:
-        """Foot: the point of the resting surface nearest to a place.
-
-        It is sought on the face of the nearest quadrature point and on that face's neighbours.
-        """
-        face = self.tree.nearest(x, y, z) // self.shares.shape[0]
-        best = 1e300
-        for k in range(self.around.shape[1]):
-            best = self.nearer(self.around[face, k], x, y, z, best)
-
-    def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
-        """Move the foot to a face if that is nearer than `best` [m^2]; the least of both squares.
-
-        The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
-        """
-        a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
-        ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
-        ux, uy, uz = self.vertices[b, 0] - ax, self.vertices[b, 1] - ay, self.vertices[b, 2] - az
-        vx, vy, vz = self.vertices[c, 0] - ax, self.vertices[c, 1] - ay, self.vertices[c, 2] - az
-        wx, wy, wz = x - ax, y - ay, z - az
-        uu, uv, vv = (
-            ux * ux + uy * uy + uz * uz,
-            ux * vx + uy * vy + uz * vz,
-            vx * vx + vy * vy + vz * vz,
-        )
-        wu, wv = wx * ux + wy * uy + wz * uz, wx * vx + wy * vy + wz * vz
-        det = max(uu * vv - uv * uv, 1e-300)
-        s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
-        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
-            return self.nearer_point(ax, ay, az, s, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
-        # The nearest points of the three edges, as shares of `u` and `v`.
-        s = min(1.0, max(0.0, wu / max(uu, 1e-300)))
-        best = self.nearer_point(ax, ay, az, s, 0.0, ux, uy, uz, vx, vy, vz, x, y, z, best)
-        t = min(1.0, max(0.0, wv / max(vv, 1e-300)))
-        best = self.nearer_point(ax, ay, az, 0.0, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
-        along = (wv - wu - uv + uu) / max(uu - 2.0 * uv + vv, 1e-300)
-        t = min(1.0, max(0.0, along))
-        return self.nearer_point(ax, ay, az, 1.0 - t, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
-
-    def nearer_point(
-        self,
-        ax: float, ay: float, az: float, s: float, t: float,
-        ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
-        x: float, y: float, z: float, best: float,
-    ) -> float:  # fmt: skip
-        """Move the foot to the point a + s u + t v if that is nearer than `best` [m^2]."""
-        px, py, pz = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
-        square = (x - px) * (x - px) + (y - py) * (y - py) + (z - pz) * (z - pz)
-        if square >= best:
-            return best
-        self.frame[_FOOT, 0] = px
-        self.frame[_FOOT, 1] = py
-        self.frame[_FOOT, 2] = pz
-        return square
+        return float(self.vertices[vertex, axis] + self.field.moved(vertex, axis))
 
 
 def _sort(numbers: Ints, count: int) -> None:

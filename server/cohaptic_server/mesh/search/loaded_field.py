@@ -1,0 +1,64 @@
+"""A displacement field where it is known, for the loops that look it up vertex by vertex."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.numeric import Floats, Ints
+
+
+class LoadedField:
+    """One field after the other, on a surface of n vertices.
+
+    Args:
+        count: n.
+
+    Attributes:
+        lacking: Whether a displacement was asked for that is not known; who asks sets it back.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.row = np.full(count, -1, dtype=np.int64)
+        self.known = np.zeros(0, dtype=np.int64)
+        self.values = np.zeros((0, 3))
+        self.whole = False
+        self.lacking = False
+
+    def load(self, known: Ints, values: Floats, whole: bool) -> None:
+        """Take a displacement field: values at the vertices `known`, or at all of them in order."""
+        for k in range(self.known.shape[0]):
+            self.row[self.known[k]] = -1
+        for k in range(known.shape[0]):
+            self.row[known[k]] = k
+        self.known = known
+        self.values = values
+        self.whole = whole
+
+    def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
+        """Move the loaded field by a share of the way to another one.
+
+        Args:
+            vertices: At which the other one is known, shape (k,).
+            values: Its displacement there, shape (k, 3) [m].
+            share: Of the way, 0 to 1.
+            followed: Set to the field in between; where the loaded one is not known, to the other,
+                shape (k, 3) [m].
+        """
+        for k in range(vertices.shape[0]):
+            row = self.row[vertices[k]]
+            for axis in range(3):
+                value = values[k, axis]
+                if row >= 0:
+                    before = self.values[row, axis]
+                    value = before + share * (value - before)
+                followed[k, axis] = value
+
+    def moved(self, vertex: int, axis: int) -> float:
+        """Displacement of a vertex along an axis; 0 and a note where it is not known [m]."""
+        if self.whole:
+            return float(self.values[vertex, axis])
+        row = self.row[vertex]
+        if row < 0:
+            self.lacking = True
+            return 0.0
+        return float(self.values[row, axis])

@@ -1,0 +1,88 @@
+"""The point of a resting surface nearest to a place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.mesh.search.point_tree import PointTree
+from cohaptic_server.numeric import Floats, Ints
+
+
+class NearestSearch:
+    """Searches on the faces of one surface.
+
+    Args:
+        vertices: Resting positions, shape (n, 3) [m].
+        faces: Corners, shape (m, 3).
+        around: Faces that share a vertex with each face, shape (m, 3 valence).
+        tree: Of the quadrature points, those of a face one after the other.
+        split: Quadrature points of a face.
+
+    Attributes:
+        foot: The point that was found last, shape (3,) [m].
+    """
+
+    def __init__(
+        self, vertices: Floats, faces: Ints, around: Ints, tree: PointTree, split: int
+    ) -> None:
+        self.vertices = vertices
+        self.faces = faces
+        self.around = around
+        self.tree = tree
+        self.split = split
+        self.foot = np.zeros(3)
+
+    def nearest(self, x: float, y: float, z: float) -> None:
+        """Foot: the point of the resting surface nearest to a place.
+
+        It is sought on the face of the nearest quadrature point and on that face's neighbours.
+        """
+        face = self.tree.nearest(x, y, z) // self.split
+        best = 1e300
+        for k in range(self.around.shape[1]):
+            best = self.nearer(self.around[face, k], x, y, z, best)
+
+    def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
+        """Move the foot to a face if that is nearer than `best` [m^2]; the least of both squares.
+
+        The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
+        """
+        a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
+        ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
+        ux, uy, uz = self.vertices[b, 0] - ax, self.vertices[b, 1] - ay, self.vertices[b, 2] - az
+        vx, vy, vz = self.vertices[c, 0] - ax, self.vertices[c, 1] - ay, self.vertices[c, 2] - az
+        wx, wy, wz = x - ax, y - ay, z - az
+        uu, uv, vv = (
+            ux * ux + uy * uy + uz * uz,
+            ux * vx + uy * vy + uz * vz,
+            vx * vx + vy * vy + vz * vz,
+        )
+        wu, wv = wx * ux + wy * uy + wz * uz, wx * vx + wy * vy + wz * vz
+        det = max(uu * vv - uv * uv, 1e-300)
+        s, t = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            return self.nearer_point(ax, ay, az, s, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        # The nearest points of the three edges, as shares of `u` and `v`.
+        s = min(1.0, max(0.0, wu / max(uu, 1e-300)))
+        best = self.nearer_point(ax, ay, az, s, 0.0, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        t = min(1.0, max(0.0, wv / max(vv, 1e-300)))
+        best = self.nearer_point(ax, ay, az, 0.0, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+        along = (wv - wu - uv + uu) / max(uu - 2.0 * uv + vv, 1e-300)
+        t = min(1.0, max(0.0, along))
+        return self.nearer_point(ax, ay, az, 1.0 - t, t, ux, uy, uz, vx, vy, vz, x, y, z, best)
+
+    def nearer_point(
+        self,
+        ax: float, ay: float, az: float, s: float, t: float,
+        ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
+        x: float, y: float, z: float, best: float,
+    ) -> float:  # fmt: skip
+        """Move the foot to the point a + s u + t v if that is nearer than `best` [m^2]."""
+        px, py, pz = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
+        square = (x - px) * (x - px) + (y - py) * (y - py) + (z - pz) * (z - pz)
+        if square >= best:
+            return best
+        self.foot[0] = px
+        self.foot[1] = py
+        self.foot[2] = pz
+        return square
