@@ -74,13 +74,12 @@ rounds; *missed* are periods skipped because the one before was too late; *core*
 
 ## The server's tick
 
-`python benchmarks/tick.py`: users press 1 N each and slide along the equator at up to 0.03 m/s,
-so every contact is searched and solved anew in each tick. The balloon has 642 vertices.
+`python benchmarks/tick.py`: users with mesh patches press 1 N each and slide along the equator at
+0.2 m/s, so every contact is searched and solved anew in each tick. The balloon has 642 vertices.
 
 {tick}
 
-Profile: two thirds of the linear balloon's tick are many small numpy calls in the search for
-contacts (`contact.py`); the nonlinear one factors its tangent (decision 14).
+Where the time goes, part by part: [performance](performance.md).
 """
 
 

@@ -116,19 +116,10 @@ class Refactored:
         analysis, updates, values = workspace.analysis, workspace.updates, self._store.values
         potrf, self._trsm, self_product = _LAPACK[values.itemsize]
         table, where, children = analysis.table, analysis.where, analysis.children
+        places = analysis.starts, analysis.places
         self._fronts = self._store.fronts[: -1 if without_root else None]
         for k, (_, lower, below) in enumerate(self._fronts):
-            load_front(
-                k,
-                table,
-                where,
-                children,
-                analysis.starts,
-                analysis.places,
-                blocks,
-                updates,
-                values,
-            )
+            load_front(k, table, where, children, *places, blocks, updates, values)
             _, failed = potrf(lower, lower=1, clean=0, overwrite_a=1)
             if failed:
                 raise Indefinite("the matrix is not positive definite")
@@ -137,17 +128,8 @@ class Refactored:
                 self_product(-1.0, below, c=workspace.update_of[k], lower=1, overwrite_c=1)
                 add_updates(k, table, where, children, updates)
         if without_root:
-            load_front(
-                len(table) - 1,
-                table,
-                where,
-                children,
-                analysis.starts,
-                analysis.places,
-                blocks,
-                updates,
-                values,
-            )
+            root = len(table) - 1
+            load_front(root, table, where, children, *places, blocks, updates, values)
         self.root = self._store.fronts[-1][1]
 
     def __del__(self) -> None:

@@ -23,7 +23,7 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.mesh.search.contact_search import KEPT, UNKNOWN
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.numeric import Floats, Ints, union, vec3
 from cohaptic_server.world.displacement_field import CachedField, Field
 
 MAX_CONTACT_HEIGHT = 0.03  # m above the surface; a probe higher up applies no force
@@ -172,7 +172,7 @@ def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
     """The field also at the corners of all faces round the contact to which the search has come."""
     found = mesh.contacts
     under = found.under[: found.search.count]
-    vertices = np.union1d(known.vertices, mesh.faces[mesh.rings[under]])
+    vertices = union(known.vertices, mesh.faces[mesh.rings[under]].ravel())
     return _Known(vertices, field[vertices], False)
 
 
