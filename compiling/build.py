@@ -9,7 +9,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
@@ -22,6 +23,8 @@ HOME = Path("shared/cohaptic/_compiled")  # of all three packages; `cohaptic.com
 SUFFIX = EXTENSION_SUFFIXES[0]
 PYTHON = SUFFIX.strip(".").rpartition(".")[0]  # as in `cohaptic.compiled`
 MANIFEST = "manifest.json"
+# Kernels that one process compiles: starting it takes as long as two of them.
+BATCH = 4
 Entry = dict[str, Any]
 
 
@@ -62,31 +65,47 @@ def build(root: Path, *, again: bool = False) -> int:
     done = [unit for unit in every if _fits(unit, known.get(_key(unit, recipe)))]
     todo = [unit for unit in every if unit not in done]
     entries = {key: known[key] for unit in done for key in [_key(unit, recipe)]}
-    problems: list[str] = []
     folder(root).mkdir(parents=True, exist_ok=True)
+    problems: list[str] = []
     with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = {
-            _key(unit, recipe): pool.submit(
-                _compile, root, unit, Path(temporary, str(i)), _key(unit, recipe)
-            )
-            for i, unit in enumerate(todo)
-        }
-        for key, job in jobs.items():
+
+        def start(batch: list[Unit]) -> tuple[list[Unit], Future[list[Entry]]]:
+            work = Path(tempfile.mkdtemp(dir=temporary))
+            return batch, pool.submit(_compile, root, batch, work, recipe)
+
+        jobs = deque(start(batch) for batch in _batches(todo))
+        while jobs:
+            batch, job = jobs.popleft()
             try:
-                entries[key] = job.result()
+                made = job.result()
+                entries |= {_key(u, recipe): entry for u, entry in zip(batch, made, strict=True)}
             except (CompileError, OSError) as error:
-                problems.append(str(error))
+                if len(batch) == 1:
+                    problems.append(str(error))
+                else:  # by itself each of them shows whether it is to blame
+                    jobs.extend(start([unit]) for unit in batch)
     _write(root, every, entries, recipe)
     if problems:
         raise CompileError("\n".join(problems))
     return len(todo)
 
 
-def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
-    """Compile one unit in a folder of its own; what the manifest says about it."""
-    _copy(root, unit, work)
-    command = [sys.executable, "-m", "compiling.unit", "out", *unit.modules]
-    if unit.library is not None:
+def _batches(todo: list[Unit]) -> list[list[Unit]]:
+    """What one process compiles after another; the order is kept."""
+    kernels = [unit for unit in todo if unit.library is None]
+    return [
+        *([unit] for unit in todo if unit.library is not None),
+        *(kernels[i : i + BATCH] for i in range(0, len(kernels), BATCH)),
+    ]
+
+
+def _compile(root: Path, batch: list[Unit], work: Path, recipe: int) -> list[Entry]:
+    """Compile units in a folder of their own; what the manifest says about each."""
+    for unit in batch:
+        _copy(root, unit, work)
+    modules = [name for unit in batch for name in unit.modules]
+    command = [sys.executable, "-m", "compiling.unit", "out", *modules]
+    if batch[0].library is not None:
         command += ["--library", LOOP_LIBRARY]
     here = Path(__file__).resolve().parents[1]  # of this package, in whatever folder `root` is
     places = [str(here), str(root.resolve()), os.environ.get("PYTHONPATH")]
@@ -101,7 +120,12 @@ def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
         check=False,
     )
     if done.returncode:
-        raise CompileError(f"{unit.modules[0]} could not be compiled:\n{done.stdout[-4000:]}")
+        raise CompileError(f"{modules[0]} could not be compiled:\n{done.stdout[-4000:]}")
+    return [_put(root, unit, work, _key(unit, recipe)) for unit in batch]
+
+
+def _put(root: Path, unit: Unit, work: Path, key: str) -> Entry:
+    """Copy what was built of a unit to its place; what the manifest says about it."""
     files: dict[str, int] = {}
 
     def put(name: str) -> str:
@@ -112,11 +136,12 @@ def _compile(root: Path, unit: Unit, work: Path, key: str) -> Entry:
         files[file] = built.stat().st_size
         return file
 
-    modules = {name: (put(name), _source(root, name)) for name in unit.modules}
+    shared = None if unit.library is None else put(unit.library)
+    modules = {name: (shared or put(name), _source(root, name)) for name in unit.modules}
     entry: Entry = {"modules": modules, "files": files, "sources": unit.sources}
     entry["tools"] = _tools(unit)
     if unit.library is not None:
-        entry["library"] = (unit.library, put(unit.library))
+        entry["library"] = (unit.library, shared)
     return entry
 
 
@@ -126,7 +151,6 @@ def _copy(root: Path, unit: Unit, work: Path) -> None:
     Of the packages' own `__init__.py` only the place is needed. What they import for type checkers
     would have mypy read half of the project.
     """
-    work.mkdir()
     for source in unit.sources:
         target = work / source
         target.parent.mkdir(parents=True, exist_ok=True)

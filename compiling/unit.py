@@ -1,4 +1,4 @@
-"""One unit, compiled by itself in the present folder, which holds a copy of the packages.
+"""Some units, compiled by themselves in the present folder, which holds a copy of the packages.
 
     python -m compiling.unit FOLDER MODULE... [--library NAME]
 
@@ -43,17 +43,26 @@ follow_imports = silent
 """
 
 
-def kernel(name: str) -> Any:
-    """Extension of a module with a `.pxd`, translated to C; or of what the kernels share."""
-    source, target = name.replace(".", "/") + ".py", f"{name}.c"
-    shared = ["--shared", KERNEL_LIBRARY]
-    made = (
-        ["--generate-shared", target] if name == KERNEL_LIBRARY else [*shared, "-o", target, source]
-    )
-    directives = [word for key, value in DIRECTIVES.items() for word in ("-X", f"{key}={value}")]
-    subprocess.run([sys.executable, "-m", "cython", "-I", ".", *directives, *made], check=True)
-    flags = LIBRARY_FLAGS if name == KERNEL_LIBRARY else KERNEL_FLAGS
-    return import_module("setuptools").Extension(name, [target], extra_compile_args=flags)
+def kernels(names: list[str]) -> list[Any]:
+    """Extensions of modules with a `.pxd`, translated to C, and of what all kernels share."""
+    translate = [sys.executable, "-m", "cython", "-I", "."]
+    translate += [word for key, value in DIRECTIVES.items() for word in ("-X", f"{key}={value}")]
+    own = [name for name in names if name != KERNEL_LIBRARY]
+    places = [name.replace(".", "/") for name in own]
+    extension = import_module("setuptools").Extension
+    found = []
+    if own:
+        sources = [f"{place}.py" for place in places]
+        subprocess.run([*translate, "--shared", KERNEL_LIBRARY, *sources], check=True)
+        found = [
+            extension(name, [f"{place}.c"], extra_compile_args=KERNEL_FLAGS)
+            for name, place in zip(own, places, strict=True)
+        ]
+    if KERNEL_LIBRARY in names:
+        target = f"{KERNEL_LIBRARY}.c"
+        subprocess.run([*translate, "--generate-shared", target], check=True)
+        found.append(extension(KERNEL_LIBRARY, [target], extra_compile_args=LIBRARY_FLAGS))
+    return found
 
 
 def loop(modules: list[str], library: str) -> list[Any]:
@@ -73,9 +82,31 @@ def loop(modules: list[str], library: str) -> list[Any]:
         group_name=library,
         target_dir="c",
     )
-    for extension in extensions:
-        extension.extra_compile_args += QUIET
-    return extensions
+    (whole,) = (extension for extension in extensions if extension.name == f"{library}__mypyc")
+    whole.extra_compile_args += QUIET
+    entries = Path("c", "entries.c")
+    shims = [source for other in extensions if other is not whole for source in other.sources]
+    entries.write_text(_together(modules, shims), encoding="utf-8")
+    whole.sources.append(str(entries))
+    return [whole]
+
+
+def _together(modules: list[str], shims: list[str]) -> str:
+    """Where Python enters each module, in one C file: thirty extensions would take 8 s to compile.
+
+    mypyc writes an extension for each, with one function that is named after the last part of the
+    module's name, and another that is there for a linker's sake.
+
+    Raises:
+        ValueError: Two modules would have the same function.
+    """
+    last = [name.rpartition(".")[2] for name in modules]
+    twice = {name for name in last if last.count(name) > 1}
+    if twice:
+        raise ValueError(f"modules of one library end in different names; twice: {sorted(twice)}")
+    unused = (f"#undef PyInit___init__\n#define PyInit___init__ unused_{name}\n" for name in last)
+    texts = (Path(shim).read_text(encoding="utf-8") for shim in shims)
+    return "".join(f"{rename}{text}" for rename, text in zip(unused, texts, strict=True))
 
 
 def compile_all(extensions: list[Any], folder: str) -> None:
@@ -97,7 +128,7 @@ def main() -> None:
     if given.library:
         extensions = loop(given.modules, given.library)
     else:
-        extensions = [kernel(name) for name in given.modules]
+        extensions = kernels(given.modules)
     compile_all(extensions, given.folder)
 
 
