@@ -4,7 +4,7 @@ from libc.stdint cimport int64_t
 
 @cython.locals(j=Py_ssize_t, k=Py_ssize_t, a=int64_t, b=int64_t, c=int64_t, d=int64_t, wa=double,
                wb=double, wc=double, wd=double, pair=double)
-cpdef void combine(const double[:, ::1] rows, const int64_t[::1] vertices,
+cpdef void combine(const float[:, ::1] rows, const int64_t[::1] vertices,
                    const double[::1] weights, double[::1] combined) noexcept
 @cython.locals(i=Py_ssize_t, k=Py_ssize_t, v=int64_t, moved=double,
                x=double, y=double, z=double)

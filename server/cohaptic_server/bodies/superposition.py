@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Narrow
 
 # As plain Python `combine` takes a thousand times as long as numpy, with its copy, does.
 COMPILED = not __file__.endswith(".py")
 
 
-def combine(rows: Floats, vertices: Ints, weights: Floats, combined: Floats) -> None:
+def combine(rows: Narrow, vertices: Ints, weights: Floats, combined: Floats) -> None:
     """The weighted sum of some rows, `weights @ rows[vertices]`, without a copy of the rows.
 
     Args:

@@ -100,7 +100,8 @@ class Balloon:
         mesh: The inflated surface.
         contact_radius: Radius of the pressure under a contact [m].
         inflated: Equilibrium without contacts.
-        compliance: C of all vertices, zero at the base, shape (3 n, 3 n) [m/N].
+        compliance: C of all vertices, zero at the base, in single precision, shape (3 n, 3 n)
+            [m/N].
     """
 
     name = "balloon"
@@ -113,7 +114,9 @@ class Balloon:
         self.mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)
         self.contact_radius = self.settings.contact_radius
         fixed = fixed_by_base(self.inflated, self.settings)
-        self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3))
+        # A slide reads a megabyte of it for each user and tick, which single precision halves; the
+        # body is linear and symmetric to the last bit with the rounded C as with the exact one.
+        self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3)).astype(np.float32)
         self.compliance.setflags(write=False)
         # What a contact reads: for each vertex three rows of C, which lie together.
         self._rows = self.compliance.reshape(len(self.mesh.vertices), -1)

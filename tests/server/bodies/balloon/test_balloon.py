@@ -86,8 +86,9 @@ def test_water_is_incompressible_and_the_base_is_held(
 ) -> None:
     body = _shared_balloon()
     u = body.respond([press(body, d, f) for d, f in presses]).displacement
-    lost = body.inflated.volume_gradient @ u.ravel()
-    assert abs(lost) < 1e-12 * volume(body.inflated.x, body.inflated.faces)
+    moved = body.inflated.volume_gradient * u.ravel()
+    # C is kept in single precision.
+    assert abs(moved.sum()) <= np.finfo(np.float32).eps * np.abs(moved).sum()
     assert np.abs(u[body.mesh.vertices[:, 2] < -0.085]).max() == 0.0
 
 
