@@ -13,6 +13,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from cohaptic_server.bodies.body import Body, Load, Prefetching
+from cohaptic_server.mesh.contact_windows import ContactWindows
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
 from cohaptic_server.numeric import Floats
@@ -46,6 +47,16 @@ class TouchedBody:
     def mesh(self) -> TouchMesh:
         """The mesh from which mesh patches are cut."""
         return thinned(self.body.mesh, APART * self.body.contact_radius)
+
+    @cached_property
+    def windows(self) -> ContactWindows:
+        """Windows round contacts, for patches that carry more than a plane."""
+        return ContactWindows(self.body.mesh, self.mesh)
+
+    @cached_property
+    def touch_compliance(self) -> Floats:
+        """`vertex_compliance` at the vertices of the touch mesh, shape (t,) [m/N]."""
+        return np.ascontiguousarray(self.vertex_compliance[self.mesh.vertices])
 
     @cached_property
     def vertex_compliance(self) -> Floats:

@@ -68,11 +68,6 @@ class TouchMesh:
         """Indices into `vertices` within `radius` [m] of a point at rest, rising, shape (k,)."""
         return self.search.near(point, radius)
 
-    def among(self, vertices: Ints) -> Ints:
-        """Those of some vertices of the whole surface that the touch mesh has, as indices."""
-        index = self.vertices.searchsorted(vertices)
-        return np.flatnonzero(self.vertices.take(index, mode="clip") == vertices)
-
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
     """Thin a mesh to vertices with a least distance between them.

@@ -15,6 +15,7 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.touch_mesh import MAX_PATH, TouchMesh
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.packing import FIELDS, largest, pack
 
 MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
 SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
@@ -22,8 +23,7 @@ _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_surfac
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
-# One vertex in the frame of a patch (`protocol.neighbourhood`), packed.
-_ITEM = np.dtype([("index", "<u2"), ("displacement", "<i2", (3,)), ("compliance", "<u2")])
+_LARGEST = np.zeros(2)  # room for one neighbourhood after the other
 
 
 def _half_width(mesh: TouchMesh, horizon: float) -> float:
@@ -44,11 +44,9 @@ def cut_neighbourhood(
     Args:
         touched_body: The deformable object and its touch mesh.
         displacement: Of these vertices without this user's own force, shape (k, 3) [m].
-        touched: Vertices of the touch mesh, from `choose_vertices`.
+        touched: Vertices of the touch mesh, shape (k,).
     """
-    vertices = touched_body.mesh.vertices[touched]
-    compliance = touched_body.vertex_compliance[vertices]
-    return quantised(touched, displacement, compliance)
+    return quantised(touched, displacement, touched_body.touch_compliance[touched])
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
@@ -62,31 +60,24 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
     Raises:
         ValueError: The vertices are not as above.
     """
-    if len(vertices) and not (vertices[-1] < 2**16 and (vertices[1:] > vertices[:-1]).all()):
+    largest(displacement, c_ii, _LARGEST)
+    scale, c_scale = Neighbourhood.scales(*_LARGEST.tolist())
+    numbers = np.empty((len(vertices), FIELDS), np.uint16)
+    per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
+    if not pack(vertices, displacement, c_ii, per, c_per, numbers):
         raise ValueError(f"vertices of a neighbourhood must rise to at most 65535: {vertices}")
-    scale, c_scale = Neighbourhood.scales(
-        float(np.abs(displacement).max(initial=0.0)), float(c_ii.max(initial=0.0))
-    )
-    items = np.empty(len(vertices), _ITEM)
-    items["index"] = vertices
-    items["displacement"] = np.rint(displacement * (1.0 / scale if scale else 0.0))
-    items["compliance"] = np.rint(c_ii * (1.0 / c_scale if c_scale else 0.0))
-    return Neighbourhood(scale, c_scale, items.tobytes())
+    return Neighbourhood(scale, c_scale, numbers.astype("<u2", copy=False).tobytes())
 
 
-def choose_vertices(mesh: TouchMesh, x_contact: Floats, velocity: Floats, horizon: float) -> Ints:
-    """Choose the vertices nearest to the path of a sliding contact, on the resting surface.
+def path_ahead(mesh: TouchMesh, speed: float, horizon: float) -> tuple[float, float]:
+    """Path of a sliding contact round which vertices are carried.
 
     Args:
         mesh: Touch mesh of the body.
-        x_contact: Contact point, shape (3,) [m].
-        velocity: Along the surface, shape (3,) [m/s].
+        speed: Along the surface [m/s].
         horizon: Duration of the path [s].
 
     Returns:
-        Numbers in the touch mesh, ascending, at most `MAX_VERTICES`.
+        Its length, and the largest distance of a vertex from it [m].
     """
-    half_width = _half_width(mesh, horizon)
-    length = min(MAX_PATH, math.sqrt(velocity @ velocity) * horizon)
-    count = mesh.window.along(x_contact, velocity, length, mesh.spacing, half_width, MAX_VERTICES)
-    return np.sort(mesh.found[:count])
+    return min(MAX_PATH, speed * horizon), _half_width(mesh, horizon)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import Geometry
-from cohaptic.vec import Vec3, dot, scale, sub
+from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.numeric import Floats, Ints, union
+from cohaptic_server.mesh.contact_windows import Chosen
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world import curvature, neighbourhood
 from cohaptic_server.world.contact import Contact
 
@@ -22,7 +23,7 @@ _REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen an
 # Ratio of a distance at rest to the same distance on the displaced surface, which may have brought
 # vertices nearer.
 _MAX_COMPRESSION = 1.3
-_NO_VERTICES = np.zeros(0, dtype=np.int64)
+_NOTHING = (np.zeros(0, dtype=np.int64),) * 3  # fitted, touched, carried
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,21 +89,20 @@ def choose_window(
     body = touched_body.body
     mesh = body.mesh
     radius = body.contact_radius + _MARGIN + _MARGIN_SPACINGS * mesh.spacing()
-    vertices = mesh.near(contact.foot, radius)
-    fitted = touched = carried = _NO_VERTICES
-    if geometry is not Geometry.PLANE:
-        touch = touched_body.mesh
-        if geometry is Geometry.MESH:
-            along = np.array(tangential)
-            touched = neighbourhood.choose_vertices(touch, contact.foot, along, horizon)
-        reach = _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius)
-        shape = touch.vertices[touch.near(contact.foot, reach)]
-        vertices = union(vertices, shape, touch.vertices[touched])
-        fitted = touch.among(vertices)
-        carried = vertices.searchsorted(touch.vertices[touched])
+    if geometry is Geometry.PLANE:
+        chosen = Chosen(mesh.near(contact.foot, radius), *_NOTHING)
+    else:
+        length, width = neighbourhood.path_ahead(touched_body.mesh, norm(tangential), horizon)
+        chosen = touched_body.windows.choose(
+            contact.foot,
+            radius,
+            _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius),
+            (np.array(tangential), length, width),
+            MAX_VERTICES if geometry is Geometry.MESH else 0,
+        )
     # A body may cache its answers by the identity of this array, tick after tick.
-    vertices.setflags(write=False)
-    return ContactWindow(geometry, foot, slide, horizon, vertices, fitted, touched, carried)
+    chosen.vertices.setflags(write=False)
+    return ContactWindow(geometry, foot, slide, horizon, *chosen)
 
 
 def free_shape(

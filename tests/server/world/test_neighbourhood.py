@@ -14,8 +14,8 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.neighbourhood import (
     MIN_RADIUS,
-    choose_vertices,
     cut_neighbourhood,
+    path_ahead,
     quantised,
 )
 
@@ -31,8 +31,10 @@ def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
 
 
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
-    """Of a balloon that is touched by all of its vertices."""
-    return choose_vertices(TouchedBody(body).mesh, at, slide, horizon)
+    """What a mesh patch carries of a balloon, as numbers of its touch mesh."""
+    touched = TouchedBody(body)
+    length, width = path_ahead(touched.mesh, float(np.linalg.norm(slide)), horizon)
+    return touched.windows.choose(at, 0.03, 0.03, (slide, length, width), MAX_VERTICES).touched
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))

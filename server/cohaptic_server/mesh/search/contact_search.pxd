@@ -29,6 +29,8 @@ cdef class ContactSearch:
     cdef readonly Py_ssize_t count
     cdef readonly double slope
     cdef int64_t[::1] found
+    cdef int64_t[::1] gathered
+    cdef double[::1] parts
     cdef double[::1] table
 
     @cython.locals(i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t)
@@ -55,13 +57,12 @@ cdef class ContactSearch:
     @cython.locals(x=double, y=double, z=double, nx=double, ny=double, nz=double, length=double,
                    height=double, k=Py_ssize_t, vertex=int64_t, weight=double)
     cpdef void lift(self) noexcept
-    @cython.locals(nx=double, ny=double, nz=double, k=Py_ssize_t, j=Py_ssize_t, vertex=int64_t,
-                   weight=double, first=int64_t, face=int64_t, a=int64_t, b=int64_t, c=int64_t,
+    @cython.locals(nx=double, ny=double, nz=double, k=Py_ssize_t, weight=double, face=int64_t,
+                   faces=Py_ssize_t, a=int64_t, b=int64_t, c=int64_t,
                    ax=double, ay=double, az=double, ux=double, uy=double, uz=double, vx=double,
                    vy=double, vz=double, length=double)
     cpdef void turn(self) noexcept
+    @cython.locals(k=Py_ssize_t, j=Py_ssize_t, vertex=int64_t, first=int64_t, face=int64_t,
+                   faces=Py_ssize_t, weight=double)
+    cdef Py_ssize_t gather(self) noexcept
     cdef double place(self, int64_t vertex, Py_ssize_t axis) noexcept
-
-
-@cython.locals(gap=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, number=int64_t)
-cdef void _sort(int64_t[::1] numbers, Py_ssize_t count) noexcept

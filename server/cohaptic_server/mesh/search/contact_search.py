@@ -68,6 +68,9 @@ class ContactSearch:
         self.slope = 1.0
         self.found = np.zeros(len(areas), dtype=np.int64)
         self.table = np.zeros(len(vertices))
+        # Of the faces; one that only vertices without weight touch is gathered by each of them.
+        self.gathered = np.zeros(rings.size + 1, dtype=np.int64)
+        self.parts = np.zeros(len(faces))
 
     def take(self, frame: Floats, slope: float, under: Ints, weights: Floats) -> None:
         """Take the contact of the last tick, from which the next search starts."""
@@ -219,7 +222,7 @@ class ContactSearch:
                     self.under[count] = vertex
                     count += 1
                 self.table[vertex] += force * self.shares[inner, corner]
-        _sort(self.under, count)
+        self.tree.sort(self.under, count)
         for k in range(count):
             vertex = self.under[k]
             self.weights[k] = self.table[vertex] / total
@@ -258,6 +261,28 @@ class ContactSearch:
     def turn(self) -> None:
         """Unit normal of the displaced surface at the contact, averaged over the pressure."""
         nx = ny = nz = 0.0
+        faces = self.gather()
+        for k in range(faces):
+            face = self.gathered[k]
+            weight = self.parts[face]
+            self.parts[face] = 0.0
+            a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
+            ax, ay, az = self.place(a, 0), self.place(a, 1), self.place(a, 2)
+            ux, uy, uz = self.place(b, 0) - ax, self.place(b, 1) - ay, self.place(b, 2) - az
+            vx, vy, vz = self.place(c, 0) - ax, self.place(c, 1) - ay, self.place(c, 2) - az
+            nx += weight * (uy * vz - uz * vy)
+            ny += weight * (uz * vx - ux * vz)
+            nz += weight * (ux * vy - uy * vx)
+        length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
+        self.frame[_NORMAL, 0] = nx / length
+        self.frame[_NORMAL, 1] = ny / length
+        self.frame[_NORMAL, 2] = nz / length
+
+    def gather(self) -> int:
+        """Number of faces with a corner under the pressure; they go into `gathered`, their parts of
+        the normal, the sums of their corners' weights, into `parts`.
+        """
+        faces = 0
         for k in range(self.count):
             vertex, weight = self.under[k], self.weights[k]
             first = self.rings[vertex, 0]
@@ -265,34 +290,12 @@ class ContactSearch:
                 face = self.rings[vertex, j]
                 if j > 0 and face == first:
                     break  # short rows repeat their first face
-                a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
-                ax, ay, az = self.place(a, 0), self.place(a, 1), self.place(a, 2)
-                ux, uy, uz = self.place(b, 0) - ax, self.place(b, 1) - ay, self.place(b, 2) - az
-                vx, vy, vz = self.place(c, 0) - ax, self.place(c, 1) - ay, self.place(c, 2) - az
-                nx += weight * (uy * vz - uz * vy)
-                ny += weight * (uz * vx - ux * vz)
-                nz += weight * (ux * vy - uy * vx)
-        length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
-        self.frame[_NORMAL, 0] = nx / length
-        self.frame[_NORMAL, 1] = ny / length
-        self.frame[_NORMAL, 2] = nz / length
+                if self.parts[face] == 0.0:
+                    self.gathered[faces] = face
+                    faces += 1
+                self.parts[face] += weight
+        return faces
 
     def place(self, vertex: int, axis: int) -> float:
         """Coordinate of a displaced vertex [m]."""
         return float(self.vertices[vertex, axis] + self.field.moved(vertex, axis))
-
-
-def _sort(numbers: Ints, count: int) -> None:
-    """Sort the first `count` numbers in place: Shell's method, for some tens of them."""
-    gap = 1
-    while gap < count // 3:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for i in range(gap, count):
-            number = numbers[i]
-            j = i
-            while j >= gap and numbers[j - gap] > number:
-                numbers[j] = numbers[j - gap]
-                j -= gap
-            numbers[j] = number
-        gap //= 3

@@ -111,3 +111,18 @@ class PointTree:
         dy = max(0.0, max(self.boxes[node, 1] - y, y - self.boxes[node, 4]))
         dz = max(0.0, max(self.boxes[node, 2] - z, z - self.boxes[node, 5]))
         return float(dx * dx + dy * dy + dz * dz)
+
+    def sort(self, numbers: Ints, count: int) -> None:
+        """Sort the first `count` numbers in place: Shell's method, for some tens of them."""
+        gap = 1
+        while gap < count // 3:
+            gap = 3 * gap + 1
+        while gap > 0:
+            for i in range(gap, count):
+                number = numbers[i]
+                j = i
+                while j >= gap and numbers[j - gap] > number:
+                    numbers[j] = numbers[j - gap]
+                    j -= gap
+                numbers[j] = number
+            gap //= 3

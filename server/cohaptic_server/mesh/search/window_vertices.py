@@ -1,0 +1,105 @@
+"""Vertices of a window round a contact: the inner loops of `mesh/contact_windows.py`.
+
+A window holds vertices of the whole surface. Some of them are those of the touch mesh, by their own
+numbers. All that a patch needs is found in one call, and left in arrays that the caller gave.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.mesh.search.point_tree import PointTree
+from cohaptic_server.mesh.search.window_search import WindowSearch
+from cohaptic_server.numeric import Floats, Ints
+
+
+class WindowVertices:
+    """Chooses windows on one surface.
+
+    Args:
+        surface: Of all vertices of the surface, n.
+        touch: Of the vertices of its touch mesh, t.
+        ahead: Along a path over the touch mesh.
+        touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
+        members: Vertices of the surface that the touch mesh has, rising, shape (t,).
+        vertices: Where a window is left, rising, shape (n,); the first `count` hold.
+        fitted: Those of the window that the touch mesh has, as positions in it, shape (n,); the
+            first `fits` hold.
+        carried: Positions of `touched` in the window, shape (t,); the first `carries` hold.
+    """
+
+    def __init__(
+        self, surface: PointTree, touch: PointTree, ahead: WindowSearch, touched: Ints,
+        members: Ints, vertices: Ints, fitted: Ints, carried: Ints,
+    ) -> None:  # fmt: skip
+        self.surface = surface
+        self.touch = touch
+        self.ahead = ahead
+        self.touched = touched
+        self.members = members
+        self.vertices = vertices
+        self.fitted = fitted
+        self.carried = carried
+        self.count = self.fits = self.carries = 0
+        self.found = np.zeros(len(vertices), dtype=np.int64)
+        self.place = np.full(len(vertices), -1, dtype=np.int64)
+        self.member = np.zeros(len(vertices), dtype=np.int8)
+        for k in range(members.shape[0]):
+            self.member[members[k]] = 1
+
+    def choose(
+        self,
+        start: Floats,
+        radius: float,
+        reach: float,
+        direction: Floats,
+        length: float,
+        step: float,
+        half_width: float,
+        most: int,
+    ) -> None:
+        """Find the window of a contact.
+
+        Args:
+            start: Its foot, shape (3,) [m].
+            radius: Round it, within which all vertices are taken [m].
+            reach: Round it, within which those of the touch mesh are taken [m].
+            direction: Of the slide, of any length, shape (3,).
+            length: Of the path along which those of the touch mesh are carried [m].
+            step: Between two points of the path [m].
+            half_width: Largest distance of a carried vertex from the path [m].
+            most: Largest number of carried vertices; 0 for none.
+        """
+        x, y, z = start[0], start[1], start[2]
+        self.count = 0
+        near = self.surface.within(x, y, z, radius, self.found)
+        for k in range(near):
+            self.add(self.found[k])
+        near = self.touch.within(x, y, z, reach, self.found)
+        for k in range(near):
+            self.add(self.members[self.found[k]])
+        self.carries = 0
+        if most > 0:
+            self.carries = self.ahead.along(start, direction, length, step, half_width, most)
+        self.touch.sort(self.touched, self.carries)
+        for k in range(self.carries):
+            self.add(self.members[self.touched[k]])
+        self.touch.sort(self.vertices, self.count)
+        self.fits = 0
+        for k in range(self.count):
+            vertex = self.vertices[k]
+            self.place[vertex] = k
+            if self.member[vertex] == 1:
+                self.fitted[self.fits] = k
+                self.fits += 1
+        for k in range(self.carries):
+            self.carried[k] = self.place[self.members[self.touched[k]]]
+        for k in range(self.count):
+            self.place[self.vertices[k]] = -1
+
+    def add(self, vertex: int) -> None:
+        """Take a vertex into the window, once."""
+        if self.place[vertex] < 0:
+            self.place[vertex] = 0
+            self.vertices[self.count] = vertex
+            self.count += 1
