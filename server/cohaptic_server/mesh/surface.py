@@ -123,6 +123,7 @@ class SurfaceMesh:
         frame, n = np.zeros((3, 3)), len(self.vertices)
         under, weights = np.zeros(n, dtype=np.int64), np.zeros(n)
         tree = point_tree(q.points)
+        order = np.asarray(tree.order)
         field = LoadedField(n)
         near = NearestSearch(self.vertices, self.faces, self.around, tree, self.split**2)
         search = ContactSearch(
@@ -133,8 +134,9 @@ class SurfaceMesh:
             near,
             field,
             tree,
-            q.areas,
-            np.ascontiguousarray(q.shares[: self.split**2]),
+            q.areas[order],
+            q.vertices[order],
+            q.shares[order],
             self.size,
             frame,
             under,
@@ -148,8 +150,13 @@ class SurfaceMesh:
         Args:
             count: Number of vertices; the mesh's own if not given.
         """
-        n = len(self.vertices) if count is None else count
-        return float(self.size * (4.0 * np.pi / n) ** 0.5)
+        if count is None:
+            return self._own_spacing
+        return float(self.size * (4.0 * np.pi / count) ** 0.5)
+
+    @cached_property
+    def _own_spacing(self) -> float:
+        return self.spacing(len(self.vertices))
 
     def near(self, point: Floats, radius: float) -> Ints:
         """Vertices of the resting surface within `radius` [m] of a point, rising, shape (k,)."""

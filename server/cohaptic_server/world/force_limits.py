@@ -70,9 +70,9 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
     # replaced by the worst case.
     effect = np.minimum(np.expand_dims(stiffness, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
     np.fill_diagonal(effect, 0.0)
-    for row in effect:
-        if row.sum() > max_effect:
-            shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
+    for i in np.flatnonzero(effect.sum(axis=1) > max_effect):
+        row = effect[i]
+        shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
     return shares
 
 

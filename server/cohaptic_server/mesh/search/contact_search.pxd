@@ -21,6 +21,7 @@ cdef class ContactSearch:
     cdef LoadedField field
     cdef PointTree tree
     cdef const double[::1] areas
+    cdef const int64_t[:, ::1] corners
     cdef const double[:, ::1] shares
     cdef double size
     cdef double[:, ::1] frame
@@ -50,9 +51,8 @@ cdef class ContactSearch:
     @cython.locals(axis=Py_ssize_t)
     cdef void move_to(self, double x, double y, double z) noexcept
     cdef void settle(self, double radius) noexcept
-    @cython.locals(x=double, y=double, z=double, most=double, points=Py_ssize_t, split=int64_t,
-                   total=double, count=Py_ssize_t, k=Py_ssize_t, point=int64_t, face=int64_t,
-                   inner=int64_t, profile=double, force=double, corner=Py_ssize_t, vertex=int64_t)
+    @cython.locals(x=double, y=double, z=double, most=double, points=Py_ssize_t,
+                   total=double, count=Py_ssize_t, k=Py_ssize_t, point=int64_t, profile=double, force=double, corner=Py_ssize_t, vertex=int64_t)
     cpdef void press(self, double radius) noexcept
     @cython.locals(x=double, y=double, z=double, nx=double, ny=double, nz=double, length=double,
                    height=double, k=Py_ssize_t, vertex=int64_t, weight=double)

@@ -33,9 +33,10 @@ class ContactSearch:
         rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
         near: For the nearest point of the surface.
         field: The displacement.
-        tree: Of the quadrature points, those of a face one after the other.
+        tree: Of the quadrature points; what follows is in its order.
         areas: Of the quadrature points, shape (q,) [m^2].
-        shares: Barycentric coordinates of the points of a face, shape (split^2, 3).
+        corners: Of their faces, shape (q, 3).
+        shares: Barycentric coordinates, shape (q, 3).
         size: Radius of a sphere of the surface's area [m].
         frame: Foot, contact point and normal that were found, shape (3, 3).
         under: Vertices under the pressure, rising, shape (n,).
@@ -48,8 +49,8 @@ class ContactSearch:
 
     def __init__(
         self, vertices: Floats, normals: Floats, faces: Ints, rings: Ints, near: NearestSearch,
-        field: LoadedField, tree: PointTree, areas: Floats, shares: Floats, size: float,
-        frame: Floats, under: Ints, weights: Floats,
+        field: LoadedField, tree: PointTree, areas: Floats, corners: Ints, shares: Floats,
+        size: float, frame: Floats, under: Ints, weights: Floats,
     ) -> None:  # fmt: skip
         self.vertices = vertices
         self.normals = normals
@@ -59,6 +60,7 @@ class ContactSearch:
         self.field = field
         self.tree = tree
         self.areas = areas
+        self.corners = corners
         self.shares = shares
         self.size = size
         self.frame = frame
@@ -200,28 +202,26 @@ class ContactSearch:
         """
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         most = radius * radius
-        points = self.tree.within(x, y, z, radius, self.found)
+        points = self.tree.inside(x, y, z, radius, self.found)
         if points == 0:
-            self.found[0] = self.tree.nearest(x, y, z)
+            self.found[0] = self.tree.rank[self.tree.nearest(x, y, z)]
             points = 1
             most = 0.0  # its distance does not count then
-        split = self.shares.shape[0]
         total = 0.0
         count = 0
         for k in range(points):
             point = self.found[k]
-            face, inner = point // split, point % split
             profile = 1.0
             if most > 0.0:
-                profile = max(1e-12, 1.0 - self.tree.distance(point, x, y, z) / most)
+                profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / most)
             force = profile * self.areas[point]
             total += force
             for corner in range(3):
-                vertex = self.faces[face, corner]
+                vertex = self.corners[point, corner]
                 if self.table[vertex] == 0.0:
                     self.under[count] = vertex
                     count += 1
-                self.table[vertex] += force * self.shares[inner, corner]
+                self.table[vertex] += force * self.shares[point, corner]
         self.tree.sort(self.under, count)
         for k in range(count):
             vertex = self.under[k]

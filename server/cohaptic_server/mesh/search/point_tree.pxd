@@ -15,11 +15,14 @@ cdef class PointTree:
     @cython.locals(best=double, square=double, node=int64_t, size=Py_ssize_t, found=int64_t,
                    k=int64_t, nearer=int64_t)
     cpdef int64_t nearest(self, double x, double y, double z) noexcept
+    @cython.locals(count=Py_ssize_t, k=Py_ssize_t)
+    cpdef Py_ssize_t within(self, double x, double y, double z, double radius,
+                            int64_t[::1] found) noexcept
     @cython.locals(most=double, node=int64_t, size=Py_ssize_t, count=Py_ssize_t, k=int64_t)
-    cpdef Py_ssize_t within(self, double x, double y, double z, double radius, int64_t[::1] found) noexcept
+    cdef Py_ssize_t inside(self, double x, double y, double z, double radius,
+                           int64_t[::1] found) noexcept
     @cython.locals(leaf=int64_t)
     cdef int64_t first(self, int64_t node) noexcept
-    cdef double distance(self, int64_t index, double x, double y, double z) noexcept
     @cython.locals(dx=double, dy=double, dz=double)
     cdef double square(self, int64_t k, double x, double y, double z) noexcept
     @cython.locals(dx=double, dy=double, dz=double)

@@ -69,6 +69,13 @@ class PointTree:
             radius: Round it [m].
             found: As long as there are points.
         """
+        count = self.inside(x, y, z, radius, found)
+        for k in range(count):
+            found[k] = self.order[found[k]]
+        return count
+
+    def inside(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
+        """`within`, with positions in the tree instead of indices."""
         most = radius * radius
         count = 0
         self.stack[0] = 1
@@ -81,7 +88,7 @@ class PointTree:
             if node >> self.levels == 1:
                 for k in range(self.first(node), self.first(node + 1)):
                     if self.square(k, x, y, z) <= most:
-                        found[count] = self.order[k]
+                        found[count] = k
                         count += 1
                 continue
             self.stack[size] = 2 * node
@@ -93,10 +100,6 @@ class PointTree:
         """Position of the first point of a leaf, or of the one behind it."""
         leaf = node - (1 << self.levels)
         return (leaf * self.count) >> self.levels
-
-    def distance(self, index: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a point from a place, by its index in the given order [m^2]."""
-        return self.square(self.rank[index], x, y, z)
 
     def square(self, k: int, x: float, y: float, z: float) -> float:
         """Squared distance of a point, by its position in the tree [m^2]."""
