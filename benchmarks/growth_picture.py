@@ -40,6 +40,15 @@ def draw(points: Sequence[Mapping[str, Any]], path: Path) -> None:
                 axes.axhline(1e3 / 60.0, color=GREY, linewidth=0.8)
                 middle, above = (0.5, 1e3 / 60.0), axes.get_yaxis_transform()
                 axes.text(*middle, "60 Hz", transform=above, va="bottom", fontsize=8, color=GREY)
+            axes.set_xticks(size, [_short(value) for value in size], minor=False)
+            axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_minor_formatter(lambda *_: "")
             axes.set(title=title, xlabel=along, ylabel=unit)
             axes.legend()
         figure.savefig(path)
+
+
+def _short(count: float) -> str:
+    """A count in at most four signs, such as 550k."""
+    return f"{count:.0f}" if count < 1e4 else f"{count / 1e3:.0f}k"

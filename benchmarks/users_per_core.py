@@ -123,7 +123,7 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.2, help="of sliding, in m/s")
     parser.add_argument("--seconds", type=float, default=3.0, help="of a row that count")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--subdivisions", type=int, default=4, help="4 gives 2,562 vertices")
+    parser.add_argument("--subdivisions", type=int, default=3, help="4 gives 2,562 vertices")
     parser.add_argument("--still", action="store_true", help="the wire alone: a world that stands")
     options = parser.parse_args()
     servers = {"ours": Process(_ours, options.subdivisions, options.still), "bare": Process(bare)}

@@ -79,7 +79,7 @@ rounds; *missed* are periods skipped because the one before was too late; *core*
 
 {tick}
 
-Where the time goes, part by part: [performance](performance.md).
+Where the time goes, part by part, and how costs grow: [performance](performance.md).
 """
 
 

@@ -10,9 +10,10 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.mesh import curvature
 from cohaptic_server.mesh.contact_windows import Chosen
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world import curvature, neighbourhood
+from cohaptic_server.world import neighbourhood
 from cohaptic_server.world.contact import Contact
 
 # A window reaches this far beyond the pressure, because a contact moves before the next tick: the

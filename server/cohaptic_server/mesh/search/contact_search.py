@@ -279,9 +279,7 @@ class ContactSearch:
         self.frame[_NORMAL, 2] = nz / length
 
     def gather(self) -> int:
-        """Number of faces with a corner under the pressure; they go into `gathered`, their parts of
-        the normal, the sums of their corners' weights, into `parts`.
-        """
+        """Number of faces with a corner under the pressure, each with its corners' weights."""
         faces = 0
         for k in range(self.count):
             vertex, weight = self.under[k], self.weights[k]

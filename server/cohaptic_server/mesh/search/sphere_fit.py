@@ -1,4 +1,4 @@
-"""A least-squares sphere through displaced vertices: the inner loop of `world/curvature.py`."""
+"""A least-squares sphere through displaced vertices: the inner loop of `mesh/curvature.py`."""
 
 from __future__ import annotations
 

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.mesh.curvature import fit_curvature, fit_radius
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.curvature import fit_curvature, fit_radius
 
 seeds = st.integers(0, 2**32 - 1)
 OUT = np.array([0.0, 0.0, 1.0])

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.numeric import Floats, union
+
+MOST = 40  # vertices that are carried: fewer than are near, so that the bound is met
+
+
+def places() -> st.SearchStrategy[Floats]:
+    """Places on and near the balloon, shape (3,) [m]."""
+    part = st.floats(-0.11, 0.11)
+    return st.tuples(part, part, part).map(np.array)
+
+
+@pytest.fixture(scope="module")
+def touched() -> TouchedBody:
+    """A balloon that is touched by a part of its vertices."""
+    return TouchedBody(Balloon(BalloonSettings(contact_radius=0.06)))
+
+
+@given(places(), st.floats(0.0, 0.06), st.floats(0.0, 0.08), st.floats(0.0, 0.1), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_a_window_is_what_lies_near_and_what_is_carried(
+    touched: TouchedBody, foot: Floats, radius: float, reach: float, length: float, carries: bool
+) -> None:
+    mesh, touch = touched.body.mesh, touched.mesh
+    path = (np.array([0.0, 1.0, 0.5]), length, 0.05)
+    found = touched.windows.choose(foot, radius, reach, path, MOST if carries else 0)
+    near = np.flatnonzero(np.linalg.norm(mesh.vertices - foot, axis=1) <= radius)
+    shape = touch.vertices[np.linalg.norm(touch.points - foot, axis=1) <= reach]
+    assert found.vertices.tolist() == union(near, shape, touch.vertices[found.touched]).tolist()
+    assert found.fitted.tolist() == np.flatnonzero(np.isin(found.vertices, touch.vertices)).tolist()
+    assert (found.vertices[found.carried] == touch.vertices[found.touched]).all()
+    assert len(found.touched) <= (MOST if carries else 0)
+    assert (np.diff(found.touched) > 0).all()
+
+
+def test_the_nearest_to_the_path_are_carried(touched: TouchedBody) -> None:
+    foot = np.array([0.1, 0.0, 0.0])
+    found = touched.windows.choose(foot, 0.01, 0.01, (np.zeros(3), 0.0, 0.2), MOST)
+    distance = np.linalg.norm(touched.mesh.points - foot, axis=1)
+    assert len(found.touched) == MOST
+    assert distance[found.touched].max() < np.delete(distance, found.touched).min()
+
+
+def test_one_window_leaves_nothing_for_the_next(touched: TouchedBody) -> None:
+    path = (np.array([0.0, 1.0, 0.0]), 0.05, 0.05)
+    one, two = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, 0.1])
+    first = touched.windows.choose(one, 0.03, 0.05, path, MOST)
+    touched.windows.choose(two, 0.04, 0.02, path, MOST)
+    again = touched.windows.choose(one, 0.03, 0.05, path, MOST)
+    assert all((a == b).all() for a, b in zip(first, again, strict=True))
