@@ -24,7 +24,10 @@ def draw(points: Sequence[Mapping[str, Any]], path: Path) -> None:
         points: Rows with `over` (a key of `PANELS`), `size`, `cost` and `floor`.
         path: A .png or .svg.
     """
-    from cohaptic_experiments.plot_style import GREY, PROBE, canvas, styled  # needs matplotlib
+    # They need matplotlib, which a table does not.
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    from cohaptic_experiments.plot_style import GREY, PROBE, canvas, styled
 
     with styled():
         figure = canvas(7.2, 5.0)
@@ -41,9 +44,9 @@ def draw(points: Sequence[Mapping[str, Any]], path: Path) -> None:
                 middle, above = (0.5, 1e3 / 60.0), axes.get_yaxis_transform()
                 axes.text(*middle, "60 Hz", transform=above, va="bottom", fontsize=8, color=GREY)
             axes.set_xticks(size, [_short(value) for value in size], minor=False)
-            axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+            axes.yaxis.set_major_formatter(FuncFormatter(_plain))
             for axis in (axes.xaxis, axes.yaxis):
-                axis.set_minor_formatter(lambda *_: "")
+                axis.set_minor_formatter(NullFormatter())
             axes.set(title=title, xlabel=along, ylabel=unit)
             axes.legend()
         figure.savefig(path)
@@ -52,3 +55,8 @@ def draw(points: Sequence[Mapping[str, Any]], path: Path) -> None:
 def _short(count: float) -> str:
     """A count in at most four signs, such as 550k."""
     return f"{count:.0f}" if count < 1e4 else f"{count / 1e3:.0f}k"
+
+
+def _plain(value: float, _: object) -> str:
+    """A number without an exponent."""
+    return f"{value:g}"

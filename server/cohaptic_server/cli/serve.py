@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -112,7 +113,24 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
     elastic = body.elastic if isinstance(body, Viscous) else body
     worker = ColumnWorker(elastic) if isinstance(elastic, Solid) else None
     server = CohapticServer(body, settings)
-    url = await server.start()
+    try:
+        # Before anybody can come: a process is copied from files, which a tick has no time for.
+        if worker is not None:
+            worker.start()
+        url = await server.start()
+        await _run(server, url, settings, None if worker is None else worker.pump)
+    finally:
+        if worker is not None:
+            worker.stop()
+
+
+async def _run(
+    server: CohapticServer,
+    url: str,
+    settings: ServerSettings,
+    before_tick: Callable[[], None] | None,
+) -> None:
+    """Say where the server is, tick until interrupted, then say how that went."""
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)
     logging.info(
@@ -133,12 +151,8 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
         # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
-            if worker is not None:
-                worker.start()
-            await server.run(None if worker is None else worker.pump)
+            await server.run(before_tick)
     finally:
-        if worker is not None:
-            worker.stop()
         meters = server.meters
         logging.info(
             "stopped after %d ticks, %d missed, %d of them left out; a tick took %.2f ms in the"

@@ -73,13 +73,17 @@ class BodyFrames:
         All else that mesh patches need is computed as well, since a tick has no time for that.
         """
         if self._touch_mesh is None:
-            _ = self._touched_body.vertex_compliance
+            _ = self._touched_body.touch_compliance, self._touched_body.windows
             mesh = self._touched_body.mesh
             self._touch_mesh = _encode(mesh.points, mesh.faces)
         return self._touch_mesh
 
     def prepare(self) -> None:
-        """Encode the frames that the body can have, before users are there to wait for them."""
+        """Encode the frames that the body can have, before users are there to wait for them.
+
+        The search for contacts is made ready too: on a fine mesh that takes longer than a tick.
+        """
+        _ = self._touched_body.body.mesh.contacts, self._touched_body.body.mesh.near_tree
         if self.has_rest_mesh:
             self.rest_mesh()
         if self.has_touch_mesh:

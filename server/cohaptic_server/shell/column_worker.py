@@ -21,7 +21,7 @@ from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of, solve_columns
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.numeric import Ints
 
 BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
@@ -45,8 +45,10 @@ class ColumnWorker:
         self._rows = context.RawArray("q", rows)
         self._values = context.RawArray("f", BATCH * rows * 9)
         self._pipe, theirs = context.Pipe()
-        # Single precision halves the time of a solve.
-        factor = body.columns.factor.single()
+        # Single precision halves the time of a solve. Both processes use the same numbers, and the
+        # body's own are given up: it solves for nothing any more.
+        factor = SharedFactor(body.columns.factor, context)
+        body.columns.factor = factor.factor()
         self._process = context.Process(
             target=_work,
             args=(theirs, factor, body.columns.nodes, self._rows, self._values),
@@ -103,10 +105,11 @@ def _view(shared: Any, kind: type[Any]) -> npt.NDArray[Any]:
     return np.frombuffer(shared, dtype=kind)
 
 
-def _work(pipe: Connection, factor: Factor, nodes: Ints, rows: Any, values: Any) -> None:
+def _work(pipe: Connection, shared: SharedFactor, nodes: Ints, rows: Any, values: Any) -> None:
     """Main function of the process: answer requests until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
     stand_back()
+    factor = shared.factor()
     with threadpool_limits(limits=1):
         while True:
             try:

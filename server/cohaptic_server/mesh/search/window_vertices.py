@@ -97,7 +97,7 @@ class WindowVertices:
         for k in range(self.count):
             self.place[self.vertices[k]] = -1
 
-    def add(self, vertex: int) -> None:
+    def add(self, vertex: int | Ints) -> None:
         """Take a vertex into the window, once."""
         if self.place[vertex] < 0:
             self.place[vertex] = 0

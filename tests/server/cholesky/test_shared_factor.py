@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import multiprocessing
+from multiprocessing.connection import Connection
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.solid.parts import factor_of
+from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.shared_factor import SharedFactor
+from cohaptic_server.testing.blocks import block
+
+NODES = np.array([3, 40])
+FORCES = np.arange(12.0).reshape(6, 2)
+
+
+@pytest.fixture(scope="module")
+def factor() -> Factor:
+    mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
+    settings = SolidSettings(contact_radius=0.02)
+    return factor_of(shape_of(mesh, mesh.vertices[:, 2] < 0.01, settings), settings)
+
+
+def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> None:
+    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).factor()
+    assert (shared.solve(NODES, FORCES) == factor.single().solve(NODES, FORCES)).all()
+    assert shared.bytes == factor.bytes // 2
+
+
+def test_blocks_lie_as_they_did(factor: Factor) -> None:
+    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).factor()
+    for ours, theirs in zip(factor.fronts, shared.fronts, strict=True):
+        assert theirs.lower.flags.f_contiguous == ours.lower.flags.f_contiguous
+        assert theirs.carry.flags.c_contiguous == ours.carry.flags.c_contiguous
+
+
+@pytest.mark.realtime
+def test_another_process_maps_it(factor: Factor) -> None:
+    context = multiprocessing.get_context("spawn")
+    shared = SharedFactor(factor, context)
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_answer, args=(theirs, shared), daemon=True)
+    process.start()
+    theirs.close()
+    found = ours.recv()
+    process.join(30.0)
+    assert (found == shared.factor().solve(NODES, FORCES)).all()
+
+
+def _answer(pipe: Connection, shared: SharedFactor) -> None:
+    pipe.send(shared.factor().solve(NODES, FORCES))
