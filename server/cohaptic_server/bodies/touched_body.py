@@ -74,6 +74,6 @@ def vertex_compliance(body: Body) -> Floats:
     mesh = body.mesh
     table = np.empty(len(mesh.vertices))
     for k, (at, normal) in enumerate(zip(mesh.vertices, mesh.normals, strict=True)):
-        load = Load(*pressure(mesh, at, body.contact_radius), -normal, 0.0)
+        load = Load(*pressure(mesh, at, body.contact_radius, normal), -normal, 0.0)
         table[k] = max(0.0, body.respond([load]).compliance[0, 0])
     return table

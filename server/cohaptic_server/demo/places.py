@@ -129,7 +129,9 @@ def _distance(mesh: SurfaceMesh, points: Floats) -> Floats:
 
 
 def _press(body: Body, vertex: int) -> Load:
-    vertices, weights = pressure(body.mesh, body.mesh.vertices[vertex], body.contact_radius)
+    vertices, weights = pressure(
+        body.mesh, body.mesh.vertices[vertex], body.contact_radius, body.mesh.normals[vertex]
+    )
     return Load(vertices, weights, -body.mesh.normals[vertex], 0.0)
 
 

@@ -17,7 +17,8 @@ class Chosen(NamedTuple):
 
     Args:
         vertices: Of the surface, rising, shape (k,).
-        fitted: Those of them that the touch mesh has, as indices into `vertices`, shape (r,).
+        fitted: Those of them that the touch mesh has and that face as the contact does, as indices
+            into `vertices`, shape (r,).
         touched: Vertices of the touch mesh that are carried, rising, shape (c,).
         carried: The same as indices into `vertices`, shape (c,).
     """
@@ -47,6 +48,7 @@ class ContactWindows:
             touch.window,
             self._touched,
             touch.vertices,
+            mesh.normals,
             self._vertices,
             self._fitted,
             self._carried,
@@ -55,6 +57,7 @@ class ContactWindows:
     def choose(
         self,
         foot: Floats,
+        normal: Floats,
         radius: float,
         reach: float,
         path: tuple[Floats, float, float],
@@ -64,6 +67,7 @@ class ContactWindows:
 
         Args:
             foot: Of the contact on the resting surface, shape (3,) [m].
+            normal: Outward unit normal of the surface there, shape (3,).
             radius: Round the foot, within which all vertices are taken [m].
             reach: Round the foot, within which those of the touch mesh are taken [m].
             path: Direction of the slide, of any length, shape (3,); length of the path, and largest
@@ -72,7 +76,9 @@ class ContactWindows:
         """
         found = self._search
         direction, length, half_width = path
-        found.choose(foot, radius, reach, direction, length, self._spacing, half_width, most)
+        found.choose(
+            foot, normal, radius, reach, direction, length, self._spacing, half_width, most
+        )
         return Chosen(
             self._vertices[: found.count].copy(),
             self._fitted[: found.fits].copy(),

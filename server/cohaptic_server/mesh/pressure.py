@@ -6,21 +6,26 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 
-def pressure(mesh: SurfaceMesh, point: Floats, radius: float) -> tuple[Ints, Floats]:
+def pressure(
+    mesh: SurfaceMesh, point: Floats, radius: float, normal: Floats | None = None
+) -> tuple[Ints, Floats]:
     """Vertices under a pressure round `point`, and the share of the force on each.
 
-    The profile is that of `ContactSearch.press`.
+    The profile is that of `PressureSearch.spread`.
 
     Args:
         mesh: Resting surface.
         point: Centre of the pressure, shape (3,) [m].
         radius: Contact radius [m].
+        normal: Outward unit normal of the finger, shape (3,), which presses its side of a thin part
+            only; None to press all sides.
 
     Returns:
         Vertices (k,) and weights (k,) that sum to 1.
     """
     found = mesh.contacts
     found.frame[0] = point
+    found.frame[2] = 0.0 if normal is None else normal
     found.search.press(radius)
     count = found.search.count
     return found.under[:count].copy(), found.weights[:count].copy()

@@ -13,6 +13,7 @@ from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.mesh.search.near import NearTree, point_tree
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
+from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
@@ -30,12 +31,14 @@ class Quadrature:
         areas: Area that each represents, shape (q,) [m^2].
         vertices: Corners of each point's face, shape (q, 3).
         shares: Barycentric coordinates, shape (q, 3).
+        outward: Unit normals of the faces, shape (q, 3).
     """
 
     points: Floats
     areas: Floats
     vertices: Ints
     shares: Floats
+    outward: Floats
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -133,10 +136,15 @@ class SurfaceMesh:
             self.rings,
             near,
             field,
-            tree,
-            q.areas[order],
-            q.vertices[order],
-            q.shares[order],
+            PressureSearch(
+                tree,
+                q.areas[order],
+                q.vertices[order],
+                q.shares[order],
+                q.outward[order],
+                under,
+                weights,
+            ),
             self.size,
             frame,
             under,
@@ -210,10 +218,12 @@ def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
                 shares.append((*down / split, 1 - down.sum() / split))
     table = np.array(shares)  # (split^2, 3)
     points = np.einsum("sk,mki->msi", table, x[faces]).reshape(-1, 3)
-    areas = np.linalg.norm(face_area_vectors(x, faces), axis=1) / len(table)
+    vectors = face_area_vectors(x, faces)
+    lengths = np.linalg.norm(vectors, axis=1)
     return Quadrature(
         points,
-        np.repeat(areas, len(table)),
+        np.repeat(lengths / len(table), len(table)),
         np.repeat(faces, len(table), axis=0),
         np.tile(table, (len(faces), 1)),
+        np.repeat(vectors / np.maximum(lengths, 1e-300)[:, None], len(table), axis=0),
     )

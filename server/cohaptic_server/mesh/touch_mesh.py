@@ -59,7 +59,14 @@ class TouchMesh:
         object.__setattr__(self, "search", NearTree(self.points))
         object.__setattr__(self, "found", np.zeros(len(self.points), dtype=np.int64))
         object.__setattr__(self, "path", np.zeros((math.ceil(MAX_PATH / self.spacing) + 2, 3)))
-        window = WindowSearch(self.points, self.normals, self.search.tree, self.found, self.path)
+        window = WindowSearch(
+            self.points,
+            self.normals,
+            _beside(self.faces, len(self.points)),
+            self.search.tree,
+            self.found,
+            self.path,
+        )
         object.__setattr__(self, "window", window)
         for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
@@ -67,6 +74,18 @@ class TouchMesh:
     def near(self, point: Floats, radius: float) -> Ints:
         """Indices into `vertices` within `radius` [m] of a point at rest, rising, shape (k,)."""
         return self.search.near(point, radius)
+
+
+def _beside(faces: Ints, count: int) -> Ints:
+    """Vertices that share an edge with each, short rows filled up with itself, (count, valence)."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)  # by their first vertex
+    row = edges[:, 0]
+    starts = np.searchsorted(row, np.arange(count))
+    column = np.arange(len(row)) - starts[row]
+    table = np.repeat(np.arange(count), int(column.max(initial=0)) + 1).reshape(count, -1)
+    table[row, column] = edges[:, 1]
+    return table
 
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:

@@ -22,7 +22,9 @@ R_co = TypeVar("R_co", bound=Response, covariant=True)
 def press_vertex(body: Body, vertex: int, force: float) -> Load:
     """A press against the normal, centred at a vertex, with the body's contact radius."""
     mesh = body.mesh
-    vertices, weights = pressure(mesh, mesh.vertices[vertex], body.contact_radius)
+    vertices, weights = pressure(
+        mesh, mesh.vertices[vertex], body.contact_radius, mesh.normals[vertex]
+    )
     return Load(vertices, weights, -mesh.normals[vertex], force)
 
 

@@ -96,6 +96,7 @@ def choose_window(
         length, width = neighbourhood.path_ahead(touched_body.mesh, norm(tangential), horizon)
         chosen = touched_body.windows.choose(
             contact.foot,
+            contact.normal,
             radius,
             _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius),
             (np.array(tangential), length, width),

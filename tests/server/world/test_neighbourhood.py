@@ -34,7 +34,9 @@ def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
     """What a mesh patch carries of a balloon, as numbers of its touch mesh."""
     touched = TouchedBody(body)
     length, width = path_ahead(touched.mesh, float(np.linalg.norm(slide)), horizon)
-    return touched.windows.choose(at, 0.03, 0.03, (slide, length, width), MAX_VERTICES).touched
+    return touched.windows.choose(
+        at, at / RADIUS, 0.03, 0.03, (slide, length, width), MAX_VERTICES
+    ).touched
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
@@ -70,7 +72,7 @@ def test_a_hand_at_rest_has_40_mm_all_round(balloon: Balloon) -> None:
 def test_the_way_stays_on_the_surface_and_has_its_length(balloon: Balloon) -> None:
     ahead = np.array([0.0, 0.3, 0.0])
     touched = TouchedBody(balloon).mesh
-    assert touched.window.along(RADIUS * OUT, ahead, 0.15, 0.014, 0.05, MAX_VERTICES) > 0
+    assert touched.window.along(RADIUS * OUT, OUT, ahead, 0.15, 0.014, 0.05, MAX_VERTICES) > 0
     stops = touched.path[: touched.window.places]
     assert np.linalg.norm(stops, axis=1) == pytest.approx(RADIUS, abs=0.001)
     assert np.arctan2(stops[-1][1], stops[-1][0]) == pytest.approx(1.5, abs=0.02)

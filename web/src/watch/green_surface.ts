@@ -35,13 +35,13 @@ export interface Press {
 
 /** The loads of all users who press. */
 export function pressesOf(
-  users: readonly { readonly foot: Vec3; readonly force: Vec3 }[],
+  users: readonly { readonly foot: Vec3; readonly normal: Vec3; readonly force: Vec3 }[],
   q: Quadrature,
   radius: number,
 ): readonly Press[] {
   return users
     .filter(({ force }) => norm(force) > LEAST_FORCE)
-    .map(({ foot, force }) => ({ force, under: pressure(q, foot, radius) }));
+    .map(({ foot, normal, force }) => ({ force, under: pressure(q, foot, normal, radius) }));
 }
 
 /** Vertices whose blocks the presses need, each once. */

@@ -9,13 +9,19 @@ export interface Pressure {
   readonly weights: readonly number[];
 }
 
+/** Cosines between finger and surface: pressed in full from the first on, not at all below the second. */
+const BESIDE = 0;
+const BEHIND = -0.5;
+
 /**
- * The pressure falls as 1 - (r / radius)^2; each quadrature point hands its part to the corners of its face.
+ * The pressure falls as 1 - (r / radius)^2 on the finger's side; each quadrature point hands its part to the corners of
+ * its face.
  *
  * @param foot Centre, on a facet of the resting mesh [m].
+ * @param normal Outward unit normal of the finger.
  * @param radius Below the mesh's resolution it ends on the nearest point [m].
  */
-export function pressure(q: Quadrature, foot: Vec3, radius: number): Pressure {
+export function pressure(q: Quadrature, foot: Vec3, normal: Vec3, radius: number): Pressure {
   const parts = new Map<number, number>();
   let nearest = 0;
   let least = Infinity;
@@ -29,12 +35,19 @@ export function pressure(q: Quadrature, foot: Vec3, radius: number): Pressure {
       least = r2;
       nearest = p;
     }
-    if (r2 <= radius * radius) hand(q, p, Math.max(1 - r2 / (radius * radius), 1e-12), parts);
+    if (r2 > radius * radius) continue;
+    const facing = Math.min(1, (facingOf(q, p, normal) - BEHIND) / (BESIDE - BEHIND));
+    if (facing > 0) hand(q, p, facing * Math.max(1 - r2 / (radius * radius), 1e-12), parts);
   }
   if (parts.size === 0) hand(q, nearest, 1, parts);
   const vertices = [...parts.keys()].filter((v) => (parts.get(v) ?? 0) > 0).sort((a, b) => a - b);
   const total = vertices.reduce((sum, v) => sum + (parts.get(v) ?? 0), 0);
   return { vertices, weights: vertices.map((v) => (parts.get(v) ?? 0) / total) };
+}
+
+function facingOf(q: Quadrature, point: number, normal: Vec3): number {
+  const at = 3 * Math.floor(point / q.split);
+  return normal.reduce((sum, n, axis) => sum + n * (q.outward[at + axis] ?? 0), 0);
 }
 
 /** A point's part of the force to the corners of its face. */

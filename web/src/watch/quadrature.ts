@@ -1,6 +1,7 @@
 /** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `mesh/surface.py`. */
 
 import type { RestMesh } from "../model/body";
+import { scale, type Vec3 } from "../model/vec";
 
 /** Each face carries so many points, squared: the centroids of equal triangles. */
 const SPLIT = 3;
@@ -13,6 +14,8 @@ export interface Quadrature {
   readonly points: Float64Array;
   /** Share of the surface that each point of a face stands for, shape (m,) [m^2]. */
   readonly areas: Float64Array;
+  /** Outward unit normal of each face, shape (m, 3). */
+  readonly outward: Float64Array;
   /** Barycentric coordinates of a face's points, shape (split, 3). */
   readonly shares: Float64Array;
   /** Corners of each face, shape (m, 3). */
@@ -27,6 +30,7 @@ export function quadratureOf({ vertices, faces }: RestMesh): Quadrature {
   const split = shares.length / 3;
   const points = new Float64Array(3 * split * count);
   const areas = new Float64Array(count);
+  const outward = new Float64Array(3 * count);
   const corner = (f: number, c: number, axis: number): number => vertices[3 * (faces[3 * f + c] ?? 0) + axis] ?? 0;
   for (let f = 0; f < count; f += 1) {
     const u: number[] = [];
@@ -42,9 +46,12 @@ export function quadratureOf({ vertices, faces }: RestMesh): Quadrature {
     }
     const [ux = 0, uy = 0, uz = 0] = u;
     const [vx = 0, vy = 0, vz = 0] = v;
-    areas[f] = (0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)) / split;
+    const normal: Vec3 = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    const double = Math.hypot(...normal);
+    areas[f] = (0.5 * double) / split;
+    outward.set(double > 0 ? scale(normal, 1 / double) : normal, 3 * f);
   }
-  return { points, areas, shares, faces, split };
+  return { points, areas, outward, shares, faces, split };
 }
 
 /** Centroids of parts^2 equal triangles, shape (parts^2, 3). */

@@ -6,6 +6,7 @@ import { vectors } from "../vectors";
 interface Under {
   radius: number;
   foot: Vec3;
+  normal: Vec3;
   vertices: number[];
   weights: number[];
 }

@@ -23,14 +23,14 @@ const blocks = new Map(
 
 describe("as the server", () => {
   // The wire's vertices have 32 bits: a micrometre in ten metres, a tenth of a millionth of a weight's radius.
-  test.each(example.contacts)("weights of a pressure of radius $radius at $foot", ({ foot, radius, vertices, weights }) => {
-    const found = pressure(q, foot, radius);
+  test.each(example.contacts)("weights of a pressure of radius $radius at $foot", ({ foot, normal, radius, vertices, weights }) => {
+    const found = pressure(q, foot, normal, radius);
     expect(found.vertices).toEqual(vertices);
     expectClose(found.weights, weights, "weights", 1e-5, 1e-6);
   });
 
   test("forces make the surface, to a thousandth of the largest displacement", () => {
-    const presses = example.contacts.flatMap(({ foot, force, radius }) => pressesOf([{ foot, force }], q, radius));
+    const presses = example.contacts.flatMap(({ foot, normal, force, radius }) => pressesOf([{ foot, normal, force }], q, radius));
     const found = displacementOf(presses, (vertex) => blocks.get(vertex) ?? null, n);
     const expected = example.displacement.flat();
     const largest = Math.max(...expected.map(Math.abs));
@@ -42,7 +42,7 @@ describe("as the server", () => {
 test("without a block there is no surface, and one who does not press needs none", () => {
   const press = pressesOf(example.contacts.slice(0, 1), q, 0.03);
   expect(displacementOf(press, () => null, n)).toBeNull();
-  expect(needed(pressesOf([{ foot: [0, 0, 0.1], force: [0, 0, 0] }], q, 0.03))).toEqual([]);
+  expect(needed(pressesOf([{ foot: [0, 0, 0.1], normal: [0, 0, 1], force: [0, 0, 0] }], q, 0.03))).toEqual([]);
   expect(displacementOf([], () => null, n)).toEqual(new Float32Array(3 * n));
 });
 

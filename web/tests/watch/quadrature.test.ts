@@ -30,8 +30,8 @@ describe("on a fine mesh, as the server", () => {
     expect(quadratureOf(ringOf({ ...example.ring, along: 100, round: 50 })).split).toBe(9);
   });
 
-  test.each(example.ring.contacts)("weights of a pressure of radius $radius", ({ foot, radius, vertices, weights }) => {
-    const found = pressure(fine, foot, radius);
+  test.each(example.ring.contacts)("weights of a pressure of radius $radius", ({ foot, normal, radius, vertices, weights }) => {
+    const found = pressure(fine, foot, normal, radius);
     expect(found.vertices).toEqual(vertices);
     expectClose(found.weights, weights, "weights", 1e-5, 1e-5);
   });

@@ -126,7 +126,9 @@ class RubberSolid:
             batch = range(start, min(start + _BATCH, len(surface)))
             shares = np.zeros((len(batch), *self.shape.nodes.shape))
             for i, k in enumerate(batch):
-                vertices, weights = pressure(mesh, mesh.vertices[k], self.contact_radius)
+                vertices, weights = pressure(
+                    mesh, mesh.vertices[k], self.contact_radius, mesh.normals[k]
+                )
                 shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
             fields = self._newton.fields(self._rest.stable, shares)
             table[batch.start : batch.stop] = (shares * fields).sum(axis=(1, 2))

@@ -44,7 +44,7 @@ def build_far_field(
         count: Largest number of samples.
     """
     samples = spread_over(mesh.vertices, count)
-    contacts = [pressure(mesh, mesh.vertices[k], radius) for k in samples]
+    contacts = [pressure(mesh, mesh.vertices[k], radius, mesh.normals[k]) for k in samples]
     G = np.empty((3 * len(samples), 3 * len(samples)), dtype=np.float32)
     for start in range(0, len(samples), _BATCH):
         batch = contacts[start : start + _BATCH]

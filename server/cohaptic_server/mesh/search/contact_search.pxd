@@ -4,7 +4,7 @@ from libc.stdint cimport int64_t
 
 from cohaptic_server.mesh.search.loaded_field cimport LoadedField
 from cohaptic_server.mesh.search.nearest_search cimport NearestSearch
-from cohaptic_server.mesh.search.point_tree cimport PointTree
+from cohaptic_server.mesh.search.pressure_search cimport PressureSearch
 
 
 cdef int _MAX_ITERATIONS, _FOOT, _POINT, _NORMAL
@@ -19,20 +19,15 @@ cdef class ContactSearch:
     cdef const int64_t[:, ::1] rings
     cdef NearestSearch near
     cdef LoadedField field
-    cdef PointTree tree
-    cdef const double[::1] areas
-    cdef const int64_t[:, ::1] corners
-    cdef const double[:, ::1] shares
+    cdef PressureSearch pressure
     cdef double size
     cdef double[:, ::1] frame
     cdef int64_t[::1] under
     cdef double[::1] weights
     cdef readonly Py_ssize_t count
     cdef readonly double slope
-    cdef int64_t[::1] found
     cdef int64_t[::1] gathered
     cdef double[::1] parts
-    cdef double[::1] table
 
     @cython.locals(i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t)
     cpdef void take(self, const double[:, ::1] frame, double slope, const int64_t[::1] under,
@@ -51,16 +46,20 @@ cdef class ContactSearch:
     @cython.locals(axis=Py_ssize_t)
     cdef void move_to(self, double x, double y, double z) noexcept
     cdef void settle(self, double radius) noexcept
-    @cython.locals(x=double, y=double, z=double, most=double, points=Py_ssize_t,
-                   total=double, count=Py_ssize_t, k=Py_ssize_t, point=int64_t, profile=double, force=double, corner=Py_ssize_t, vertex=int64_t)
+    @cython.locals(x=double, y=double, z=double, nx=double, ny=double, nz=double)
     cpdef void press(self, double radius) noexcept
+    @cython.locals(face=int64_t, a=int64_t, b=int64_t, c=int64_t, ax=double, ay=double, az=double,
+                   ux=double, uy=double, uz=double, vx=double, vy=double, vz=double)
+    cdef void face_up(self) noexcept
+    @cython.locals(length=double)
+    cdef void set_normal(self, double nx, double ny, double nz) noexcept
     @cython.locals(x=double, y=double, z=double, nx=double, ny=double, nz=double, length=double,
                    height=double, k=Py_ssize_t, vertex=int64_t, weight=double)
     cpdef void lift(self) noexcept
     @cython.locals(nx=double, ny=double, nz=double, k=Py_ssize_t, weight=double, face=int64_t,
                    faces=Py_ssize_t, a=int64_t, b=int64_t, c=int64_t,
                    ax=double, ay=double, az=double, ux=double, uy=double, uz=double, vx=double,
-                   vy=double, vz=double, length=double)
+                   vy=double, vz=double)
     cpdef void turn(self) noexcept
     @cython.locals(k=Py_ssize_t, j=Py_ssize_t, vertex=int64_t, first=int64_t, face=int64_t,
                    faces=Py_ssize_t, weight=double)

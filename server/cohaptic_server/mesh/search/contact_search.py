@@ -12,7 +12,7 @@ import numpy as np
 
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
-from cohaptic_server.mesh.search.point_tree import PointTree
+from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
@@ -33,10 +33,7 @@ class ContactSearch:
         rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
         near: For the nearest point of the surface.
         field: The displacement.
-        tree: Of the quadrature points; what follows is in its order.
-        areas: Of the quadrature points, shape (q,) [m^2].
-        corners: Of their faces, shape (q, 3).
-        shares: Barycentric coordinates, shape (q, 3).
+        pressure: It leaves its vertices in `under`, and their shares in `weights`.
         size: Radius of a sphere of the surface's area [m].
         frame: Foot, contact point and normal that were found, shape (3, 3).
         under: Vertices under the pressure, rising, shape (n,).
@@ -49,8 +46,8 @@ class ContactSearch:
 
     def __init__(
         self, vertices: Floats, normals: Floats, faces: Ints, rings: Ints, near: NearestSearch,
-        field: LoadedField, tree: PointTree, areas: Floats, corners: Ints, shares: Floats,
-        size: float, frame: Floats, under: Ints, weights: Floats,
+        field: LoadedField, pressure: PressureSearch, size: float, frame: Floats, under: Ints,
+        weights: Floats,
     ) -> None:  # fmt: skip
         self.vertices = vertices
         self.normals = normals
@@ -58,18 +55,13 @@ class ContactSearch:
         self.rings = rings
         self.near = near
         self.field = field
-        self.tree = tree
-        self.areas = areas
-        self.corners = corners
-        self.shares = shares
+        self.pressure = pressure
         self.size = size
         self.frame = frame
         self.under = under
         self.weights = weights
         self.count = 0
         self.slope = 1.0
-        self.found = np.zeros(len(areas), dtype=np.int64)
-        self.table = np.zeros(len(vertices))
         # Of the faces; one that only vertices without weight touch is gathered by each of them.
         self.gathered = np.zeros(rings.size + 1, dtype=np.int64)
         self.parts = np.zeros(len(faces))
@@ -116,6 +108,7 @@ class ContactSearch:
         else:
             self.slope = 1.0
             self.move_to(x, y, z)
+            self.face_up()
             self.settle(radius)
             state, limit = MOVED, tolerance
         slope = self.slope
@@ -194,40 +187,19 @@ class ContactSearch:
         self.turn()
 
     def press(self, radius: float) -> None:
-        """Vertices under the pressure round the foot, and the share of the force on each.
-
-        The pressure falls as 1 - (r / radius)^2 over the surface; each quadrature point distributes
-        its part to the corners of its face. A radius below the mesh's resolution loads the nearest
-        quadrature point alone.
-        """
+        """Spread the pressure round the foot, over the side of the surface that the normal says."""
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
-        most = radius * radius
-        points = self.tree.inside(x, y, z, radius, self.found)
-        if points == 0:
-            self.found[0] = self.tree.rank[self.tree.nearest(x, y, z)]
-            points = 1
-            most = 0.0  # its distance does not count then
-        total = 0.0
-        count = 0
-        for k in range(points):
-            point = self.found[k]
-            profile = 1.0
-            if most > 0.0:
-                profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / most)
-            force = profile * self.areas[point]
-            total += force
-            for corner in range(3):
-                vertex = self.corners[point, corner]
-                if self.table[vertex] == 0.0:
-                    self.under[count] = vertex
-                    count += 1
-                self.table[vertex] += force * self.shares[point, corner]
-        self.tree.sort(self.under, count)
-        for k in range(count):
-            vertex = self.under[k]
-            self.weights[k] = self.table[vertex] / total
-            self.table[vertex] = 0.0
-        self.count = count
+        nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
+        self.count = self.pressure.spread(x, y, z, nx, ny, nz, radius)
+
+    def face_up(self) -> None:
+        """Set the normal to that of the resting face under the foot."""
+        face = self.near.face
+        a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
+        ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
+        ux, uy, uz = self.vertices[b, 0] - ax, self.vertices[b, 1] - ay, self.vertices[b, 2] - az
+        vx, vy, vz = self.vertices[c, 0] - ax, self.vertices[c, 1] - ay, self.vertices[c, 2] - az
+        self.set_normal(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
 
     def lift(self) -> None:
         """The point of the smooth resting surface over the foot.
@@ -273,6 +245,10 @@ class ContactSearch:
             nx += weight * (uy * vz - uz * vy)
             ny += weight * (uz * vx - ux * vz)
             nz += weight * (ux * vy - uy * vx)
+        self.set_normal(nx, ny, nz)
+
+    def set_normal(self, nx: float, ny: float, nz: float) -> None:
+        """Set the normal to the direction of a vector."""
         length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
         self.frame[_NORMAL, 0] = nx / length
         self.frame[_NORMAL, 1] = ny / length

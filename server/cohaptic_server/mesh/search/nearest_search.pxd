@@ -12,8 +12,9 @@ cdef class NearestSearch:
     cdef PointTree tree
     cdef int64_t split
     cdef readonly double[::1] foot
+    cdef readonly int64_t face
 
-    @cython.locals(face=int64_t, best=double, k=Py_ssize_t)
+    @cython.locals(face=int64_t, best=double, square=double, k=Py_ssize_t)
     cpdef void nearest(self, double x, double y, double z) noexcept
     @cython.locals(a=int64_t, b=int64_t, c=int64_t, ax=double, ay=double, az=double, ux=double,
                    uy=double, uz=double, vx=double, vy=double, vz=double, wx=double, wy=double,

@@ -20,6 +20,7 @@ class NearestSearch:
 
     Attributes:
         foot: The point that was found last, shape (3,) [m].
+        face: On which it lies.
     """
 
     def __init__(
@@ -31,6 +32,7 @@ class NearestSearch:
         self.tree = tree
         self.split = split
         self.foot = np.zeros(3)
+        self.face = 0
 
     def nearest(self, x: float, y: float, z: float) -> None:
         """Foot: the point of the resting surface nearest to a place.
@@ -40,7 +42,10 @@ class NearestSearch:
         face = self.tree.nearest(x, y, z) // self.split
         best = 1e300
         for k in range(self.around.shape[1]):
-            best = self.nearer(self.around[face, k], x, y, z, best)
+            square = self.nearer(self.around[face, k], x, y, z, best)
+            if square < best:
+                best = square
+                self.face = self.around[face, k]
 
     def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
         """Move the foot to a face if that is nearer than `best` [m^2]; the least of both squares.

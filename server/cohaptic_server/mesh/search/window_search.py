@@ -18,7 +18,9 @@ class WindowSearch:
 
     Args:
         points: Resting positions, shape (t, 3) [m].
-        normals: Shape (t, 3).
+        normals: Outward unit normals there, shape (t, 3).
+        beside: Vertices that share an edge with each, short rows filled up with itself, shape
+            (t, valence).
         tree: Of the points.
         found: Where vertices are left, shape (t,).
         path: Where points of a path are left, shape (w, 3); w bounds their number [m].
@@ -28,13 +30,18 @@ class WindowSearch:
     """
 
     def __init__(
-        self, points: Floats, normals: Floats, tree: PointTree, found: Ints, path: Floats
-    ) -> None:
+        self, points: Floats, normals: Floats, beside: Ints, tree: PointTree, found: Ints,
+        path: Floats,
+    ) -> None:  # fmt: skip
         self.points = points
         self.normals = normals
+        self.beside = beside
         self.tree = tree
         self.found = found
         self.path = path
+        self.tilt = np.zeros((len(path), 3))  # normal at each point of the path
+        self.reached = np.zeros(len(points), dtype=np.int64)
+        self.least = np.full(len(points), -1.0)  # of a vertex within reach, until it is taken
         self.squares = np.zeros(len(points))
         self.sorted = np.zeros(len(points))
         self.places = 0
@@ -42,6 +49,7 @@ class WindowSearch:
     def along(
         self,
         start: Floats,
+        normal: Floats,
         direction: Floats,
         length: float,
         step: float,
@@ -50,8 +58,12 @@ class WindowSearch:
     ) -> int:
         """Vertices nearest to the path of a sliding contact; their number.
 
+        They face as the surface along the path does, and hang together: neither the other side of
+        a thin part nor another fold of the surface is among them, however near it is in space.
+
         Args:
             start: Contact point, shape (3,) [m].
+            normal: Outward unit normal there, shape (3,).
             direction: Of the slide, of any length, shape (3,).
             length: Of the path [m].
             step: Between two points of the path [m].
@@ -63,21 +75,31 @@ class WindowSearch:
         if near == 0:
             return 0
         # Path points no further apart than vertices leave no gap between the discs round them.
-        self.walk(near, start, direction, length, step)
+        self.walk(near, start, normal, direction, length, step)
         widest = half_width * half_width
-        count = 0
+        first, best = -1, 1e300
         for k in range(near):
             vertex = self.found[k]
             least = 1e300
             for w in range(self.places):
+                if self.facing(vertex, self.tilt[w, 0], self.tilt[w, 1], self.tilt[w, 2]) <= 0.0:
+                    continue
                 dx = self.points[vertex, 0] - self.path[w, 0]
                 dy = self.points[vertex, 1] - self.path[w, 1]
                 dz = self.points[vertex, 2] - self.path[w, 2]
-                least = min(least, dx * dx + dy * dy + dz * dz)
+                square = dx * dx + dy * dy + dz * dz
+                least = min(least, square)
+                if w == 0 and square < best:
+                    first, best = vertex, square
             if least <= widest:
-                self.found[count] = vertex
-                self.squares[count] = least
-                count += 1
+                self.least[vertex] = least
+        count = 0
+        if first >= 0:
+            count = self.spread(first)
+        for k in range(near):
+            self.least[self.found[k]] = -1.0
+        for k in range(count):
+            self.found[k] = self.reached[k]
         if count <= most:
             return count
         limit = self.smallest(count, most)
@@ -88,19 +110,54 @@ class WindowSearch:
                 kept += 1
         return kept
 
-    def walk(self, near: int, start: Floats, direction: Floats, length: float, step: float) -> None:
+    def spread(self, first: int) -> int:
+        """Number of vertices within reach that hang together with one; they go into `reached`."""
+        if self.least[first] < 0.0:
+            return 0
+        count = 1
+        self.reached[0], self.squares[0], self.least[first] = first, self.least[first], -1.0
+        done = 0
+        while done < count:
+            vertex = self.reached[done]
+            done += 1
+            for k in range(self.beside.shape[1]):
+                other = self.beside[vertex, k]
+                if self.least[other] >= 0.0:
+                    self.reached[count] = other
+                    self.squares[count] = self.least[other]
+                    self.least[other] = -1.0
+                    count += 1
+        return count
+
+    def facing(self, vertex: int | Ints, nx: float, ny: float, nz: float) -> float:
+        """Cosine between the normal of a vertex and another one."""
+        x, y, z = self.normals[vertex, 0], self.normals[vertex, 1], self.normals[vertex, 2]
+        return float(x * nx + y * ny + z * nz)
+
+    def walk(
+        self,
+        near: int,
+        start: Floats,
+        normal: Floats,
+        direction: Floats,
+        length: float,
+        step: float,
+    ) -> None:
         """Points along the surface from a contact in the direction of its slide.
 
         Args:
             near: Number of vertices in `found` round the path.
             start: Contact point, shape (3,) [m].
+            normal: Outward unit normal there, shape (3,).
             direction: Of the slide, of any length, shape (3,).
             length: Of the path [m].
             step: Between two points of the path [m].
         """
         x, y, z = start[0], start[1], start[2]
+        nx, ny, nz = normal[0], normal[1], normal[2]
         hx, hy, hz = direction[0], direction[1], direction[2]
         self.path[0, 0], self.path[0, 1], self.path[0, 2] = x, y, z
+        self.tilt[0, 0], self.tilt[0, 1], self.tilt[0, 2] = nx, ny, nz
         places = 1
         left = length
         while left > 1e-9 * step and places < self.path.shape[0]:
@@ -108,7 +165,7 @@ class WindowSearch:
             left -= stride
             share = stride / max(1e-12, math.sqrt(hx * hx + hy * hy + hz * hz))
             x, y, z = x + share * hx, y + share * hy, z + share * hz
-            k = self.closest(near, x, y, z)
+            k = self.closest(near, x, y, z, nx, ny, nz)
             # Project point and heading onto the tangent plane of the nearest vertex.
             nx, ny, nz = self.normals[k, 0], self.normals[k, 1], self.normals[k, 2]
             off = (
@@ -120,11 +177,14 @@ class WindowSearch:
             off = hx * nx + hy * ny + hz * nz
             hx, hy, hz = hx - off * nx, hy - off * ny, hz - off * nz
             self.path[places, 0], self.path[places, 1], self.path[places, 2] = x, y, z
+            self.tilt[places, 0], self.tilt[places, 1], self.tilt[places, 2] = nx, ny, nz
             places += 1
         self.places = places
 
-    def closest(self, near: int, x: float, y: float, z: float) -> int:
-        """That of the first vertices in `found` which is nearest to a place."""
+    def closest(
+        self, near: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
+    ) -> int:
+        """The nearest to a place of the first vertices in `found` that face as it does."""
         best = 1e300
         closest = self.found[0]
         for k in range(near):
@@ -133,7 +193,7 @@ class WindowSearch:
             dy = self.points[vertex, 1] - y
             dz = self.points[vertex, 2] - z
             square = dx * dx + dy * dy + dz * dz
-            if square < best:
+            if square < best and self.facing(vertex, nx, ny, nz) > 0.0:
                 best = square
                 closest = vertex
         return int(closest)

@@ -12,6 +12,7 @@ cdef class WindowVertices:
     cdef WindowSearch ahead
     cdef int64_t[::1] touched
     cdef const int64_t[::1] members
+    cdef const double[:, ::1] normals
     cdef int64_t[::1] vertices
     cdef int64_t[::1] fitted
     cdef int64_t[::1] carried
@@ -22,8 +23,9 @@ cdef class WindowVertices:
     cdef int64_t[::1] place
     cdef int8_t[::1] member
 
-    @cython.locals(x=double, y=double, z=double, near=Py_ssize_t, k=Py_ssize_t, vertex=int64_t)
-    cpdef void choose(self, const double[::1] start, double radius, double reach,
+    @cython.locals(x=double, y=double, z=double, near=Py_ssize_t, k=Py_ssize_t, vertex=int64_t,
+                   facing=double)
+    cpdef void choose(self, const double[::1] start, const double[::1] normal, double radius, double reach,
                       const double[::1] direction, double length, double step, double half_width,
                       Py_ssize_t most) noexcept
     cdef void add(self, int64_t vertex) noexcept

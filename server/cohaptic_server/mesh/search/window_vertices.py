@@ -22,21 +22,23 @@ class WindowVertices:
         ahead: Along a path over the touch mesh.
         touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
         members: Vertices of the surface that the touch mesh has, rising, shape (t,).
+        normals: Outward unit normals of the whole surface, shape (n, 3).
         vertices: Where a window is left, rising, shape (n,); the first `count` hold.
-        fitted: Those of the window that the touch mesh has, as positions in it, shape (n,); the
-            first `fits` hold.
+        fitted: Those of the window that the touch mesh has and that face as the contact does, as
+            positions in it, shape (n,); the first `fits` hold.
         carried: Positions of `touched` in the window, shape (t,); the first `carries` hold.
     """
 
     def __init__(
         self, surface: PointTree, touch: PointTree, ahead: WindowSearch, touched: Ints,
-        members: Ints, vertices: Ints, fitted: Ints, carried: Ints,
+        members: Ints, normals: Floats, vertices: Ints, fitted: Ints, carried: Ints,
     ) -> None:  # fmt: skip
         self.surface = surface
         self.touch = touch
         self.ahead = ahead
         self.touched = touched
         self.members = members
+        self.normals = normals
         self.vertices = vertices
         self.fitted = fitted
         self.carried = carried
@@ -50,6 +52,7 @@ class WindowVertices:
     def choose(
         self,
         start: Floats,
+        normal: Floats,
         radius: float,
         reach: float,
         direction: Floats,
@@ -62,6 +65,7 @@ class WindowVertices:
 
         Args:
             start: Its foot, shape (3,) [m].
+            normal: Outward unit normal of the surface there, shape (3,).
             radius: Round it, within which all vertices are taken [m].
             reach: Round it, within which those of the touch mesh are taken [m].
             direction: Of the slide, of any length, shape (3,).
@@ -80,7 +84,9 @@ class WindowVertices:
             self.add(self.members[self.found[k]])
         self.carries = 0
         if most > 0:
-            self.carries = self.ahead.along(start, direction, length, step, half_width, most)
+            self.carries = self.ahead.along(
+                start, normal, direction, length, step, half_width, most
+            )
         self.touch.sort(self.touched, self.carries)
         for k in range(self.carries):
             self.add(self.members[self.touched[k]])
@@ -89,7 +95,12 @@ class WindowVertices:
         for k in range(self.count):
             vertex = self.vertices[k]
             self.place[vertex] = k
-            if self.member[vertex] == 1:
+            facing = (
+                normal[0] * self.normals[vertex, 0]
+                + normal[1] * self.normals[vertex, 1]
+                + normal[2] * self.normals[vertex, 2]
+            )
+            if self.member[vertex] == 1 and facing > 0.0:
                 self.fitted[self.fits] = k
                 self.fits += 1
         for k in range(self.carries):

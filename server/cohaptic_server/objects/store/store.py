@@ -25,7 +25,7 @@ from cohaptic_server.objects.store.cache import entry_path, load_entry, save_ent
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
-_FORM = 3  # raised when the form of the arrays changes, or the way they are computed
+_FORM = 4  # raised when the form of the arrays changes, or the way they are computed
 
 Arrays = dict[str, npt.NDArray[Any]]
 

@@ -68,7 +68,11 @@ def test_at_rest_it_answers_as_the_linear_solid(order: int, nu: float) -> None:
     assert body.respond([]).compliance.shape == (0, 0)
     for k in (0, 20, len(body.mesh.vertices) - 1):
         at = body.mesh.vertices[k]
-        load = Load(*pressure(body.mesh, at, body.contact_radius), -body.mesh.normals[k], 0.0)
+        load = Load(
+            *pressure(body.mesh, at, body.contact_radius, body.mesh.normals[k]),
+            -body.mesh.normals[k],
+            0.0,
+        )
         own = body.respond([load]).compliance[0, 0]
         assert body.vertex_compliance()[k] == pytest.approx(own, rel=1e-6, abs=1e-12)
 

@@ -153,7 +153,11 @@ def test_the_survey_is_the_compliance_of_contacts() -> None:
     table = vertex_compliance(body)
     for k in (0, len(table) // 2, len(table) - 1):
         at = body.mesh.vertices[k]
-        load = Load(*pressure(body.mesh, at, body.contact_radius), -body.mesh.normals[k], 0.0)
+        load = Load(
+            *pressure(body.mesh, at, body.contact_radius, body.mesh.normals[k]),
+            -body.mesh.normals[k],
+            0.0,
+        )
         assert table[k] == pytest.approx(body.respond([load]).compliance[0, 0], rel=1e-6, abs=1e-9)
 
 

@@ -22,15 +22,27 @@ from cohaptic_server.numeric import Floats, Ints
 FILE = Path(__file__).parents[3] / "vectors" / "forces.json"
 # Of two sizes, and with a radius below the mesh's resolution.
 CONTACTS: list[dict[str, Any]] = [
-    {"radius": 0.03, "foot": [0.09, 0.02, 0.03], "force": [2.0, 0.5, -0.25]},
-    {"radius": 0.02, "foot": [0.0, 0.0, 0.1], "force": [0.0, 0.0, 1.5]},
-    {"radius": 0.002, "foot": [-0.07, 0.05, -0.03], "force": [-1.0, 1.0, 0.0]},
+    {
+        "radius": 0.03,
+        "foot": [0.09, 0.02, 0.03],
+        "normal": [0.928, 0.206, 0.309],
+        "force": [2.0, 0.5, -0.25],
+    },
+    {"radius": 0.02, "foot": [0.0, 0.0, 0.1], "normal": [0.0, 0.0, 1.0], "force": [0.0, 0.0, 1.5]},
+    {
+        "radius": 0.002,
+        "foot": [-0.07, 0.05, -0.03],
+        "normal": [-0.768, 0.549, -0.329],
+        "force": [-1.0, 1.0, 0.0],
+    },
 ]
 # On a mesh of more faces, which is not written but made: a ring of squares cut in two.
 RING = {"along": 72, "round": 72, "radius": 0.08, "tube": 0.03}
 ON_RING: list[dict[str, Any]] = [
-    {"radius": 0.01, "foot": [0.11, 0.0, 0.0]},
-    {"radius": 0.0004, "foot": [0.001, 0.0815, 0.0298]},
+    {"radius": 0.01, "foot": [0.11, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]},
+    {"radius": 0.0004, "foot": [0.001, 0.0815, 0.0298], "normal": [0.0, 0.0, 1.0]},
+    # It reaches round the tube, whose far side is not pressed.
+    {"radius": 0.058, "foot": [0.11, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]},
 ]
 
 
@@ -53,9 +65,14 @@ def on_ring() -> dict[str, Any]:
     mesh = SurfaceMesh(vertices, faces)
     contacts: list[dict[str, Any]] = []
     for contact in ON_RING:
-        under, weights = pressure(mesh, np.array(contact["foot"]), contact["radius"])
+        under, weights = _pressed(mesh, contact)
         contacts.append(contact | {"vertices": under.tolist(), "weights": weights.tolist()})
     return RING | {"contacts": contacts}
+
+
+def _pressed(mesh: SurfaceMesh, contact: dict[str, Any]) -> tuple[Ints, Floats]:
+    foot, normal = np.array(contact["foot"]), np.array(contact["normal"])
+    return pressure(mesh, foot, contact["radius"], normal)
 
 
 def vector() -> dict[str, Any]:
@@ -67,8 +84,8 @@ def vector() -> dict[str, Any]:
     blocks: dict[int, str] = {}
     whole = np.zeros_like(balloon.mesh.vertices)
     for contact in CONTACTS:
-        foot, force = np.array(contact["foot"]), np.array(contact["force"])
-        vertices, weights = pressure(balloon.mesh, foot, contact["radius"])
+        force = np.array(contact["force"])
+        vertices, weights = _pressed(balloon.mesh, contact)
         size = float(np.linalg.norm(force))
         load = Load(vertices, weights, -force / size, size)
         whole += balloon.respond([load]).displacement
@@ -146,14 +163,17 @@ def check_weights(
         points: list[tuple[float, float, list[int], tuple[float, float, float]]] = []
         for face in faces:
             a, b, c = x[face]
-            area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
+            vector = np.cross(b - a, c - a)
+            area = 0.5 * float(np.linalg.norm(vector))
+            facing = float(vector @ np.array(contact["normal"])) / (2.0 * area)
             for s, t in shares:
                 far = float(np.linalg.norm(s * a + t * b + (1 - s - t) * c - foot))
-                points.append((far, area / len(shares), face, (s, t, 1 - s - t)))
-        under = [p for p in points if p[0] <= contact["radius"]] or [min(points)]
+                side = max(0.0, min(1.0, 1.0 + 2.0 * facing))
+                part = side * max(1.0 - (far / contact["radius"]) ** 2, 1e-12)
+                points.append((far, part * area / len(shares), face, (s, t, 1 - s - t)))
+        under = [p for p in points if p[0] <= contact["radius"] and p[1] > 0.0] or [min(points)]
         got = np.zeros(len(x))
-        for far, area, face, coordinates in under:
-            count = area * max(1.0 - (far / contact["radius"]) ** 2, 1e-12)
+        for _, count, face, coordinates in under:
             got[face] += count * np.array(coordinates)
         got /= got.sum()
         assert np.flatnonzero(got).tolist() == contact["vertices"]

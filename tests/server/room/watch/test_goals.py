@@ -54,7 +54,9 @@ def test_frames_are_small_and_forces_give_the_surface() -> None:
         assert np.abs(shown.surface.displacement - shape).max() <= 0.501e-5
         made = np.zeros((n, 3))
         for user in Scene.decode(light, there).users:
-            vertices, weights = pressure(mesh, np.array(user.foot), body.contact_radius)
+            vertices, weights = pressure(
+                mesh, np.array(user.foot), body.contact_radius, np.array(user.normal)
+            )
             for vertex, weight in zip(vertices.tolist(), weights.tolist(), strict=True):
                 if vertex not in blocks:
                     blocks[vertex] = decode_block(encode_block(source.green(vertex)))

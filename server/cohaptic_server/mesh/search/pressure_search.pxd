@@ -1,0 +1,28 @@
+cimport cython
+from libc.stdint cimport int64_t
+
+from cohaptic_server.mesh.search.point_tree cimport PointTree
+
+cdef double _BESIDE, _BEHIND
+
+
+@cython.final
+cdef class PressureSearch:
+    cdef PointTree tree
+    cdef const double[::1] areas
+    cdef const int64_t[:, ::1] corners
+    cdef const double[:, ::1] shares
+    cdef const double[:, ::1] outward
+    cdef int64_t[::1] under
+    cdef double[::1] weights
+    cdef int64_t[::1] found
+    cdef double[::1] table
+    cdef Py_ssize_t count
+    cdef double total
+
+    @cython.locals(most=double, points=Py_ssize_t, k=Py_ssize_t, point=int64_t, facing=double,
+                   share=double, profile=double, vertex=int64_t)
+    cpdef Py_ssize_t spread(self, double x, double y, double z, double nx, double ny, double nz,
+                            double radius) noexcept
+    @cython.locals(corner=Py_ssize_t, vertex=int64_t)
+    cdef void load(self, int64_t point, double force) noexcept

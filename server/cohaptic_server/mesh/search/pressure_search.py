@@ -1,0 +1,96 @@
+"""The pressure of a fingertip: vertices under it, and the share of the force on each.
+
+Compiled where a compiler is at hand; as plain Python it gives the same numbers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohaptic_server.mesh.search.point_tree import PointTree
+from cohaptic_server.numeric import Floats, Ints
+
+# Cosines of the angle between a finger's normal and the surface: from the first on the surface is
+# pressed in full, below the second not at all. A finger presses both faces of an edge, and the
+# other side of a thin part not. In between its share falls, so that it never steps as a finger
+# goes round a rim.
+_BESIDE, _BEHIND = 0.0, -0.5
+
+
+class PressureSearch:
+    """Spreads pressures over one surface.
+
+    Args:
+        tree: Of the quadrature points; what follows is in its order.
+        areas: Of the quadrature points, shape (q,) [m^2].
+        corners: Of their faces, shape (q, 3).
+        shares: Barycentric coordinates, shape (q, 3).
+        outward: Unit normals of their faces, shape (q, 3).
+        under: Where vertices under a pressure are left, rising, shape (n,).
+        weights: Where the share of each in the force is left, shape (n,).
+    """
+
+    def __init__(
+        self, tree: PointTree, areas: Floats, corners: Ints, shares: Floats, outward: Floats,
+        under: Ints, weights: Floats,
+    ) -> None:  # fmt: skip
+        self.tree = tree
+        self.areas = areas
+        self.corners = corners
+        self.shares = shares
+        self.outward = outward
+        self.under = under
+        self.weights = weights
+        self.found = np.zeros(len(areas), dtype=np.int64)
+        self.table = np.zeros(len(under))
+        self.count = 0
+        self.total = 0.0
+
+    def spread(
+        self, x: float, y: float, z: float, nx: float, ny: float, nz: float, radius: float
+    ) -> int:
+        """Spread a pressure round a place of the surface; the number of vertices under it.
+
+        The pressure falls as 1 - (r / radius)^2 over the surface on the side of the finger; each
+        quadrature point distributes its part to the corners of its face. A radius below the mesh's
+        resolution loads the nearest quadrature point alone.
+
+        Args:
+            x, y, z: The place [m].
+            nx, ny, nz: Outward unit normal of the finger; zeros for all sides.
+            radius: Of the pressure [m].
+        """
+        most = radius * radius
+        self.count = 0
+        self.total = 0.0
+        points = self.tree.inside(x, y, z, radius, self.found)
+        for k in range(points):
+            point = self.found[k]
+            facing = (
+                nx * self.outward[point, 0]
+                + ny * self.outward[point, 1]
+                + nz * self.outward[point, 2]
+            )
+            share = min(1.0, (facing - _BEHIND) / (_BESIDE - _BEHIND))
+            if share > 0.0:
+                profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / most)
+                self.load(point, share * profile * self.areas[point])
+        if self.count == 0:
+            point = self.tree.rank[self.tree.nearest(x, y, z)]
+            self.load(point, self.areas[point])
+        self.tree.sort(self.under, self.count)
+        for k in range(self.count):
+            vertex = self.under[k]
+            self.weights[k] = self.table[vertex] / self.total
+            self.table[vertex] = 0.0
+        return self.count
+
+    def load(self, point: int, force: float) -> None:
+        """Distribute the force at one quadrature point to the corners of its face."""
+        self.total += force
+        for corner in range(3):
+            vertex = self.corners[point, corner]
+            if self.table[vertex] == 0.0:
+                self.under[self.count] = vertex
+                self.count += 1
+            self.table[vertex] += force * self.shares[point, corner]

@@ -1,0 +1,81 @@
+"""Fingers on parts that are thinner than a press is deep."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic.protocol.messages import GeometryName
+from cohaptic.simulated.hand import HandScript
+from cohaptic.vec import Vec3
+from cohaptic_experiments.sliding.slide import GuidedHand
+from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.mesh.search.near import NearTree
+from cohaptic_server.testing.blocks import block
+
+THICK = 0.003  # m
+DEPTH = 0.004  # m of a press, which is more than that
+RADIUS = 0.008  # m, of a fingertip
+PRESSED = 1.5  # s from which on the finger stays
+
+
+class Dip:
+    """A way straight down onto the middle of the plate, and there it stays."""
+
+    def __init__(self, top: float, depth: float = DEPTH) -> None:
+        self.top, self.depth = top, depth
+
+    def at(self, t: float) -> Vec3:
+        """Position of the tip [m]."""
+        share = min(1.0, max(0.0, t - 0.3))
+        return (0.001, 0.002, self.top + 0.01 - (0.01 + self.depth) * share)
+
+
+@pytest.fixture(scope="module")
+def plate() -> Solid:
+    """A plate of 12 cm that is held at its rim."""
+    mesh = block((0.12, 0.12, THICK), (24, 24, 2))
+    held = (np.abs(mesh.vertices[:, :2]) > 0.058).any(axis=1)
+    return Solid(mesh, held, SolidSettings(young=5e5, order=1, contact_radius=RADIUS))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.08])
+@pytest.mark.parametrize("geometry", ["plane", "sphere", "mesh"])
+def test_a_press_deeper_than_a_plate_is_an_ordinary_contact(
+    plate: Solid, geometry: GeometryName, delay: float
+) -> None:
+    session = VirtualSession(plate)
+    top = float(plate.mesh.vertices[:, 2].max())
+    hand = GuidedHand(Dip(top))
+    user = session.join(
+        "finger", HandScript(angle=0.0, depth=DEPTH), device=hand, geometry=geometry, delay=delay
+    )
+    session.run(PRESSED + 4.0 * delay)
+    state = session.room.world.users[user.number]
+    normal = plate.respond([state.contact.load(1.0)]).compliance[0, 0]
+    assert state.contact.places[2][2] == pytest.approx(1.0, abs=1e-3)
+    assert user.force[-1] == pytest.approx(DEPTH / normal, rel=0.02)
+    # On the way in the force follows the depth, and does not let go in between.
+    force = np.array(user.force)
+    assert np.diff(force).min() > -0.02 * force[-1]
+
+
+def test_the_far_side_carries_nothing(plate: Solid) -> None:
+    session = VirtualSession(plate)
+    top = float(plate.mesh.vertices[:, 2].max())
+    user = session.join(
+        "finger", HandScript(angle=0.0, depth=DEPTH), device=GuidedHand(Dip(top)), geometry="mesh"
+    )
+    session.run(PRESSED)
+    state = session.room.world.users[user.number]
+    z = plate.mesh.vertices[state.contact.vertices, 2]
+    assert state.contact.weights[z < top - 0.5 * THICK].sum() == 0.0
+    patch = session.room.patches[user.number]
+    assert patch.neighbourhood is not None
+    points = session.room.touched_body.mesh.points
+    carried = points[list(patch.neighbourhood.indices)]
+    assert len(carried) > 20
+    assert carried[:, 2].min() > top - 1e-6
+    assert len(NearTree(points).near(np.array([0.0, 0.0, top]), 0.02)) > len(carried) // 4
