@@ -222,6 +222,9 @@ def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int
                 **{f: n for u in unit.uses for f, n in built[u].items()},
             }
             groups[unit.group].append({**entries[key], "files": files, "key": key})
+        else:
+            failed = {"modules": {name: ("", None) for name in unit.modules}, "failed": True}
+            groups[unit.group].append({**failed, "files": {}, "sources": {}, "key": ""})
     new = folder(root) / f"{MANIFEST}.{os.getpid()}"
     new.write_text(json.dumps({"groups": groups}, indent=1), encoding="utf-8")
     new.replace(folder(root) / MANIFEST)

@@ -15,7 +15,8 @@ PACKAGES = {"cohaptic": "shared", "cohaptic_server": "server", "cohaptic_client"
 LOOP_LIBRARY = "cohaptic_loop"  # mypyc appends `__mypyc`
 # What Cython needs for memoryviews, once for all kernels: each compiles in a third of the time.
 KERNEL_LIBRARY = "cohaptic_cython"
-_CIMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+)?cimport\s+([\w.]+)", re.M)
+# `cimport a, b`, `from a cimport b as c` and `from a cimport (b, c)`, over several lines too.
+_CIMPORT = re.compile(r"^[ \t]*(?:from\s+([\w.]+)\s+)?cimport\s+(\([^)]*\)|[^\n#(]+)", re.M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,8 @@ def _cimported(name: str, declared: dict[str, Path]) -> set[str]:
             continue
         found.add(kernel)
         for origin, what in _CIMPORT.findall(declared[kernel].read_text(encoding="utf-8")):
-            names = (origin, f"{origin}.{what}") if origin else (what,)
+            parts = [part.split()[0] for part in what.strip("() \n").split(",") if part.strip()]
+            names = [origin, *(f"{origin}.{part}" for part in parts)] if origin else parts
             todo += [other for other in names if other in declared]
     return found - {name}
 

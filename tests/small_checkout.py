@@ -39,7 +39,9 @@ def mean(values):
     return total(values) / values.shape[0]
 """,
     "server/cohaptic_server/mean.pxd": """
-from cohaptic_server.total cimport total
+from cohaptic_server.total cimport (
+    total,
+)
 cpdef double mean(const double[::1] values) noexcept
 """,
     "client/cohaptic_client/__init__.py": "",

@@ -185,6 +185,10 @@ def _choose(group: str, folder: Path) -> Group:
 
 def _problem(unit: dict[str, Any], folder: Path) -> str:
     """Why a unit cannot be used; empty if it can."""
+    if unit.get("failed"):
+        return (
+            f"{next(iter(unit['modules']))} could not be compiled; in a checkout, `make compiled`"
+        )
     for name in unit["modules"]:
         if name in sys.modules:
             return f"{name} was imported before"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.compiled import MANIFEST, PYTHON
+from compiling.build import CompileError, build
 from tests.shared.loop_outputs import outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
@@ -53,6 +54,19 @@ def test_a_kernel_whose_source_has_changed_is_plain(root: Path) -> None:
     assert found["plain"] == ["cohaptic_server.mean"]
     assert "compiled, except: cohaptic_server/mean.py has changed" in found["kernels"]
     assert found["loop"] == "compiled"
+
+
+def test_a_kernel_that_cannot_be_compiled_is_plain_and_named(root: Path) -> None:
+    (root / "server/cohaptic_server/mean.pxd").write_text("cpdef nonsense mean(values)\n")
+    with pytest.raises(CompileError, match=r"cohaptic_server\.mean could not be compiled"):
+        build(root)
+    found = used_in(root)
+    assert found["plain"] == ["cohaptic_server.mean"]
+    assert "except: cohaptic_server.mean could not be compiled" in found["kernels"]
+    # Once it can be, it is compiled, and what was not to blame was not compiled again.
+    (root / "server/cohaptic_server/mean.pxd").unlink()
+    assert build(root) == 0
+    assert used_in(root)["kernels"] == "compiled"
 
 
 @pytest.mark.parametrize("source", ["total.py", "total.pxd"])

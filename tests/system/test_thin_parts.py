@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cohaptic.protocol.messages import GeometryName
+from cohaptic.protocol.patch import MAX_COMPLIANCE
 from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3
 from cohaptic_experiments.sliding.slide import GuidedHand
@@ -38,7 +39,7 @@ def plate() -> Solid:
     """A plate of 12 cm that is held at its rim."""
     mesh = block((0.12, 0.12, THICK), (24, 24, 2))
     held = (np.abs(mesh.vertices[:, :2]) > 0.058).any(axis=1)
-    return Solid(mesh, held, SolidSettings(young=5e5, order=1, contact_radius=RADIUS))
+    return Solid(mesh, np.asarray(held), SolidSettings(young=5e5, order=1, contact_radius=RADIUS))
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.08])
@@ -79,3 +80,21 @@ def test_the_far_side_carries_nothing(plate: Solid) -> None:
     assert len(carried) > 20
     assert carried[:, 2].min() > top - 1e-6
     assert len(NearTree(points).near(np.array([0.0, 0.0, top]), 0.02)) > len(carried) // 4
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_place_too_soft_for_the_wire_ends_nobodys_session(friction: float) -> None:
+    """A flap of 10 Pa: a newton would move it by many metres."""
+    mesh = block((0.1, 0.1, 0.004), (10, 10, 1))
+    held = np.asarray(mesh.vertices[:, 0] < -0.045)
+    flap = Solid(mesh, held, SolidSettings(young=10.0, order=1, contact_radius=RADIUS))
+    top = float(flap.mesh.vertices[:, 2].max())
+    session = VirtualSession(flap)
+    hand = GuidedHand(Dip(top, 0.01))
+    script = HandScript(angle=0.0, depth=DEPTH)
+    user = session.join("finger", script, device=hand, geometry="mesh", friction=friction)
+    session.run(PRESSED)
+    contact = session.room.world.users[user.number].contact
+    assert flap.respond([contact.load(1.0)]).compliance[0, 0] > MAX_COMPLIANCE
+    assert session.room.patches[user.number].c_ii <= MAX_COMPLIANCE
+    assert max(user.force) < 0.01

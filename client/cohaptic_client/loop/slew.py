@@ -45,7 +45,9 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
         Unit normal to be used, and by how much it turned [rad].
     """
     along = dot(normal, target)
-    aside = sub(target, scale(normal, along))
+    # By its square too: a normal of 32 bits is no exact unit vector, and what that leaves along
+    # an opposite target would pass for a way there.
+    aside = sub(target, scale(normal, along / dot(normal, normal)))
     size = norm(aside)
     angle = math.atan2(size, along)
     if angle <= most:

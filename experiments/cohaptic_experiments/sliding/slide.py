@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -87,6 +88,14 @@ class Way:
         return _ramp(t - self.start) - _ramp(t - self.steady[1])
 
 
+class Path(Protocol):
+    """Where a tip is at any time."""
+
+    def at(self, t: float) -> Vec3:
+        """Position at a time [m]."""
+        ...
+
+
 class GuidedHand:
     """A device whose tip follows a given path under any force.
 
@@ -96,7 +105,7 @@ class GuidedHand:
 
     info = DeviceInfo("guided", max_force=100.0, max_stiffness=1e5, damping=1e3)
 
-    def __init__(self, way: Way) -> None:
+    def __init__(self, way: Path) -> None:
         self._way = way
         self._start: float | None = None
 

@@ -12,6 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from cohaptic.protocol.patch import MAX_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load, Prefetching
 from cohaptic_server.mesh.contact_windows import ContactWindows
 from cohaptic_server.mesh.pressure import pressure
@@ -55,8 +56,8 @@ class TouchedBody:
 
     @cached_property
     def touch_compliance(self) -> Floats:
-        """`vertex_compliance` at the vertices of the touch mesh, shape (t,) [m/N]."""
-        return np.ascontiguousarray(self.vertex_compliance[self.mesh.vertices])
+        """`vertex_compliance` of the touch mesh, as the wire holds it, shape (t,) [m/N]."""
+        return np.minimum(self.vertex_compliance[self.mesh.vertices], MAX_COMPLIANCE)
 
     @cached_property
     def vertex_compliance(self) -> Floats:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.control.friction import Compliance3, tangents
-from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact
@@ -95,11 +95,12 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     return np.asarray(rows)
 
 
-def floored(compliance: Floats, spans: Sequence[slice]) -> Floats:
-    """C of all loads of the users, its diagonal raised to at least `MIN_COMPLIANCE` [m/N].
+def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
+    """C of all loads of the users, its diagonal from `MIN_COMPLIANCE` to `MAX_COMPLIANCE` [m/N].
 
     A contact on a fixed or very stiff place then has a positive definite compliance like any other,
-    and is as stiff as a device can show. In three directions the smallest eigenvalue is raised.
+    and is as stiff as a device can show. In three directions the smallest eigenvalue is raised. A
+    place that is too soft to be felt is made less so, in all of its rows and columns alike.
 
     Args:
         compliance: Between all loads, shape (loads or more, loads or more) [m/N].
@@ -107,6 +108,8 @@ def floored(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """
     loads = spans[-1].stop if spans else 0
     C = np.array(compliance[:loads, :loads])
+    if C.diagonal().max(initial=0.0) > MAX_COMPLIANCE / 3.0:
+        C *= _softest(C, spans)
     if loads == len(spans):  # nobody has friction: one direction each
         np.fill_diagonal(C, np.maximum(C.diagonal(), MIN_COMPLIANCE))
         return C
@@ -121,11 +124,23 @@ def floored(compliance: Floats, spans: Sequence[slice]) -> Floats:
     return C
 
 
+def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
+    """Factors of C that bring each contact within `MAX_COMPLIANCE`, whatever its axes are.
+
+    The largest compliance of three directions in any axes is at most their trace.
+    """
+    root = np.ones(len(C))
+    for span in spans:
+        most = float(C.diagonal()[span].sum())
+        root[span] = np.sqrt(MAX_COMPLIANCE / max(most, MAX_COMPLIANCE))
+    return np.asarray(root[:, None] * root)
+
+
 def contact_compliance(compliance: Floats, press: Press, span: slice) -> Compliance3 | None:
     """The 3x3 compliance of a contact in the world frame; None without friction.
 
     Args:
-        compliance: Between all loads, floored, shape (loads, loads) [m/N].
+        compliance: Between all loads, bounded, shape (loads, loads) [m/N].
         press: Of the user.
         span: Its loads.
     """

@@ -50,17 +50,26 @@ def cut_neighbourhood(
 
 
 def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
-    """`Neighbourhood.of` for arrays, without a Python loop over the vertices.
+    """`Neighbourhood.of` for arrays, in two compiled loops.
 
     Args:
         vertices: Rising, at most 65,535, shape (k,).
         displacement: Shape (k, 3) [m].
         c_ii: Not negative, shape (k,) [m/N].
 
+    Returns:
+        Where a value is not as above, one that `encode` refuses: it costs its user, not the tick.
+
     Raises:
-        ValueError: The vertices are not as above.
+        ValueError: The vertices are not as above, or the shapes do not fit.
     """
-    largest(displacement, c_ii, _LARGEST)
+    if displacement.shape != (len(vertices), 3) or c_ii.shape != (len(vertices),):
+        raise ValueError(
+            f"{len(vertices)} vertices, displacements of shape {displacement.shape} and"
+            f" compliances of shape {c_ii.shape} make no neighbourhood"
+        )
+    if not largest(displacement, c_ii, _LARGEST):
+        return Neighbourhood(math.nan, math.nan, b"")
     scale, c_scale = Neighbourhood.scales(*_LARGEST.tolist())
     numbers = np.empty((len(vertices), FIELDS), np.uint16)
     per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0

@@ -9,23 +9,33 @@ from cohaptic_server.numeric import Floats, Ints
 FIELDS = 5  # of a vertex: its number, three of displacement, compliance
 # Adding it rounds a double to the nearest whole number, and halves to the even one, as `round`.
 _TO_WHOLE = 6755399441055744.0
+_HUGE = 1e300
 
 
-def largest(displacement: Floats, c_ii: Floats, found: Floats) -> None:
+def largest(displacement: Floats, c_ii: Floats, found: Floats) -> bool:
     """The largest size of a displacement [m] and of a compliance [m/N].
 
     Args:
         displacement: Shape (k, 3) [m].
         c_ii: Shape (k,) [m/N].
         found: Set to both, shape (2,).
+
+    Returns:
+        Whether all are finite, and no compliance is negative.
     """
     most = c_most = 0.0
     for k in range(c_ii.shape[0]):
         for axis in range(3):
-            most = max(most, abs(displacement[k, axis]))
+            size = abs(displacement[k, axis])
+            if not size < _HUGE:  # nor is NaN
+                return False
+            most = max(most, size)
+        if not 0.0 <= c_ii[k] < _HUGE:
+            return False
         c_most = max(c_most, c_ii[k])
     found[0] = most
     found[1] = c_most
+    return True
 
 
 def pack(

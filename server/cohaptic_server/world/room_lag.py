@@ -37,7 +37,7 @@ def find_lag(
 
     Args:
         users: With their contacts and measured delays.
-        compliance: Between all their loads, floored, shape (loads, loads) [m/N].
+        compliance: Between all their loads, bounded, shape (loads, loads) [m/N].
         spans: Loads of each user.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
         previous: Lag of the last tick.

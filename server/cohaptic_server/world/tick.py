@@ -30,9 +30,9 @@ from cohaptic_server.world.contact import place_on
 from cohaptic_server.world.contact_tracking import track_contact
 from cohaptic_server.world.displacement_field import CachedField, FreeField
 from cohaptic_server.world.loads import (
+    bounded,
     compliance_between,
     contact_compliance,
-    floored,
     load_spans,
 )
 from cohaptic_server.world.patch import build_patch, nearness
@@ -97,7 +97,7 @@ def advance(
 
     observed = _observe(touched_body, state, users, own_loads, response, dt)
     spans = [user.loads for user in observed]
-    compliance = floored(response.compliance, spans)
+    compliance = bounded(response.compliance, spans)
     coupling = compliance_between(compliance, spans)
     weight = np.array([user.nearness for user in observed])
     room = find_lag(users, compliance, spans, weight, state.room, dt)

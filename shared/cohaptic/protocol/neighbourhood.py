@@ -151,9 +151,10 @@ class Neighbourhood:
         """What the items cannot break: those that were packed from numbers rise already."""
         count = len(self.items) // ITEM_SIZE
         check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=remote)
-        check_range("scale of a neighbourhood", self.scale, 0.0, MAX_POSITION / _I16, remote=remote)
-        limit = MAX_POSITION / _U16
-        check_range("c_scale of a neighbourhood", self.c_scale, 0.0, limit, remote=remote)
+        # The largest values themselves are rounded to the 32 bits of a unit.
+        most, c_most = _single(MAX_POSITION / _I16), _single(MAX_POSITION / _U16)
+        check_range("scale of a neighbourhood", self.scale, 0.0, most, remote=remote)
+        check_range("c_scale of a neighbourhood", self.c_scale, 0.0, c_most, remote=remote)
 
 
 def _check_rising(indices: Sequence[int], *, remote: bool) -> None:

@@ -41,6 +41,7 @@ MAX_STIFFNESS = 1e6  # N/m
 # Compliance of a contact on fixed or rigid parts: with it they need no special case, and the hand
 # feels the stiffness of its device.
 MIN_COMPLIANCE = 1.0 / MAX_STIFFNESS  # m/N
+MAX_COMPLIANCE = MAX_POSITION  # m/N; a newton moves such a place out of everybody's workspace
 MAX_CURVATURE = 1e4  # 1/m; a tenth of a millimetre round
 # s. Sixteen users at one place with 1 s of delay need 13 s; 64 users at one place with 2 s of delay
 # would need 114 s. A longer lag is sent as this value, and a margin below 1 then shows that it is
@@ -232,7 +233,8 @@ class Patch:
         check_range("length of normal", norm(self.normal), 0.999, 1.001, remote=remote)
         check_range("curvature", self.curvature, -MAX_CURVATURE, MAX_CURVATURE, remote=remote)
         least = MIN_COMPLIANCE * (1.0 - _ROUNDING)
-        check_range("c_ii", self.c_ii, least, MAX_POSITION, remote=remote)
+        most = MAX_COMPLIANCE * (1.0 + _ROUNDING)
+        check_range("c_ii", self.c_ii, least, most, remote=remote)
         check_range("k_h", self.k_h, 0.0, MAX_STIFFNESS, remote=remote)
         check_range("integral_gain", self.integral_gain, 0.0, 1e9, remote=remote)
         check_vector("own_force", self.own_force, MAX_FORCE, "N", remote=remote)

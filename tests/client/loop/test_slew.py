@@ -62,6 +62,7 @@ def test_what_others_do_moves_what_is_pressed_on_by_so_much_at_most(
 
 @given(normals, normals, st.floats(0.0, math.pi))
 @example((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.01)
+@example((0.70710677, 0.0, 0.70710677), (-0.70710677, 0.0, -0.70710677), 1.0)
 def test_a_direction_turns_by_so_much_towards_where_it_is_to_be(
     normal: Vec3, target: Vec3, most: float
 ) -> None:

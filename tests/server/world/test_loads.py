@@ -15,9 +15,9 @@ from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import FreeField
 from cohaptic_server.world.loads import (
     Press,
+    bounded,
     compliance_between,
     contact_compliance,
-    floored,
     load_spans,
 )
 
@@ -113,7 +113,7 @@ def test_what_is_held_gets_the_least_compliance_and_nothing_else_changes(
         if is_held:
             C[span] = C[:, span] = 0.0
     kept = C.copy()
-    found = floored(C, where)
+    found = bounded(C, where)
     assert (kept == C).all()
     assert found.shape == (ends[-1],) * 2
     assert (found == found.T).all()
@@ -130,4 +130,4 @@ def test_what_is_held_gets_the_least_compliance_and_nothing_else_changes(
 
 
 def test_nobody_has_no_compliance() -> None:
-    assert floored(np.zeros((2, 2)), []).shape == (0, 0)
+    assert bounded(np.zeros((2, 2)), []).shape == (0, 0)

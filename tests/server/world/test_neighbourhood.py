@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.errors import LocalProtocolError
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
@@ -118,7 +119,30 @@ def test_arrays_are_packed_as_numbers_are(vertices: list[int], size: float, rand
     assert packed == Neighbourhood.of(vertices, [(x, y, z) for x, y, z in u], c)
 
 
-@pytest.mark.parametrize("vertices", [[3, 3], [7, 3], [1, 2**16]])
+@pytest.mark.parametrize("vertices", [[3, 3], [7, 3], [1, 2**16], [-1, 2]])
 def test_vertices_that_the_wire_cannot_number_are_refused(vertices: list[int]) -> None:
     with pytest.raises(ValueError, match="must rise to at most 65535"):
         quantised(np.array(vertices), np.zeros((2, 3)), np.zeros(2))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["displacement", "compliance"])
+def test_values_that_are_none_cost_their_user_and_not_the_tick(bad: float, where: str) -> None:
+    u, c = np.full((2, 3), 0.1), np.full(2, 1e-3)
+    if where == "displacement":
+        u[1, 1] = bad
+    else:
+        c[1] = bad
+    with pytest.raises(LocalProtocolError, match="of a neighbourhood is nan"):
+        quantised(np.array([1, 5]), u, c).encode()
+
+
+def test_a_negative_compliance_is_none() -> None:
+    with pytest.raises(LocalProtocolError, match="is nan"):
+        quantised(np.array([1, 5]), np.zeros((2, 3)), np.array([1e-3, -5e-4])).encode()
+
+
+@pytest.mark.parametrize(("rows", "count"), [((2, 3), 3), ((3, 2), 3), ((3, 3), 2), ((3, 3), 4)])
+def test_arrays_that_do_not_fit_are_refused(rows: tuple[int, int], count: int) -> None:
+    with pytest.raises(ValueError, match="make no neighbourhood"):
+        quantised(np.arange(3), np.zeros(rows), np.zeros(count))

@@ -21,7 +21,7 @@ PERIOD = 1.0 / 60.0  # s
 SPEED = 0.2  # m/s
 # Calls of Python and of C in a tick, loops that are compiled not counted: for the room, and for
 # each user with a plane and with a mesh patch. Counted with CPython 3.11, and a tenth more.
-PER_ROOM, PER_PLANE, PER_MESH = 210, 200, 295
+PER_ROOM, PER_PLANE, PER_MESH = 210, 180, 215
 
 
 def sliding(users: int, tick: int, geometry: Geometry) -> list[Touch]:

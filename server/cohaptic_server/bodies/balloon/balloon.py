@@ -114,8 +114,8 @@ class Balloon:
         self.mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)
         self.contact_radius = self.settings.contact_radius
         fixed = fixed_by_base(self.inflated, self.settings)
-        # A slide reads a megabyte of it for each user and tick, which single precision halves; the
-        # body is linear and symmetric to the last bit with the rounded C as with the exact one.
+        # A slide reads a megabyte of it for each user and tick, which single precision halves. The
+        # rounded C is exactly symmetric, and the body is as linear as before.
         self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3)).astype(np.float32)
         self.compliance.setflags(write=False)
         # What a contact reads: for each vertex three rows of C, which lie together.

@@ -62,8 +62,7 @@ class ContactSearch:
         self.weights = weights
         self.count = 0
         self.slope = 1.0
-        # Of the faces; one that only vertices without weight touch is gathered by each of them.
-        self.gathered = np.zeros(rings.size + 1, dtype=np.int64)
+        self.gathered = np.zeros(rings.size, dtype=np.int64)
         self.parts = np.zeros(len(faces))
 
     def take(self, frame: Floats, slope: float, under: Ints, weights: Floats) -> None:
@@ -247,7 +246,7 @@ class ContactSearch:
             nz += weight * (ux * vy - uy * vx)
         self.set_normal(nx, ny, nz)
 
-    def set_normal(self, nx: float, ny: float, nz: float) -> None:
+    def set_normal(self, nx: float | Floats, ny: float | Floats, nz: float | Floats) -> None:
         """Set the normal to the direction of a vector."""
         length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
         self.frame[_NORMAL, 0] = nx / length

@@ -24,5 +24,5 @@ cdef class PressureSearch:
                    share=double, profile=double, vertex=int64_t)
     cpdef Py_ssize_t spread(self, double x, double y, double z, double nx, double ny, double nz,
                             double radius) noexcept
-    @cython.locals(corner=Py_ssize_t, vertex=int64_t)
+    @cython.locals(corner=Py_ssize_t, vertex=int64_t, part=double)
     cdef void load(self, int64_t point, double force) noexcept

@@ -74,10 +74,10 @@ class PressureSearch:
             share = min(1.0, (facing - _BEHIND) / (_BESIDE - _BEHIND))
             if share > 0.0:
                 profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / most)
-                self.load(point, share * profile * self.areas[point])
+                self.load(point, float(share * profile * self.areas[point]))
         if self.count == 0:
             point = self.tree.rank[self.tree.nearest(x, y, z)]
-            self.load(point, self.areas[point])
+            self.load(point, 1.0)
         self.tree.sort(self.under, self.count)
         for k in range(self.count):
             vertex = self.under[k]
@@ -89,8 +89,10 @@ class PressureSearch:
         """Distribute the force at one quadrature point to the corners of its face."""
         self.total += force
         for corner in range(3):
-            vertex = self.corners[point, corner]
-            if self.table[vertex] == 0.0:
-                self.under[self.count] = vertex
-                self.count += 1
-            self.table[vertex] += force * self.shares[point, corner]
+            part = force * self.shares[point, corner]
+            if part > 0.0:  # a face may have no area
+                vertex = self.corners[point, corner]
+                if self.table[vertex] == 0.0:
+                    self.under[self.count] = vertex
+                    self.count += 1
+                self.table[vertex] += part

@@ -38,7 +38,9 @@ export function holdBack(depth: number, target: number, most: number): number {
  */
 export function turnBack(normal: Vec3, target: Vec3, most: number): [normal: Vec3, turn: number] {
   const along = dot(normal, target);
-  const aside = sub(target, scale(normal, along));
+  // By its square too: a normal of 32 bits is no exact unit vector, and what that leaves along an opposite target would
+  // pass for a way there.
+  const aside = sub(target, scale(normal, along / dot(normal, normal)));
   const size = norm(aside);
   const angle = Math.atan2(size, along);
   if (angle <= most) return [target, angle];
