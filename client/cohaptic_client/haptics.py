@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.messages import Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.simulated.cast import cast
 from cohaptic.status.row import Row, last_row
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device_config import DeviceConfig
@@ -95,6 +97,7 @@ class Haptics:
                 memory=self._memory.path,
                 clock_origin=self._clock.origin,
                 rest_mesh=rest_mesh,
+                mesh=self._mesh,
                 every_row=self._keep is not None,
             )
             self._welcome = welcome
@@ -165,6 +168,7 @@ def loop_config(
     memory: str,
     clock_origin: float,
     rest_mesh: str | None,
+    mesh: RestMesh | None,
     every_row: bool,
 ) -> LoopConfig:
     """Configuration of the loop of a client whom a server has welcomed.
@@ -175,6 +179,7 @@ def loop_config(
         memory: Path of the shared memory.
         clock_origin: Of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
+        mesh: The same mesh, on which a simulated hand is put.
         every_row: Whether somebody keeps the record of each period.
     """
     device = device_info(settings.device)
@@ -187,7 +192,11 @@ def loop_config(
         silent_after=silent_after(simulation_period),
         period=period,
     )
-    intention = settings.script.intention(body.center, body.radius)
+    script = settings.script
+    if mesh is not None and script.place is None and settings.device == "simulated":
+        place = cast(mesh, body.center, body.radius, body.contact_radius, script.angle)
+        script = replace(script, place=place)
+    intention = script.intention(body.center, body.radius)
     return LoopConfig(
         memory=memory,
         clock_origin=clock_origin,

@@ -12,6 +12,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.simulated.hand import Place
+from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
@@ -39,6 +41,7 @@ def config(settings: ClientSettings, simulation_period: float = 1.0 / 60.0) -> L
         memory="here",
         clock_origin=5.0,
         rest_mesh=None,
+        mesh=None,
         every_row=False,
     )
 
@@ -107,3 +110,30 @@ def test_a_mesh_is_kept_once_and_another_one_is_refused() -> None:
             haptics.keep_mesh(other)
     finally:
         haptics.close()
+
+
+def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() -> None:
+    """A tetrahedron whose back lies far below the sphere that holds it."""
+    x0, y0, z0 = BODY.center
+    around = ((0.1, 0.0, 0.0), (-0.01, 0.1, 0.0), (-0.01, -0.1, 0.0), (0.0, 0.0, 0.1))
+    corners = tuple((x0 + x, y0 + y, z0 + z) for x, y, z in around)
+    mesh = RestMesh(corners, ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)))
+
+    def intention(settings: ClientSettings) -> Vec3:
+        return loop_config(
+            settings,
+            welcome(1.0 / 60.0),
+            memory="here",
+            clock_origin=5.0,
+            rest_mesh="there",
+            mesh=mesh,
+            every_row=False,
+        ).device.intention.surface
+
+    x, y, z = sub(intention(SETTINGS), BODY.center)
+    assert x == pytest.approx(-0.01 + 0.1 * z)
+    assert y == pytest.approx(0.0, abs=1e-9)
+    assert 0.0 <= z <= 0.1
+    at = Place((0.05, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    fixed = replace(SETTINGS, script=replace(SETTINGS.script, place=at))
+    assert intention(fixed) == at.point

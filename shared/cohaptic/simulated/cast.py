@@ -1,0 +1,90 @@
+"""Where a simulated hand that comes from one side finds a body of any shape.
+
+A ray from the side is cast at the body, at the height of its centre and, where it passes by, above
+and below. Plain loops over the triangles: it happens once, before a hand begins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.simulated.hand import Place
+from cohaptic.vec import Vec3, add, cross, dot, norm, scale, sub, unit
+
+_HEIGHTS = 9  # rays above the centre, and as many below
+_FACING = 0.3  # least cosine between a ray and the normal where it presses; it would glance off
+_ROUND = 0.02  # share of the radius by which a facet may lie below the sphere round a body
+
+
+def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, angle: float) -> Place:
+    """The place on a resting surface that a hand at `angle` meets first.
+
+    Args:
+        mesh: Resting surface.
+        center: Of the sphere that holds it [m].
+        radius: Of that sphere [m].
+        contact_radius: Of a fingertip, over which the direction of the press is averaged [m].
+        angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
+
+    Returns:
+        On a body that fills the sphere there, the point of the sphere itself; where every ray
+        passes by, the vertex that lies furthest out.
+    """
+    out: Vec3 = (math.cos(angle), math.sin(angle), 0.0)
+    seen = [sub(v, center) for v in mesh.vertices]
+    point = _first_hit(seen, mesh.faces, out, radius)
+    if point is None:
+        point = max(seen, key=lambda v: dot(v, out))
+    normal = _normal(seen, mesh.faces, point, contact_radius, out)
+    on_sphere = scale(out, radius)
+    if norm(sub(point, on_sphere)) <= _ROUND * radius and dot(normal, out) > 1.0 - _ROUND:
+        point, normal = on_sphere, out
+    return Place(add(center, point), scale(normal, -1.0))
+
+
+def _first_hit(
+    seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, radius: float
+) -> Vec3 | None:
+    """The outermost point that a ray meets squarely, of the ray nearest to the centre's height."""
+    for k in range(_HEIGHTS + 1):
+        for height in {k * radius / (_HEIGHTS + 1), -k * radius / (_HEIGHTS + 1)}:
+            hits = list(_hits(seen, faces, out, height))
+            if hits:
+                far, facing = max(hits)
+                if facing >= _FACING:
+                    return add(scale(out, far), (0.0, 0.0, height))
+    return None
+
+
+def _hits(
+    seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, height: float
+) -> Iterator[tuple[float, float]]:
+    """Where a ray at a height meets triangles: distance along `out` [m], cosine to their normal."""
+    flat = [(-out[1] * x + out[0] * y, z - height, out[0] * x + out[1] * y) for x, y, z in seen]
+    for a, b, c in faces:
+        (ax, ay, af), (bx, by, bf), (cx, cy, cf) = flat[a], flat[b], flat[c]
+        if min(ax, bx, cx) > 0.0 or max(ax, bx, cx) < 0.0:
+            continue
+        # Seen from outside along the ray, the triangle that it meets first is counter-clockwise.
+        wa, wb, wc = bx * cy - cx * by, cx * ay - ax * cy, ax * by - bx * ay
+        area = wa + wb + wc
+        if area > 0.0 and min(wa, wb, wc) >= 0.0:
+            across = norm(cross(sub(seen[b], seen[a]), sub(seen[c], seen[a])))
+            yield (wa * af + wb * bf + wc * cf) / area, area / across
+
+
+def _normal(
+    seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], at: Vec3, reach: float, out: Vec3
+) -> Vec3:
+    """Outward unit normal, the mean over the faces within reach that look towards `out`."""
+    total: Vec3 = (0.0, 0.0, 0.0)
+    for a, b, c in faces:
+        corners = seen[a], seen[b], seen[c]
+        vector = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]))
+        middle = scale(add(add(*corners[:2]), corners[2]), 1.0 / 3.0)
+        near = min(norm(sub(place, at)) for place in (*corners, middle))
+        if near <= reach and dot(vector, out) > 0.0:
+            total = add(total, vector)
+    return unit(total, out)
