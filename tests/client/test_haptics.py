@@ -120,7 +120,7 @@ def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() 
     mesh = RestMesh(corners, ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)))
 
     def intention(settings: ClientSettings) -> Vec3:
-        return loop_config(
+        made = loop_config(
             settings,
             welcome(1.0 / 60.0),
             memory="here",
@@ -128,7 +128,9 @@ def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() 
             rest_mesh="there",
             mesh=mesh,
             every_row=False,
-        ).device.intention.surface
+        )
+        assert made.device.intention is not None
+        return made.device.intention.surface
 
     x, y, z = sub(intention(SETTINGS), BODY.center)
     assert x == pytest.approx(-0.01 + 0.1 * z)
