@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +46,43 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
             for cells in loaded.cells
             if cells.type in ("tetra", "tetra10")
         ]
-        kinds = sorted({str(cells.type) for cells in loaded.cells})
+        counts = Counter[str]()
+        for cells in loaded.cells:
+            counts[str(cells.type)] += len(cells.data)
     except SystemExit as error:  # raised by meshio if no reader accepts the file
         raise BodyError(f"{path}: this is no mesh that can be read") from error
     except Exception as error:  # meshio's readers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
     if not blocks or not sum(len(block) for block in blocks):
-        raise BodyError(f"{path}: there is no tetrahedron in it, only: {', '.join(kinds) or '-'}")
-    return x, np.concatenate(blocks)
+        kinds = ", ".join(sorted(counts)) or "-"
+        raise BodyError(f"{path}: there is no tetrahedron in it, only: {kinds}")
+    others = [f"{n:,} of {kind}" for kind, n in sorted(counts.items()) if _is_solid(kind) and n]
+    if others:
+        raise BodyError(
+            f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
+            " Split them into tetrahedra first"
+        )
+    tets = np.concatenate(blocks)
+    _check(path, x, tets)
+    return x, tets
+
+
+def _is_solid(kind: str) -> bool:
+    """Whether cells of a kind, as meshio names it, fill a volume and are no tetrahedra."""
+    return kind.startswith(("hexa", "wedge", "pyramid", "polyhedron", "VTK_LAGRANGE_HEX"))
+
+
+def _check(path: Path, x: Floats, tets: Ints) -> None:
+    """Refuse tetrahedra that are none, or that are there twice."""
+    if tets.min() < 0 or tets.max() >= len(x):
+        raise BodyError(f"{path}: a tetrahedron names vertex {tets.max()} of {len(x)}")
+    if not np.isfinite(x).all():
+        raise BodyError(f"{path}: a vertex has a coordinate that is not a number")
+    corners = np.sort(tets, axis=1)
+    flat = int((corners[:, 1:] == corners[:, :-1]).any(axis=1).sum())
+    if flat:
+        raise BodyError(f"{path}: {flat:,} tetrahedra name a vertex twice")
+    twice = len(corners) - len(np.unique(corners, axis=0))
+    if twice:
+        raise BodyError(f"{path}: {twice:,} tetrahedra are there more than once")

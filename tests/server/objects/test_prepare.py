@@ -50,13 +50,13 @@ def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> N
     assert body.shape.fixed[body.shape.surface].any()
 
 
-def test_a_printers_file_is_in_millimetres_and_3mf(tmp_path: Path) -> None:
+def test_a_printers_file_is_in_millimetres_and_says_so(tmp_path: Path) -> None:
     pytest.importorskip("lxml", reason="pip install 'cohaptic[objects]' reads 3MF")
     path = sphere(tmp_path / "ball.3mf", 50.0)
-    with pytest.raises(BodyError, match=r"100 m long.*--scale 0\.001"):
-        build_solid(ObjectFile(path, "z < 20%", edge=0.15))
-    body = build_solid(ObjectFile(path, "z < 20%", scale=0.001, edge=0.15))
+    body = build_solid(ObjectFile(path, "z < 20%", edge=0.15))
     assert np.abs(body.mesh.vertices).max() == pytest.approx(0.05, rel=0.02)
+    with pytest.raises(BodyError, match=r"0\.0001 m long"):
+        build_solid(ObjectFile(path, "z < 20%", scale=0.001, edge=0.15))
 
 
 @pytest.mark.parametrize("kind", ["msh", "vtk", "vtu"])

@@ -20,13 +20,14 @@ cdef class WindowSearch:
     cdef double[::1] sorted
     cdef readonly Py_ssize_t places
 
-    @cython.locals(x=double, y=double, z=double, near=Py_ssize_t, widest=double,
-                   count=Py_ssize_t, k=Py_ssize_t, w=Py_ssize_t, vertex=int64_t, least=double,
-                   first=int64_t, best=double, square=double,
-                   dx=double, dy=double, dz=double, limit=double, kept=Py_ssize_t)
+    @cython.locals(x=double, y=double, z=double, near=Py_ssize_t, count=Py_ssize_t, k=Py_ssize_t,
+                   first=int64_t, limit=double, kept=Py_ssize_t)
     cpdef Py_ssize_t along(self, const double[::1] start, const double[::1] normal,
-                           const double[::1] direction, double length, double step, double half_width,
-                           Py_ssize_t most) noexcept
+                           const double[::1] direction, double length, double step,
+                           double half_width, Py_ssize_t most) noexcept
+    @cython.locals(first=int64_t, best=double, k=Py_ssize_t, vertex=int64_t, least=double,
+                   w=Py_ssize_t, dx=double, dy=double, dz=double, square=double)
+    cdef int64_t mark(self, Py_ssize_t near, double widest) noexcept
     @cython.locals(count=Py_ssize_t, done=Py_ssize_t, vertex=int64_t, k=Py_ssize_t, other=int64_t)
     cdef Py_ssize_t spread(self, int64_t first) noexcept
     @cython.locals(x=double, y=double, z=double)

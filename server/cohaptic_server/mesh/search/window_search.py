@@ -76,23 +76,7 @@ class WindowSearch:
             return 0
         # Path points no further apart than vertices leave no gap between the discs round them.
         self.walk(near, start, normal, direction, length, step)
-        widest = half_width * half_width
-        first, best = -1, 1e300
-        for k in range(near):
-            vertex = self.found[k]
-            least = 1e300
-            for w in range(self.places):
-                if self.facing(vertex, self.tilt[w, 0], self.tilt[w, 1], self.tilt[w, 2]) <= 0.0:
-                    continue
-                dx = self.points[vertex, 0] - self.path[w, 0]
-                dy = self.points[vertex, 1] - self.path[w, 1]
-                dz = self.points[vertex, 2] - self.path[w, 2]
-                square = dx * dx + dy * dy + dz * dz
-                least = min(least, square)
-                if w == 0 and square < best:
-                    first, best = vertex, square
-            if least <= widest:
-                self.least[vertex] = least
+        first = self.mark(near, half_width * half_width)
         count = 0
         if first >= 0:
             count = self.spread(first)
@@ -109,6 +93,34 @@ class WindowSearch:
                 self.found[kept] = self.found[k]
                 kept += 1
         return kept
+
+    def mark(self, near: int, widest: float) -> int:
+        """Note in `least` which of the first vertices in `found` are within reach of the path.
+
+        Args:
+            near: Number of vertices.
+            widest: Largest squared distance from a point of the path that they face with [m^2].
+
+        Returns:
+            The vertex nearest to the beginning; -1 for none.
+        """
+        first, best = -1, 1e300
+        for k in range(near):
+            vertex = self.found[k]
+            least = 1e300
+            for w in range(self.places):
+                if self.facing(vertex, self.tilt[w, 0], self.tilt[w, 1], self.tilt[w, 2]) <= 0.0:
+                    continue
+                dx = self.points[vertex, 0] - self.path[w, 0]
+                dy = self.points[vertex, 1] - self.path[w, 1]
+                dz = self.points[vertex, 2] - self.path[w, 2]
+                square = dx * dx + dy * dy + dz * dz
+                least = min(least, square)
+                if w == 0 and square < best:
+                    first, best = vertex, square
+            if least <= widest:
+                self.least[vertex] = least
+        return first
 
     def spread(self, first: int) -> int:
         """Number of vertices within reach that hang together with one; they go into `reached`."""

@@ -11,6 +11,7 @@ import trimesh
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.surface.three_mf import look_into
 
 SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 
@@ -18,12 +19,15 @@ SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 def read_surface(path: Path) -> tuple[Floats, Ints]:
     """Read vertices, shape (n, 3) in units of the file, and faces, shape (m, 3).
 
+    A 3MF says its unit itself, and its vertices are in metres.
+
     Args:
         path: A file of one of `SURFACES`.
 
     Raises:
         BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
+    unit = look_into(path).metres if path.suffix.lower() == ".3mf" else 1.0
     trimesh_log = logging.getLogger("trimesh")
     was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
     try:
@@ -31,7 +35,7 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
             path, force="mesh", process=False
         )
-        x = np.array(loaded.vertices, dtype=np.float64).reshape(-1, 3)
+        x = unit * np.array(loaded.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(loaded.faces, dtype=np.int64).reshape(-1, 3)
     except ImportError as error:
         raise BodyError(
