@@ -151,10 +151,8 @@ class Neighbourhood:
         """What the items cannot break: those that were packed from numbers rise already."""
         count = len(self.items) // ITEM_SIZE
         check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=remote)
-        # The largest values themselves are rounded to the 32 bits of a unit.
-        most, c_most = _single(MAX_POSITION / _I16), _single(MAX_POSITION / _U16)
-        check_range("scale of a neighbourhood", self.scale, 0.0, most, remote=remote)
-        check_range("c_scale of a neighbourhood", self.c_scale, 0.0, c_most, remote=remote)
+        check_range("scale of a neighbourhood", self.scale, 0.0, _MAX_SCALE, remote=remote)
+        check_range("c_scale of a neighbourhood", self.c_scale, 0.0, _MAX_C_SCALE, remote=remote)
 
 
 def _check_rising(indices: Sequence[int], *, remote: bool) -> None:
@@ -176,3 +174,8 @@ def _single(x: float) -> float:
     if x < _SMALLEST:
         return 0.0
     return float(struct.unpack("<f", struct.pack("<f", x * (1.0 + 1e-7)))[0])
+
+
+# Units of the largest values, which are rounded up to 32 bits themselves.
+_MAX_SCALE: Final = _single(MAX_POSITION / _I16)
+_MAX_C_SCALE: Final = _single(MAX_POSITION / _U16)
