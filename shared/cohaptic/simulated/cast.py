@@ -48,9 +48,15 @@ def _first_hit(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, radius: float
 ) -> Vec3 | None:
     """The outermost point that a ray meets squarely, of the ray nearest to the centre's height."""
+    flat = [(-out[1] * x + out[0] * y, z, out[0] * x + out[1] * y) for x, y, z in seen]
+    crossed = [
+        face
+        for face in faces
+        if min(flat[k][0] for k in face) <= 0.0 <= max(flat[k][0] for k in face)
+    ]
     for k in range(_HEIGHTS + 1):
         for height in {k * radius / (_HEIGHTS + 1), -k * radius / (_HEIGHTS + 1)}:
-            hits = list(_hits(seen, faces, out, height))
+            hits = list(_hits(seen, flat, crossed, height))
             if hits:
                 far, facing = max(hits)
                 if facing >= _FACING:
@@ -59,14 +65,22 @@ def _first_hit(
 
 
 def _hits(
-    seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, height: float
+    seen: Sequence[Vec3],
+    flat: Sequence[Vec3],
+    faces: Sequence[tuple[int, int, int]],
+    height: float,
 ) -> Iterator[tuple[float, float]]:
-    """Where a ray at a height meets triangles: distance along `out` [m], cosine to their normal."""
-    flat = [(-out[1] * x + out[0] * y, z - height, out[0] * x + out[1] * y) for x, y, z in seen]
+    """Where a ray at a height meets triangles: distance along it [m], cosine to their normal.
+
+    Args:
+        seen: Vertices [m].
+        flat: The same as somebody on the ray sees them: to the side, up, and towards the eye [m].
+        faces: Those that the ray may meet.
+        height: Of the ray [m].
+    """
     for a, b, c in faces:
         (ax, ay, af), (bx, by, bf), (cx, cy, cf) = flat[a], flat[b], flat[c]
-        if min(ax, bx, cx) > 0.0 or max(ax, bx, cx) < 0.0:
-            continue
+        ay, by, cy = ay - height, by - height, cy - height
         # Seen from outside along the ray, the triangle that it meets first is counter-clockwise.
         wa, wb, wc = bx * cy - cx * by, cx * ay - ax * cy, ax * by - bx * ay
         area = wa + wb + wc
