@@ -13,7 +13,7 @@ the observed nodes count. `factorise.py` makes a factor, `factor_file.py` stores
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -66,14 +66,6 @@ class Factor:
     def bytes(self) -> int:
         """Memory of the factor."""
         return sum(front.lower.nbytes + front.carry.nbytes for front in self.fronts)
-
-    def single(self) -> Factor:
-        """The factor in single precision, for solves in half of the time and memory."""
-        rounded = [
-            replace(f, lower=f.lower.astype(np.float32), carry=f.carry.astype(np.float32))
-            for f in self.fronts
-        ]
-        return Factor(rounded, self.front_of)
 
     def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
         """Displacement of the retained nodes under forces on a few of them.

@@ -114,7 +114,7 @@ async def _serve(body: Body, settings: ServerSettings) -> None:
     worker = ColumnWorker(elastic) if isinstance(elastic, Solid) else None
     server = CohapticServer(body, settings)
     try:
-        # Before anybody can come: a process is copied from files, which a tick has no time for.
+        # Before anybody can come: starting a process takes longer than a tick has.
         if worker is not None:
             worker.start()
         url = await server.start()

@@ -71,10 +71,6 @@ class TouchMesh:
         for array in (self.vertices, self.faces, self.points, self.normals):
             array.setflags(write=False)
 
-    def near(self, point: Floats, radius: float) -> Ints:
-        """Indices into `vertices` within `radius` [m] of a point at rest, rising, shape (k,)."""
-        return self.search.near(point, radius)
-
 
 def _beside(faces: Ints, count: int) -> Ints:
     """Vertices that share an edge with each, short rows filled up with itself, (count, valence)."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.symbolic import Analysis
 from cohaptic_server.numeric import Floats, Ints, Mask
 from cohaptic_server.testing.blocks import block
@@ -69,3 +71,12 @@ def dense(analysis: Analysis, blocks: Floats) -> Floats:
     K[row, :, column] = blocks.reshape(-1, 3, 3)
     K[column, :, row] = blocks.reshape(-1, 3, 3).swapaxes(1, 2)
     return K.reshape(3 * n, 3 * n)
+
+
+def in_single(factor: Factor) -> Factor:
+    """The same factor in single precision."""
+    rounded = [
+        replace(f, lower=f.lower.astype(np.float32), carry=f.carry.astype(np.float32))
+        for f in factor.fronts
+    ]
+    return Factor(rounded, factor.front_of)

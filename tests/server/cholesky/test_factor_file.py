@@ -9,7 +9,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor_file import from_arrays, to_arrays
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
-from tests.server.cholesky.block_problem import on_surface, problem
+from tests.server.cholesky.block_problem import in_single, on_surface, problem
 
 
 def test_the_stored_factor_solves_to_the_same_bits(tmp_path: Path) -> None:
@@ -22,8 +22,8 @@ def test_the_stored_factor_solves_to_the_same_bits(tmp_path: Path) -> None:
     nodes = np.flatnonzero(retained)[::7]
     forces = np.random.default_rng(1).normal(size=(3 * len(nodes), 3))
     assert np.array_equal(read.solve(nodes, forces), made.solve(nodes, forces))
-    narrow = read.single().solve(nodes, forces, nodes[:2])
-    assert np.array_equal(narrow, made.single().solve(nodes, forces, nodes[:2]))
+    narrow = in_single(read).solve(nodes, forces, nodes[:2])
+    assert np.array_equal(narrow, in_single(made).solve(nodes, forces, nodes[:2]))
 
 
 @pytest.mark.parametrize("damage", ["lower", "carry", "parent", "own", "front_of", "gone"])

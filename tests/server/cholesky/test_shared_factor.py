@@ -11,6 +11,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.testing.blocks import block
+from tests.server.cholesky.block_problem import in_single
 
 NODES = np.array([3, 40])
 FORCES = np.arange(12.0).reshape(6, 2)
@@ -25,7 +26,7 @@ def factor() -> Factor:
 
 def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> None:
     shared = SharedFactor(factor, multiprocessing.get_context("spawn")).factor()
-    assert (shared.solve(NODES, FORCES) == factor.single().solve(NODES, FORCES)).all()
+    assert (shared.solve(NODES, FORCES) == in_single(factor).solve(NODES, FORCES)).all()
     assert shared.bytes == factor.bytes // 2
 
 

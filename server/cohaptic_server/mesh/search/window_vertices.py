@@ -95,12 +95,14 @@ class WindowVertices:
         for k in range(self.count):
             vertex = self.vertices[k]
             self.place[vertex] = k
+            if self.member[vertex] == 0:
+                continue
             facing = (
                 normal[0] * self.normals[vertex, 0]
                 + normal[1] * self.normals[vertex, 1]
                 + normal[2] * self.normals[vertex, 2]
             )
-            if self.member[vertex] == 1 and facing > 0.0:
+            if facing > 0.0:
                 self.fitted[self.fits] = k
                 self.fits += 1
         for k in range(self.carries):

@@ -7,7 +7,7 @@ gigabytes of text, or name an object a billion times: both are refused from the 
 from __future__ import annotations
 
 import zipfile
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 from typing import IO, NamedTuple
 from xml.parsers import expat
@@ -15,7 +15,7 @@ from xml.parsers import expat
 from cohaptic.errors import BodyError, one_line
 
 MAX_BYTES = 2**29  # unpacked; the XML of a million triangles takes a tenth of it
-MAX_TRIANGLES = 5_000_000  # to be read; with --simplify a scan may have so many
+MAX_BUILT = 5_000_000  # triangles to be read; with --simplify a scan may have so many
 _MAX_DEPTH = 50  # of objects within objects
 # Metres in each unit of the specification.
 _METRES = {
@@ -55,16 +55,19 @@ def look_into(path: Path) -> Model:
                     f"{path}: unpacked it has {size / 2**20:,.0f} MiB; the limit is"
                     f" {MAX_BYTES / 2**20:,.0f} MiB. Simplify it first"
                 )
-            models = [part for part in parts if part.filename.lower().endswith(".model")]
-            found = [_Objects.read(archive.open(part)) for part in models]
-    except (zipfile.BadZipFile, expat.ExpatError, OSError, NotImplementedError) as error:
+            whole = _Objects()
+            for part in parts:
+                if part.filename.lower().endswith(".model"):
+                    whole.read(archive.open(part))
+    except BodyError:
+        raise
+    except Exception as error:  # zipfile raises errors of many kinds, for passwords another one
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no 3MF that can be read ({words})") from error
-    whole = _Objects.joined(found)
     triangles = whole.triangles(path)
-    if triangles > MAX_TRIANGLES:
+    if triangles > MAX_BUILT:
         raise BodyError(
-            f"{path}: it would have {triangles:,} triangles; the limit is {MAX_TRIANGLES:,}."
+            f"{path}: it would have {triangles:,} triangles; the limit is {MAX_BUILT:,}."
             " Simplify it first"
         )
     if whole.unit not in _METRES:
@@ -73,33 +76,35 @@ def look_into(path: Path) -> Model:
 
 
 class _Objects:
-    """Objects of a model: triangles of their own, and the objects that each is made of."""
+    """Objects of a file: triangles of their own, and the objects that each is made of.
+
+    Two of one name, in one model or in two, count together, so that none hides another.
+    """
 
     def __init__(self) -> None:
         self.unit = "millimeter"  # where a file does not say
         self.own: Counter[str] = Counter()
-        self.made_of: dict[str, Counter[str]] = {}
+        self.made_of: defaultdict[str, Counter[str]] = defaultdict(Counter)
         self.built: Counter[str] = Counter()
 
-    @classmethod
-    def read(cls, text: IO[bytes]) -> _Objects:
-        """The objects of one model, as its text goes by: no tree is built of it."""
-        found, current = cls(), ""
+    def read(self, text: IO[bytes]) -> None:
+        """Take in one model, as its text goes by: no tree is built of it."""
+        current, unit = "", self.unit
 
         def start(name: str, values: dict[str, str]) -> None:
-            nonlocal current
+            nonlocal current, unit
             tag = name.rpartition(":")[2]
             if tag == "model":
-                found.unit = values.get("unit", found.unit)
+                unit = values.get("unit", unit)
             elif tag == "object":
                 current = values.get("id", "")
-                found.made_of[current] = Counter()
             elif tag == "triangle":
-                found.own[current] += 1
-            elif tag == "component" and current in found.made_of:
-                found.made_of[current][values.get("objectid", "")] += 1
+                self.own[current] += 1
+            elif tag == "component":
+                self.made_of[current][values.get("objectid", "")] += 1
             elif tag == "item":
-                found.built[values.get("objectid", "")] += 1
+                self.built[values.get("objectid", "")] += 1
+                self.unit = unit  # that of the model which builds something
 
         def refuse(*_: object) -> None:
             raise expat.ExpatError("it declares entities, which can grow without bound")
@@ -107,19 +112,6 @@ class _Objects:
         parser = expat.ParserCreate()
         parser.StartElementHandler, parser.EntityDeclHandler = start, refuse
         parser.ParseFile(text)
-        return found
-
-    @classmethod
-    def joined(cls, several: list[_Objects]) -> _Objects:
-        """The objects of all models of a file; the unit is that of the first which builds some."""
-        whole = cls()
-        for one in several:
-            whole.own.update(one.own)
-            whole.made_of.update(one.made_of)
-            whole.built.update(one.built)
-        units = [one.unit for one in several if one.built] or [one.unit for one in several]
-        whole.unit = units[0] if units else whole.unit
-        return whole
 
     def triangles(self, path: Path) -> int:
         """Triangles of everything that is built, each object as often as it is named."""
@@ -131,7 +123,7 @@ class _Objects:
                     f"{path}: its objects lie more than {_MAX_DEPTH} deep in each other"
                 )
             if name not in known:
-                inside = self.made_of.get(name, Counter())
+                inside: Counter[str] = self.made_of.get(name, Counter())
                 parts = (times * count(part, depth + 1) for part, times in inside.items())
                 known[name] = self.own[name] + sum(parts)
             return known[name]

@@ -88,6 +88,25 @@ def test_hostile_ones_are_refused_in_a_sentence(
         read_surface(path)
 
 
+def test_one_object_does_not_hide_another_of_its_name(tmp_path: Path) -> None:
+    second = '<object id="12"><components/></object>'
+    path = write(tmp_path / "a.3mf", nested(12) + second, '<item objectid="12"/>')
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("3D/other.model", f"<model {CORE}><resources>{second}</resources></model>")
+    with pytest.raises(BodyError, match="triangles; the limit is"):
+        look_into(path)
+
+
+def test_what_a_password_hides_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.3mf", nested(0), '<item objectid="0"/>')
+    data = bytearray(path.read_bytes())
+    for mark, at in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):  # flags, in both headers
+        data[data.index(mark) + at] |= 1
+    path.write_bytes(data)
+    with pytest.raises(BodyError, match=r"this is no 3MF that can be read \(RuntimeError"):
+        look_into(path)
+
+
 def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     path = tmp_path / "bomb.3mf"
     with (
