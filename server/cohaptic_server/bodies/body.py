@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -28,6 +28,39 @@ class Load:
     weights: Floats
     direction: Floats
     force: float
+
+
+class LoadArrays(NamedTuple):
+    """Loads as arrays, for compiled loops over all of them.
+
+    Args:
+        starts: Where each load begins in the next two, and the last one's end, shape (c + 1,).
+        vertices: Under the loads, one load after the other, shape (k,).
+        weights: Share of a load's force on each, shape (k,).
+        directions: Of the loads, shape (c, 3).
+        forces: Of the loads, shape (c,) [N].
+    """
+
+    starts: Ints
+    vertices: Ints
+    weights: Floats
+    directions: Floats
+    forces: Floats
+
+    @classmethod
+    def of(cls, loads: Sequence[Load]) -> LoadArrays:
+        """The arrays of some loads."""
+        starts = np.zeros(len(loads) + 1, dtype=np.int64)
+        if not loads:
+            return cls(starts, starts[:0], np.zeros(0), np.zeros((0, 3)), np.zeros(0))
+        np.cumsum([len(load.vertices) for load in loads], out=starts[1:])
+        return cls(
+            starts,
+            np.concatenate([load.vertices for load in loads]),
+            np.concatenate([load.weights for load in loads]),
+            np.array([load.direction for load in loads]),
+            np.array([load.force for load in loads]),
+        )
 
 
 class Response(Protocol):

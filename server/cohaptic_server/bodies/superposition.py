@@ -4,55 +4,67 @@ from __future__ import annotations
 
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-# As plain Python `combine` takes a thousand times as long as numpy, with its copy, does.
+# As plain Python `superpose` takes a thousand times as long as numpy, with its copies, does.
 COMPILED = not __file__.endswith(".py")
 
 
-def combine(rows: Narrow, vertices: Ints, weights: Floats, combined: Floats) -> None:
-    """The weighted sum of some rows, `weights @ rows[vertices]`, without a copy of the rows.
+def superpose(
+    C: Narrow, starts: Ints, vertices: Ints, weights: Floats, directions: Floats, fields: Floats
+) -> None:
+    """The field of each load: the displacement of every vertex per unit of its force.
 
     Args:
-        rows: Shape (n, m).
-        vertices: Numbers of the rows, shape (k,).
-        weights: Shape (k,).
-        combined: Set to the sum, shape (m,).
+        C: Compliance of all vertices, symmetric, shape (3 n, 3 n) [m/N].
+        starts: Where each load begins in `vertices` and `weights`, and the last one's end, shape
+            (c + 1,).
+        vertices: Under the pressures of the loads, one after the other, shape (k,).
+        weights: Share of a load's force on each, shape (k,).
+        directions: Unit vector of each load, shape (c, 3).
+        fields: Set to the fields, shape (c, 3 n) [m/N].
     """
-    for j in range(combined.shape[0]):
-        combined[j] = 0.0
-    k = 0
-    # Four rows in one pass: the sum is read and written a quarter as often.
-    while k + 3 < vertices.shape[0]:
-        a, b, c, d = vertices[k], vertices[k + 1], vertices[k + 2], vertices[k + 3]
-        wa, wb, wc, wd = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
-        for j in range(combined.shape[0]):
-            pair = wc * rows[c, j] + wd * rows[d, j]
-            combined[j] += wa * rows[a, j] + wb * rows[b, j] + pair
-        k += 4
-    while k < vertices.shape[0]:
-        a = vertices[k]
-        wa = weights[k]
-        for j in range(combined.shape[0]):
-            combined[j] += wa * rows[a, j]
-        k += 1
-
-
-def seen_by(fields: Floats, vertices: Ints, weights: Floats, direction: Floats, C: Floats) -> None:
-    """Displacement of a contact along a direction by each load.
-
-    Args:
-        fields: Of the loads, shape (c, n, 3) [m/N].
-        vertices: Under the contact's pressure, shape (k,).
-        weights: Share of the force on each, shape (k,).
-        direction: Unit vector, shape (3,).
-        C: Set to the compliances, shape (c,) [m/N].
-    """
-    x, y, z = direction[0], direction[1], direction[2]
     for i in range(fields.shape[0]):
-        moved = 0.0
-        for k in range(vertices.shape[0]):
-            v = vertices[k]
-            moved += weights[k] * (x * fields[i, v, 0] + y * fields[i, v, 1] + z * fields[i, v, 2])
-        C[i] = moved
+        for j in range(fields.shape[1]):
+            fields[i, j] = 0.0
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        k = starts[i]
+        # Two vertices, six rows, in one pass: the field is read and written half as often.
+        while k + 1 < starts[i + 1]:
+            a, b = 3 * vertices[k], 3 * vertices[k + 1]
+            ax, ay, az = weights[k] * x, weights[k] * y, weights[k] * z
+            bx, by, bz = weights[k + 1] * x, weights[k + 1] * y, weights[k + 1] * z
+            for j in range(fields.shape[1]):
+                one = ax * C[a, j] + ay * C[a + 1, j] + az * C[a + 2, j]
+                fields[i, j] += one + (bx * C[b, j] + by * C[b + 1, j] + bz * C[b + 2, j])
+            k += 2
+        if k < starts[i + 1]:
+            a = 3 * vertices[k]
+            ax, ay, az = weights[k] * x, weights[k] * y, weights[k] * z
+            for j in range(fields.shape[1]):
+                fields[i, j] += ax * C[a, j] + ay * C[a + 1, j] + az * C[a + 2, j]
+
+
+def seen_by(
+    fields: Floats, starts: Ints, vertices: Ints, weights: Floats, directions: Floats, C: Floats
+) -> None:
+    """Displacement of each contact along its direction by each load, per unit of force.
+
+    Args:
+        fields: Of the loads, shape (c, 3 n) [m/N].
+        starts: As in `superpose`.
+        vertices: As there.
+        weights: As there.
+        directions: As there.
+        C: Set to the compliances, the seeing contact first, shape (c, c) [m/N].
+    """
+    for i in range(C.shape[0]):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        for j in range(C.shape[1]):
+            moved = 0.0
+            for k in range(starts[i], starts[i + 1]):
+                a = 3 * vertices[k]
+                along = x * fields[j, a] + y * fields[j, a + 1] + z * fields[j, a + 2]
+                moved += weights[k] * along
+            C[i, j] = moved
 
 
 def subtract(

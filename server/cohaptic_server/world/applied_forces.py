@@ -129,12 +129,8 @@ def _lag_of(state: WorldState, user: UserState) -> float:
 
 def _hand_stiffness(tracked: Sequence[UserState], c_ii: Floats) -> Floats:
     """K of each hand, at most 1 / C_ii where that is known, shape (n,) [N/m]."""
-    return np.array(
-        [
-            min(user.touch.max_stiffness, 1.0 / c if np.isfinite(c) else np.inf)
-            for user, c in zip(tracked, c_ii.tolist(), strict=True)
-        ]
-    )
+    device = np.array([user.touch.max_stiffness for user in tracked])
+    return np.where(np.isfinite(c_ii), np.minimum(device, 1.0 / c_ii), device)
 
 
 def _previous_force(state: WorldState, user: UserState) -> float:

@@ -23,9 +23,9 @@ import scipy.sparse.linalg
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.membrane import Membrane
-from cohaptic_server.bodies.body import DenseResponse, Load, Response
+from cohaptic_server.bodies.body import DenseResponse, Load, LoadArrays, Response
 from cohaptic_server.bodies.damping import check_damping
-from cohaptic_server.bodies.superposition import COMPILED, combine, seen_by
+from cohaptic_server.bodies.superposition import COMPILED, seen_by, superpose
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.rigid_motions import rigid_motions
@@ -118,30 +118,21 @@ class Balloon:
         # rounded C is exactly symmetric, and the body is as linear as before.
         self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3)).astype(np.float32)
         self.compliance.setflags(write=False)
-        # What a contact reads: for each vertex three rows of C, which lie together.
-        self._rows = self.compliance.reshape(len(self.mesh.vertices), -1)
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Superpose the Green's functions under the loads; damping delays it from `before`."""
         n, count = len(self.mesh.vertices), len(loads)
-        per_axis = np.empty((count, 3, 3 * n))
-        for i, load in enumerate(loads):
-            if i > 0 and load.weights is loads[i - 1].weights:
-                per_axis[i] = per_axis[i - 1]  # with friction three loads act on one contact
-                continue
-            # C is symmetric: its rows are its columns, and rows lie together in memory.
-            if COMPILED:
-                combine(self._rows, load.vertices, load.weights, per_axis[i].reshape(-1))
-            else:
-                np.dot(load.weights, self._rows[load.vertices], out=per_axis[i].reshape(-1))
-        directions = np.array([load.direction for load in loads]).reshape(count, 3)
-        forces = np.array([load.force for load in loads])
-        fields = np.empty((count, n, 3))
-        np.einsum("ca,can->cn", directions, per_axis, out=fields.reshape(count, 3 * n))
-        C = np.empty((count, count))
-        for i, load in enumerate(loads):
-            seen_by(fields, load.vertices, load.weights, load.direction, C[i])
-        displacement = (forces @ fields.reshape(count, 3 * n)).reshape(n, 3)
+        starts, vertices, weights, directions, forces = LoadArrays.of(loads)
+        flat, C = np.empty((count, 3 * n)), np.empty((count, count))
+        # C is symmetric: its rows are its columns, and rows lie together in memory.
+        if COMPILED:
+            superpose(self.compliance, starts, vertices, weights, directions, flat)
+        else:
+            for i, load in enumerate(loads):
+                rows = self.compliance.reshape(n, 3, 3 * n)[load.vertices]
+                flat[i] = np.einsum("k,a,kam->m", load.weights, load.direction, rows)
+        seen_by(flat, starts, vertices, weights, directions, C)
+        displacement, fields = (forces @ flat).reshape(n, 3), flat.reshape(count, n, 3)
         if self.damping == 0.0:
             return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
         previous = 0.0 if before is None else before.displacement

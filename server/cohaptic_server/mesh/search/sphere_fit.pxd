@@ -7,7 +7,7 @@ cdef double _TIKHONOV
 
 @cython.locals(nx=double, ny=double, nz=double, used=int, i=Py_ssize_t, j=Py_ssize_t, r=Py_ssize_t,
                k=int64_t, v=int64_t, x=double, y=double, z=double, height=double, square=double,
-               weight=double, trace=double)
+               weight=double, trace=double, per=double)
 cpdef double fit_sphere(const double[:, ::1] rest, const int64_t[::1] vertices,
                         const double[:, ::1] displacement, const int64_t[::1] rows,
                         const double[:, ::1] frame, double radius, double[:, ::1] matrix) noexcept

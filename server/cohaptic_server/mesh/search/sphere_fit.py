@@ -33,7 +33,7 @@ def fit_sphere(
         The curvature; zero with fewer than six points.
     """
     nx, ny, nz = frame[1, 0], frame[1, 1], frame[1, 2]
-    used = 0
+    used, per = 0, 1.0 / radius
     for i in range(_UNKNOWNS):
         for j in range(_UNKNOWNS + 1):
             matrix[i, j] = 0.0
@@ -45,7 +45,7 @@ def fit_sphere(
         z = rest[v, 2] + displacement[k, 2] - frame[0, 2]
         height = x * nx + y * ny + z * nz
         # With the height: points on the far side of a thin body are close in the tangent plane.
-        square = (x * x + y * y + z * z) / (radius * radius)
+        square = (x * x + y * y + z * z) * (per * per)
         weight = 1.0 - square
         if weight <= 0.0:
             continue
@@ -53,9 +53,9 @@ def fit_sphere(
         add_point(
             matrix,
             square,
-            (x - height * nx) / radius,
-            (y - height * ny) / radius,
-            (z - height * nz) / radius,
+            (x - height * nx) * per,
+            (y - height * ny) * per,
+            (z - height * nz) * per,
             height,
             weight * weight,
         )
