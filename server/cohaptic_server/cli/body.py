@@ -14,6 +14,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.inspection.inspection import Inspection, inspect_object
 from cohaptic_server.inspection.picture import draw
 from cohaptic_server.objects.build import build
@@ -39,10 +40,10 @@ def prepare(
     It is kept under the content of the file and of the options, in the cache of this system or
     the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).
     """
-    source = options.of(file)
     clock = SystemClock()
     start = clock.now()
     with progress_bar(f"preparing {file.name}") as progress:
+        source = resolved(file, options, progress, print)
         solid = build(source, progress).solid
     print(
         f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
@@ -65,8 +66,8 @@ def inspect(
     """Say what a file became: mesh, mass, stiffness, what it costs, what was repaired."""
     if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
         raise SettingError("--out", out, "a .png in a folder that exists")
-    source = options.of(file)
     with progress_bar(f"inspecting {file.name}") as progress:
+        source = resolved(file, options, progress, print)
         built = build(source, progress)
         inspection = inspect_object(source, built, SystemClock(), density, progress)
         if out is not None:

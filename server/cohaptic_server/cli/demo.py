@@ -19,14 +19,15 @@ from cohaptic.control.law import Law
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import watch
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.result import DemoResult, evaluate
 from cohaptic_server.demo.scene import Scene
-from cohaptic_server.demo.set_up import BALLOON, FIX, serve_options, set_up
+from cohaptic_server.demo.set_up import BALLOON, FIX, check_body, serve_options, set_up
 from cohaptic_server.demo.summary import show
-from cohaptic_server.objects.catalogue import BODIES
+from cohaptic_server.objects.catalogue import BODIES, is_file
 from cohaptic_server.shell.listener import page_address
 
 _WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
@@ -84,11 +85,17 @@ def demo(
     )  # fmt: skip
     if json is not None and not json.resolve().parent.is_dir():
         raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
-    if not options.fix and options.fix_mesh is None and body not in BODIES:
+    check_body(scene, body)
+    if not (options.auto or options.fix or options.fix_mesh) and body not in BODIES:
         options = replace(options, fix=FIX)
-    source = options.of(Path(body))
+    told: list[str] = []
     with progress_bar(f"preparing {body}") as progress:
+        source = options.of(Path(body))
+        if is_file(body):
+            source = resolved(source.path, options, progress, told.append)
         touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
+    for sentence in told:
+        console.print(sentence, highlight=False)
     if words:
         console.print(words, highlight=False)
     serve_arguments = serve_options(body, source, nonlinear=nonlinear)

@@ -32,7 +32,9 @@ class ObjectOptions:
             help="Hold instead what lies inside this closed surface, of the same --scale."
         ),
     ] = None
-    scale: Annotated[float, typer.Option(help="Metres in one unit of the file.")] = 1.0
+    scale: Annotated[
+        float | None, typer.Option(help="Metres in one unit of the file; 1 if not given.")
+    ] = None
     edge: Annotated[
         float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
     ] = 0.05
@@ -49,6 +51,16 @@ class ObjectOptions:
         int,
         typer.Option(help="Make the surface this many triangles first; 0 leaves it as it is."),
     ] = 0
+    shell: Annotated[
+        float, typer.Option(help="Thickness that an open sheet is given [m]; 0 for a volume.")
+    ] = 0.0
+    auto: Annotated[
+        bool,
+        typer.Option(
+            "--auto",
+            help="Choose what is not given, and say what and why: unit, hold, repair, mesh.",
+        ),
+    ] = False
 
     def of(self, path: Path) -> ObjectFile:
         """The object in a file, with these options.
@@ -59,12 +71,13 @@ class ObjectOptions:
         return ObjectFile(
             path,
             self.fix,
-            self.scale,
+            1.0 if self.scale is None else self.scale,
             self.edge,
             self.repair,
             SolidSettings(self.young, self.poisson, self.contact_radius, self.order),
             self.fix_mesh,
             self.simplify,
+            self.shell,
         )
 
 

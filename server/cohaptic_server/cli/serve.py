@@ -20,8 +20,9 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.http.origins import LOOPBACK
-from cohaptic_server.objects.catalogue import BODIES, build_body
+from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
@@ -94,10 +95,12 @@ def serve(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()),
     )  # fmt: skip
-    source = options.of(Path(body))
     damping = relaxation * simulation_hz
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
+        source = options.of(Path(body))
+        if is_file(body):
+            source = resolved(source.path, options, progress, logging.info)
         touched = build_body(
             body,
             source,

@@ -20,6 +20,20 @@ BALLOON = "balloon"
 FIX = "z < 15%"  # default rule for an object: it stands on its foot
 
 
+def check_body(scene: Scene, name: str) -> None:
+    """Check that a body can be shown in a scene, before a file is read.
+
+    Raises:
+        SettingError: It cannot.
+    """
+    if name in BODIES and name != BALLOON:
+        why = f"{BALLOON} or a file: hands feel nothing of each other on this one"
+        raise SettingError("body of the demonstration", repr(name), why)
+    if scene.drags and name != BALLOON:
+        why = f"{BALLOON}: on no other is it known where one finger drags another"
+        raise SettingError("body of the demonstration with friction", repr(name), why)
+
+
 def set_up(
     scene: Scene, name: str, source: ObjectFile, *, nonlinear: bool, progress: Progress
 ) -> tuple[Body, Scene, str]:
@@ -41,12 +55,7 @@ def set_up(
         BodyError: The file is no object that can be touched, or has no places for all hands.
         SettingError: An option does not fit the body.
     """
-    if name in BODIES and name != BALLOON:
-        why = f"{BALLOON} or a file: hands feel nothing of each other on this one"
-        raise SettingError("body of the demonstration", repr(name), why)
-    if scene.drags and name != BALLOON:
-        why = f"{BALLOON}: on no other is it known where one finger drags another"
-        raise SettingError("body of the demonstration with friction", repr(name), why)
+    check_body(scene, name)
     body = build_body(name, source, nonlinear=nonlinear, progress=progress)
     if name == BALLOON:
         return body, scene, ""

@@ -54,9 +54,12 @@ class TetMesh:
                 f"{flat.sum()} of {len(t)} tetrahedra are flat (volume below {_FLAT:g} of the cube"
                 " of their longest edge): mesh the object anew"
             )
-        pieces = _pieces(t, len(x))
-        if pieces > 1:
-            raise BodyError(f"the solid is in {pieces} pieces; it must be one")
+        count = int(pieces(t, len(x)).max()) + 1
+        if count > 1:
+            raise BodyError(
+                f"the solid is in {count} pieces, and it must be one: join them, or take one of"
+                " them out"
+            )
         return cls(x, t)
 
     @property
@@ -109,12 +112,12 @@ def quadratic_boundary(elements: Ints) -> Ints:
     return np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
 
 
-def _pieces(tets: Ints, n: int) -> int:
-    """Number of parts without a common vertex."""
+def pieces(tets: Ints, n: int) -> Ints:
+    """Number of the part in which each of `n` vertices lies; parts share no vertex, shape (n,)."""
     rows, columns = np.repeat(tets[:, 0], 3), tets[:, 1:].ravel()
     graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
-    count, _ = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
-    return int(count)
+    _, part = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
+    return np.asarray(part, dtype=np.int64)
 
 
 def gradients(x: Floats, tets: Ints) -> Floats:

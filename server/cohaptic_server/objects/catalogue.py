@@ -28,6 +28,11 @@ _DAMPED: dict[tuple[str, bool], Callable[[float], Body]] = {
 }
 
 
+def is_file(name: str) -> bool:
+    """Whether a body's name is a path: it has a suffix or a folder."""
+    return bool(Path(name).suffix) or "/" in name or "\\" in name
+
+
 def build_body(
     name: str,
     options: ObjectFile | None = None,
@@ -55,8 +60,7 @@ def build_body(
         # A tick would take a second: the loops over elements are only fast as compiled modules.
         limit = f"linear here: a nonlinear one needs compiled modules ({describe('kernels')})"
         raise SettingError("body with --nonlinear", repr(name), limit)
-    path = Path(name)
-    is_name = not path.suffix and "/" not in name and "\\" not in name
+    path, is_name = Path(name), not is_file(name)
     if is_name and name not in BODIES:
         raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
     if is_name and (nonlinear or damping != 0.0):

@@ -24,6 +24,7 @@ class ObjectFile:
         material: Material and discretisation.
         fix_mesh: Closed surface in the same units; vertices inside it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
+        shell: Thickness that an open sheet is given [m]; 0 takes the surface for that of a volume.
 
     Raises:
         SettingError: An option is out of its range.
@@ -37,6 +38,7 @@ class ObjectFile:
     material: SolidSettings = field(default_factory=SolidSettings)
     fix_mesh: Path | None = None
     simplify: int = 0
+    shell: float = 0.0
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
@@ -45,6 +47,8 @@ class ObjectFile:
             raise SettingError("--edge", self.edge, "from 0.005 to 0.5 of the object's diagonal")
         if self.simplify != 0 and not 100 <= self.simplify <= MAX_TRIANGLES:
             raise SettingError("--simplify", self.simplify, f"0, or from 100 to {MAX_TRIANGLES:,}")
+        if self.shell != 0.0 and not 1e-4 <= self.shell <= 1.0:
+            raise SettingError("--shell", self.shell, "0, or from 0.0001 to 1 m")
 
     def to_arguments(self) -> list[str]:
         """Options of the command line that describe the same object, without the path itself."""
@@ -53,6 +57,6 @@ class ObjectFile:
         arguments += ["--order", str(material.order)]
         arguments += ["--contact-radius", repr(material.contact_radius)]
         arguments += ["--scale", repr(self.scale), "--edge", repr(self.edge)]
-        arguments += ["--simplify", str(self.simplify)]
+        arguments += ["--simplify", str(self.simplify), "--shell", repr(self.shell)]
         arguments += ["--fix-mesh", str(self.fix_mesh)] if self.fix_mesh else ["--fix", self.fix]
         return arguments + (["--repair"] if self.repair else [])

@@ -12,6 +12,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_server.objects.surface.surface_file import SURFACES, read_surface
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, tetrahedralise
@@ -20,10 +21,36 @@ from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 KINDS = SURFACES + VOLUMES
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
 MAX_FACTOR = 6e9  # bytes
-_FILLING = 1e-3  # s per triangle of a surface, roughly, on a desktop
+_FILLING = 1e-2  # s per triangle of a surface; 5 to 17 ms were measured
 _MAX_VOLUME_LOSS = 0.2  # share of the enclosed volume that the tetrahedra may miss
 # Factor of blocks, measured (docs/decisions/0013): bytes and number of tetrahedra, for each order.
 _MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
+
+
+class TooCostlyError(BodyError):
+    """So many tetrahedra cannot be factored here.
+
+    Args:
+        words: The error.
+        tets: Their number.
+    """
+
+    def __init__(self, words: str, tets: int) -> None:
+        super().__init__(words)
+        self.tets = tets
+
+
+class VolumeLostError(BodyError):
+    """The tetrahedra miss a part of what the surface encloses.
+
+    Args:
+        words: The error.
+        share: Of the volume that they have.
+    """
+
+    def __init__(self, words: str, share: float) -> None:
+        super().__init__(words)
+        self.share = share
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +79,7 @@ def prepare(source: ObjectFile) -> Prepared:
     Raises:
         BodyError: The file is no object that can be touched.
     """
-    _check_file(source.path)
+    check_file(source.path)
     if source.path.suffix.lower() in VOLUMES:
         return _prepare_volume(source)
     return _prepare_surface(source)
@@ -89,20 +116,34 @@ def _prepare_surface(source: ObjectFile) -> Prepared:
     x, faces = read_surface(path)
     triangles, simplified = len(faces), 0
     _check_size(path, x * source.scale, source.scale)
-    if source.simplify and triangles > source.simplify:
+    if source.shell:
+        x, faces = thicken(x, in_one_sense(x, faces), source.shell / source.scale)
+    # What is said of the file is said of the file: simplifying may make crossings of its own,
+    # which filling untangles.
+    report = examine(x, faces) if triangles <= MAX_TRIANGLES else None
+    if source.simplify and len(faces) > source.simplify:
         x, faces = simplify(x, faces, source.simplify)
         simplified = len(faces)
     _check_count(path, len(faces))
-    report = examine(x, faces)
+    report = report or examine(x, faces)
     _check_surface(path, report, source.repair)
-    tets = tetrahedralise(x * source.scale, facing_outwards(x, faces), source.edge)
+    outwards = facing_outwards(x, faces)
+    try:
+        tets = tetrahedralise(x * source.scale, outwards, source.edge, largest=source.repair)
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
     _check_volume(source, tets, report)
     advice = f"a larger --edge than {source.edge:g}"
     _check_cost(path, len(tets.tets), source.material.order, advice)
     return Prepared(tets, report, triangles, simplified)
 
 
-def _check_file(path: Path) -> None:
+def check_file(path: Path) -> None:
+    """Check that a file is there, and of a kind that is read.
+
+    Raises:
+        BodyError: It is not.
+    """
     kind = path.suffix.lower()
     if kind not in KINDS:
         raise BodyError(
@@ -121,9 +162,10 @@ def _check_cost(path: Path, tets: int, order: int, advice: str) -> None:
     ways = [advice] if advice else []
     if order == 2:
         ways.append("--order 1")
-    raise BodyError(
+    raise TooCostlyError(
         f"{path}: {tets:,} tetrahedra of order {order} need about {needed / 1e9:.3g} GB; the limit"
-        f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}"
+        f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}",
+        tets,
     )
 
 
@@ -143,10 +185,12 @@ def _check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> N
     enclosed = abs(report.volume) * source.scale**3
     if source.repair or tets.volume >= (1.0 - _MAX_VOLUME_LOSS) * enclosed:
         return
-    raise BodyError(
-        f"{source.path}: the tetrahedra have {tets.volume / enclosed:.0%} of the volume that the"
+    share = tets.volume / enclosed
+    raise VolumeLostError(
+        f"{source.path}: the tetrahedra have {share:.0%} of the volume that the"
         f" surface encloses: parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost."
-        " Thicken them, or take what there is with --repair"
+        " Thicken them, or take what there is with --repair",
+        share,
     )
 
 

@@ -89,5 +89,7 @@ def test_what_cannot_be_inspected_says_why(
 
 @pytest.mark.parametrize("command", ["prepare", "inspect"])
 def test_nothing_held_is_refused(run: Run, cube: str, command: str) -> None:
-    with pytest.raises(CohapticError, match="--fix is not given"):
+    with pytest.raises(
+        CohapticError, match="nothing says what of it is held, and it would float away"
+    ):
         run(command, cube)

@@ -41,7 +41,15 @@ def test_without_options_it_is_the_plain_object() -> None:
 
 def test_every_option_reaches_the_object_and_back() -> None:
     source = ObjectFile(
-        Path("a.stl"), "", 0.01, 0.07, True, SolidSettings(1e4, 0.3, 0.01, 1), Path("bone.stl"), 500
+        Path("a.stl"),
+        "",
+        0.01,
+        0.07,
+        True,
+        SolidSettings(1e4, 0.3, 0.01, 1),
+        Path("bone.stl"),
+        500,
+        0.002,
     )
     arguments = ["--first", "2", *source.to_arguments(), "--last"]
     assert run(*arguments) == (2, source, True)
@@ -52,7 +60,7 @@ def test_the_options_stand_where_the_parameter_stood() -> None:
     app.command()(command)
     names = [parameter.name for parameter in typer.main.get_command(app).params]
     assert names[:2] == ["first", "young"]
-    assert names.index("simplify") + 1 == names.index("last")
+    assert names.index("auto") + 1 == names.index("last")
 
 
 def test_an_option_out_of_range_is_refused() -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from cohaptic.cli.app import main
 
+TORUS = Path(__file__).parents[3] / "examples" / "torus.stl"
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
 PATIENCE = 30.0  # s; far more than anything here takes on an idle machine
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -77,8 +78,9 @@ def test_a_file_that_is_no_object_is_one_sentence(tmp_path: Path) -> None:
 
 
 def test_an_object_held_nowhere_is_one_sentence() -> None:
-    done = refused("--port", "0", "--body", "liver.stl")
-    assert done.stderr.startswith("cohaptic: --fix is not given; it must be a rule")
+    done = refused("--port", "0", "--body", str(TORUS))
+    words = 'nothing says what of it is held, and it would float away. With --fix "z < '
+    assert done.stderr.startswith(f"cohaptic: {TORUS}: {words}")
 
 
 def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:

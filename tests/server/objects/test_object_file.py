@@ -11,7 +11,8 @@ from cohaptic_server.objects.object_file import ObjectFile
 
 
 @pytest.mark.parametrize(
-    ("change", "word"), [({"scale": 0.0}, "--scale"), ({"edge": 2.0}, "--edge")]
+    ("change", "word"),
+    [({"scale": 0.0}, "--scale"), ({"edge": 2.0}, "--edge"), ({"shell": 2.0}, "--shell")],
 )
 def test_absurd_options_are_refused(change: dict[str, Any], word: str) -> None:
     with pytest.raises(SettingError, match=word):
@@ -31,6 +32,7 @@ def test_its_arguments_name_every_option_once() -> None:
         "--scale": "0.01",
         "--edge": "0.07",
         "--simplify": "0",
+        "--shell": "0.0",
         "--fix": "z < 5%",
     }
     bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl")).to_arguments()

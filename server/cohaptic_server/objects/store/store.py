@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import astuple
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,14 @@ from cohaptic_server.objects.store.cache import entry_path, load_entry, save_ent
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
-_FORM = 4  # raised when the form of the arrays changes, or the way they are computed
+_FORM = 5  # raised when the form of the arrays changes, or the way they are computed
 
 Arrays = dict[str, npt.NDArray[Any]]
+
+
+def is_prepared(source: ObjectFile) -> bool:
+    """Whether the tetrahedra of a file that exists are in the store."""
+    return source.path.is_file() and _tets_path(source).is_file()
 
 
 def load_or_prepare(source: ObjectFile) -> Prepared:
@@ -41,9 +47,7 @@ def load_or_prepare(source: ObjectFile) -> Prepared:
     """
     if not source.path.is_file():
         return prepare(source)  # raises the error that says why
-    options = (source.scale, source.edge, source.repair, source.simplify)
-    key = repr((_FORM, source.path.suffix.lower(), *options)).encode()
-    path = entry_path(key, source.path.read_bytes())
+    path = _tets_path(source)
     label = f"tetrahedra of {source.path.name}"
     arrays = load_entry(path, label, mapped=False)
     if arrays is not None:
@@ -87,6 +91,13 @@ def load_or_make_parts(
     factor_arrays = _with_prefix("factor/", factor_file.to_arrays(parts.factor))
     save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.far_field.to_arrays()))
     return parts
+
+
+def _tets_path(source: ObjectFile) -> Path:
+    """Path of the entry with the tetrahedra of a file that exists."""
+    options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
+    key = repr((_FORM, source.path.suffix.lower(), *options)).encode()
+    return entry_path(key, source.path.read_bytes())
 
 
 def _prepared_to(prepared: Prepared) -> Arrays:

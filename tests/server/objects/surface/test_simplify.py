@@ -55,7 +55,7 @@ def test_millions_are_refused_before_they_are_read(
         raise AssertionError(f"{path} was read")
 
     monkeypatch.setattr(prepare_module, "read_surface", read)
-    said = r"5,000,000 triangles; the limit is 300,000, .* about 1.4 hours\. .*--simplify 20000"
+    said = r"5,000,000 triangles; the limit is 300,000, .* about 14 hours\. .*--simplify 20000"
     with pytest.raises(BodyError, match=said):
         prepare(ObjectFile(path, "z < 10%"))
 

@@ -1,0 +1,162 @@
+"""From a file to options with which it can be touched: all findings at once, and what to do.
+
+Without `--auto` the findings are one error that lists them, with the option for each. With it the
+options are taken, the mesh is made as coarse as memory asks for, and the user is told.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, astuple, replace
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import boundary
+from cohaptic_server.objects.auto.diagnose import diagnose
+from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
+from cohaptic_server.objects.fix_rule import fixed_vertices
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import (
+    TooCostlyError,
+    VolumeLostError,
+    check_file,
+    factor_bytes,
+)
+from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
+from cohaptic_server.objects.store.store import load_or_prepare
+from cohaptic_server.objects.surface.simplify import count_triangles
+from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.progress import Progress
+
+MAX_READ = 5_000_000  # triangles; more take minutes to be read at all
+MEMORY = 2e9  # bytes that `--auto` lets the preparation take at its peak
+_PEAK = 3.0  # bytes at the peak of a preparation over those of the factor
+_BASE = 3e8  # bytes of the program itself with its libraries
+_ATTEMPTS = 6  # at a mesh that is coarse enough
+# Options that are chosen, beside the order of the elements.
+_CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell")
+_FORM = 1  # raised when the findings or their remedies change
+
+
+def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
+    """Everything that is wrong with a file, and the options that are proposed.
+
+    Args:
+        source: The file and its options.
+        scale_given: Whether the scale is the user's own word, and must stay.
+
+    Raises:
+        BodyError: The file cannot be read, or is far too large.
+        SettingError: A rule says what is held and cannot be understood, or holds nothing.
+    """
+    path = source.path
+    check_file(path)
+    is_volume = path.suffix.lower() in VOLUMES
+    if is_volume:
+        x, tets = read_volume(path)
+        faces = boundary(tets)
+    else:
+        count = count_triangles(path)
+        if count > MAX_READ:
+            raise BodyError(
+                f"{path}: {count:,} triangles; the limit is {MAX_READ:,}. Simplify it first"
+            )
+        x, faces = read_surface(path)
+    found = diagnose(source, x, faces, scale_given=scale_given, is_volume=is_volume)
+    # A rule with a slip of the pen is told before the long part, not after it.
+    fixed_vertices(found.source, x[np.unique(faces)] * found.source.scale)
+    return found
+
+
+def resolve(
+    source: ObjectFile,
+    progress: Progress = lambda phase, share: None,
+    *,
+    scale_given: bool = False,
+    memory: float = MEMORY,
+) -> Diagnosis:
+    """Options with which a file can be touched within some memory, kept for the next start.
+
+    Args:
+        source: The file and the options that the user gave.
+        progress: Called with the phase.
+        scale_given: Whether the scale is the user's own word, and must stay.
+        memory: Largest use of memory at the peak of the preparation [bytes].
+
+    Raises:
+        BodyError: There is no way to touch what is in the file.
+        SettingError: An option does not fit it.
+    """
+    check_file(source.path)
+    options = repr((_FORM, scale_given, memory, *astuple(source))).encode()
+    path = entry_path(options, source.path.read_bytes())
+    kept = load_entry(path, "findings", mapped=False)
+    if kept is not None:
+        return _from_text(source, kept["text"].tobytes().decode())
+    progress("looking at the file", 0.0)
+    found = find_problems(source, scale_given=scale_given)
+    progress("tetrahedra", 0.0)
+    found = _within(found, memory)
+    save_entry(path, "findings", {"text": np.frombuffer(_to_text(found).encode(), np.uint8)})
+    return found
+
+
+def peak_bytes(tets: int, order: int) -> float:
+    """Estimated memory at the peak of a preparation [bytes].
+
+    Args:
+        tets: Number of tetrahedra.
+        order: Order of the elements, 1 or 2.
+    """
+    return _BASE + _PEAK * factor_bytes(tets, order)
+
+
+def _within(found: Diagnosis, memory: float) -> Diagnosis:
+    """The same with a mesh that can be factored within some memory [bytes]."""
+    source = found.source
+    mesh, volume = list[Remedy](), list[Remedy]()
+    for _ in range(_ATTEMPTS):
+        try:
+            count = len(load_or_prepare(source).tets.tets)
+        except TooCostlyError as error:
+            count = error.tets
+        except VolumeLostError as error:
+            source = replace(source, repair=True)
+            problem = f"the tetrahedra have {error.share:.0%} of the volume that it encloses"
+            volume = [Remedy(problem, "taken as they are", "--repair")]
+            continue
+        needed = peak_bytes(count, source.material.order)
+        if needed <= memory:
+            return Diagnosis(source, (*found.remedies, *volume, *mesh))
+        problem = f"{count:,} tetrahedra would take about {needed / 1e9:.2g} GB to prepare"
+        if source.path.suffix.lower() in VOLUMES:
+            if source.material.order == 1:
+                break
+            source = replace(source, material=replace(source.material, order=1))
+            mesh = [Remedy(problem, "made of linear ones, which are less exact", "--order 1")]
+            continue
+        # The factor grows with the fourth power of the number of elements along a side.
+        ratio = (needed - _BASE) / max(1.0, memory - _BASE)
+        edge = float(f"{min(0.5, 1.1 * source.edge * ratio**0.25):.2g}")
+        source = replace(source, edge=edge)
+        mesh = [Remedy(problem, "made coarser", f"--edge {edge:g}")]
+    raise BodyError(
+        f"{source.path}: no mesh of it fits into {memory / 1e9:g} GB. Take a simpler object, or"
+        " choose --edge and --order yourself, without --auto"
+    )
+
+
+def _to_text(found: Diagnosis) -> str:
+    source = found.source
+    chosen = {name: getattr(source, name) for name in _CHOSEN} | {"order": source.material.order}
+    return json.dumps({"chosen": chosen, "remedies": [asdict(one) for one in found.remedies]})
+
+
+def _from_text(source: ObjectFile, text: str) -> Diagnosis:
+    known = json.loads(text)
+    order = known["chosen"].pop("order")
+    material = replace(source.material, order=order)
+    remedies = tuple(Remedy(**one) for one in known["remedies"])
+    return Diagnosis(replace(source, material=material, **known["chosen"]), remedies)

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from cohaptic.errors import BodyError, CohapticError, SettingError
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.auto import resolve as module
+from cohaptic_server.objects.auto.resolve import find_problems, peak_bytes, resolve
+from cohaptic_server.objects.build import build
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.store import load_or_prepare
+
+pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+
+
+def write(path: Path, x: Floats, faces: Ints) -> Path:
+    trimesh.Trimesh(x, faces, process=False).export(path)  # pyright: ignore[reportUnknownMemberType]
+    return path
+
+
+def bowl(path: Path) -> Path:
+    """Half a ball of 120 units, open."""
+    x, faces = icosphere(2, 60.0)
+    return write(path, x, faces[x[faces].mean(axis=1)[:, 2] < 0.0])
+
+
+def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Path) -> None:
+    found = resolve(ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1))
+    assert found.options.split()[::2][:2] == ["--scale", "--shell"]
+    made = build(found.source)
+    thickness = found.source.shell
+    assert made.prepared.tets.volume == pytest.approx(2 * np.pi * 0.06**2 * thickness, rel=0.1)
+    assert made.solid.shape.fixed.any()
+
+
+def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1)
+    first = resolve(source)
+
+    def again(*_: object, **__: object) -> None:
+        raise AssertionError("the file was looked at again")
+
+    monkeypatch.setattr(module, "find_problems", again)
+    assert resolve(source) == first
+    with pytest.raises(AssertionError):
+        resolve(replace(source, edge=0.2))
+
+
+def test_a_mesh_is_made_as_coarse_as_memory_asks_for(tmp_path: Path) -> None:
+    source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 10%")
+    fine = len(load_or_prepare(source).tets.tets)
+    enough = peak_bytes(fine // 2, 2)
+    found = resolve(source, memory=enough)
+    assert found.source.edge > source.edge
+    assert found.remedies[-1].option == f"--edge {found.source.edge:g}"
+    coarse = len(load_or_prepare(found.source).tets.tets)
+    assert peak_bytes(coarse, 2) <= enough
+    with pytest.raises(BodyError, match="no mesh of it fits into"):
+        resolve(source, memory=peak_bytes(1, 2))
+
+
+def test_a_slip_in_a_rule_is_told_before_filling(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path / "ball.stl", *icosphere(3, 0.05))
+
+    def fill(*_: object, **__: object) -> None:
+        raise AssertionError("it was filled")
+
+    monkeypatch.setattr(module, "load_or_prepare", fill)
+    for rule in ("z > 3m", "q < 10%"):
+        with pytest.raises(SettingError, match="--fix"):
+            resolve(ObjectFile(path, rule))
+
+
+def test_parts_that_do_not_touch_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    x, faces = icosphere(2, 0.02)
+    both = np.concatenate([x, x + np.array([0.1, 0.0, 0.0])])
+    path = write(tmp_path / "two.stl", both, np.concatenate([faces, faces + len(x)]))
+    with pytest.raises(BodyError, match=r"two.stl: the solid is in 2 pieces.*join them"):
+        resolve(ObjectFile(path, edge=0.15))
+
+
+def test_a_crumb_beside_the_object_is_left_out(tmp_path: Path) -> None:
+    x, faces = icosphere(2, 0.05)
+    crumb = 0.2 * x + np.array([0.1, 0.0, 0.0])
+    both = np.concatenate([x, crumb])
+    path = write(tmp_path / "crumb.stl", both, np.concatenate([faces, faces + len(x)]))
+    tets = load_or_prepare(resolve(ObjectFile(path, edge=0.1)).source).tets
+    assert tets.vertices[:, 0].max() < 0.07
+
+
+@pytest.mark.parametrize("name", ["none.stl", "a.txt"])
+def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(CohapticError):
+        find_problems(ObjectFile(tmp_path / name))
