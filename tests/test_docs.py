@@ -73,9 +73,12 @@ def test_every_field_of_a_frame_is_described_in_its_place(
     assert described == with_room(named)
 
 
+ROOM = tuple(field.name for field in fields(RoomLag))
+
+
 def with_room(names: list[str]) -> list[str]:
     """The same with the three numbers of a room where it is one of them."""
-    return [n for name in names for n in (RoomLag._fields if name == "room" else (name,))]
+    return [n for name in names for n in (ROOM if name == "room" else (name,))]
 
 
 def test_the_neighbourhood_is_described_in_its_place() -> None:

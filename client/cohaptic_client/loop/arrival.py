@@ -6,6 +6,7 @@ import math
 from typing import Final
 
 from cohaptic.control.geometry import Sight, blend, difference, shift
+from cohaptic.control.mesh_surface import Surface
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.gains import gains_as_sent
@@ -18,18 +19,32 @@ LONGEST_PATIENCE: Final = 1.0  # s; no link that is worth touching over is silen
 FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
 
 
-def receive(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> LoopState:
+def receive(
+    state: LoopState,
+    patch: Patch,
+    now: float,
+    settings: LoopSettings,
+    surface: Surface | None = None,
+) -> LoopState:
     """Take a patch in; one that is older than the newest is left out.
 
     Surface and gain move to the new patch over one simulation period, from the surface shown now.
     (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
     slowly: the line is also a filter. Stability goes before transparency.)
+
+    Args:
+        state: After the last period.
+        patch: That has come.
+        now: Time of this period [s].
+        settings: Of the loop.
+        surface: Of the patch, where it is made already; None to make it now.
     """
     # After a silence it may be another server's: one that was started anew counts from 1.
     silent = is_silent(state, now, settings)
     if state.patch is not None and patch.tick <= state.patch.tick and not silent:
         return state
-    surface = settings.surface(patch)
+    if surface is None:
+        surface = settings.surface(patch)
     gains = gains_as_sent(patch, settings)
     gap = now - state.arrived
     patience = next_patience(state.patience, gap) if gap < math.inf else state.patience

@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
-from cohaptic.status.row import ROW, Row
+from cohaptic.status.row import ROW
 
 COMMAND: Final = struct.Struct("<Q?")  # heartbeat, stop
 SAMPLE: Final = struct.Struct("<dI6d")  # time, tick of the patch in use, probe, force on body
@@ -83,8 +83,8 @@ class RowRing:
         at = self._at(0)
         self._memory[at : at + RING_ROWS * ROW.size] = bytes(RING_ROWS * ROW.size)
 
-    def append(self, row: Row) -> None:
-        """Write one row."""
+    def append(self, row: tuple[float, ...]) -> None:
+        """Write one row: the values of a `Row` in its order."""
         ROW.pack_into(self._memory, self._at(self._count), *row)
         self._count += 1
         _COUNT.pack_into(self._memory, self._offset, self._count)

@@ -12,6 +12,7 @@ from cohaptic import compiled
 
 def main() -> None:
     """Entry point of the process."""
+    compiled.use("kernels")
     compiled.use("loop")
     # Only now: a module that was imported before stays plain.
     from cohaptic_client.loop.running.entry import live

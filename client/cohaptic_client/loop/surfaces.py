@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from array import array
+
 from cohaptic.control.geometry import LocalSurface
-from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface, Surface
+from cohaptic.control.mesh_fit import RestSurface, unpack
+from cohaptic.control.mesh_surface import MeshSurface, Surface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 
@@ -30,13 +34,9 @@ class SurfaceMaker:
         near, base = patch.neighbourhood, flat_surface(patch)
         if near is None or self._rest is None:
             return base
-        vertices = [
-            MeshVertex(
-                i,
-                (near.scale * u[0], near.scale * u[1], near.scale * u[2]),
-                # A stiff vertex beside soft ones may be rounded to no compliance at all.
-                max(MIN_COMPLIANCE, near.c_scale * c),
-            )
-            for i, u, c in zip(near.indices, near.displacements, near.compliances, strict=True)
-        ]
-        return MeshSurface(self._rest, base, vertices)
+        words = array("h", near.items)
+        if sys.byteorder == "big":
+            words.byteswap()
+        # A stiff vertex beside soft ones may be rounded to no compliance at all.
+        facts = unpack(words, near.scale, near.c_scale, MIN_COMPLIANCE)
+        return MeshSurface(self._rest, base, facts)

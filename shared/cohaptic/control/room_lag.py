@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 
-class RoomLag(NamedTuple):
+# With an `__init__` of its own, which is compiled where a patch arrives in the haptic loop: that of
+# a named tuple is always interpreted, and finds the interpreter's code in no cache.
+@dataclass(init=False, unsafe_hash=True)
+class RoomLag:
     """A room's coupling, and the lag in use (science 3.8, `stability.lag_choice.choose_lag`).
 
     Fields:
@@ -16,9 +20,14 @@ class RoomLag(NamedTuple):
             m < 1. Above 1 the room is stable; infinite for hands that do not couple.
     """
 
-    lag: float = 0.0
-    coupling: float = 0.0
-    margin: float = math.inf
+    lag: Final[float]
+    coupling: Final[float]
+    margin: Final[float]
+
+    def __init__(self, lag: float = 0.0, coupling: float = 0.0, margin: float = math.inf) -> None:
+        self.lag = lag
+        self.coupling = coupling
+        self.margin = margin
 
 
 NO_LAG = RoomLag()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import struct
 from enum import IntEnum
+from typing import Final
 
 from cohaptic.errors import (
     CloseCode,
@@ -18,11 +19,13 @@ from cohaptic.errors import (
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-MAX_FRAME_BYTES = 128  # of the frames at the rate of the simulation, but for mesh patches
-MAX_MESH_FRAME_BYTES = 1120  # of a mesh patch: with its headers below the 1,280 of every path
-MAX_POSITION = 10.0  # m; nobody's workspace reaches further from the body
-MAX_FORCE = 100.0  # N; several times the largest force of any haptic device
-HEADER = struct.Struct("<BBH")
+MAX_FRAME_BYTES: Final = 128  # of the frames at the rate of the simulation, but for mesh patches
+MAX_MESH_FRAME_BYTES: Final = (
+    1120  # of a mesh patch: with its headers below the 1,280 of every path
+)
+MAX_POSITION: Final = 10.0  # m; nobody's workspace reaches further from the body
+MAX_FORCE: Final = 100.0  # N; several times the largest force of any haptic device
+HEADER: Final = struct.Struct("<BBH")
 
 
 class FrameKind(IntEnum):

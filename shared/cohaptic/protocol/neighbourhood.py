@@ -17,14 +17,14 @@ from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
 from cohaptic.vec import Vec3
 
-_HEAD = struct.Struct("<Hff")
-_ITEM_FORMAT = "H3hH"
-_ITEM = struct.Struct(f"<{_ITEM_FORMAT}")
-ITEM_SIZE = _ITEM.size
-MAX_VERTICES = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
-_SMALLEST = 2.0**-126
-_I16 = 2**15 - 1
-_U16 = 2**16 - 1
+_HEAD: Final = struct.Struct("<Hff")
+_ITEM_FORMAT: Final = "H3hH"
+_ITEM: Final = struct.Struct(f"<{_ITEM_FORMAT}")
+ITEM_SIZE: Final = _ITEM.size
+MAX_VERTICES: Final = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
+_SMALLEST: Final = 2.0**-126
+_I16: Final = 2**15 - 1
+_U16: Final = 2**16 - 1
 
 
 @dataclass(init=False)
@@ -146,6 +146,12 @@ class Neighbourhood:
         neighbourhood._check(remote=True)
         _check_rising(neighbourhood.indices, remote=True)
         return neighbourhood
+
+    @classmethod
+    def decode_checked(cls, data: bytes) -> Neighbourhood:
+        """The neighbourhood in a tail that `decode` has accepted."""
+        _, scale, c_scale = _HEAD.unpack_from(data)
+        return cls(scale, c_scale, data[_HEAD.size :])
 
     def _check(self, *, remote: bool) -> None:
         """What the items cannot break: those that were packed from numbers rise already."""

@@ -34,30 +34,32 @@ from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY = struct.Struct("<IIddf3f3f4f3f3ffee")
-SIZE = HEADER.size + _BODY.size
-_U32 = 2**32 - 1
-MAX_STIFFNESS = 1e6  # N/m
+_BODY: Final = struct.Struct("<IIddf3f3f4f3f3ffee")
+SIZE: Final = HEADER.size + _BODY.size
+_U32: Final = 2**32 - 1
+MAX_STIFFNESS: Final = 1e6  # N/m
 # Compliance of a contact on fixed or rigid parts: with it they need no special case, and the hand
 # feels the stiffness of its device.
-MIN_COMPLIANCE = 1.0 / MAX_STIFFNESS  # m/N
-MAX_COMPLIANCE = MAX_POSITION  # m/N; a newton moves such a place out of everybody's workspace
-MAX_CURVATURE = 1e4  # 1/m; a tenth of a millimetre round
+MIN_COMPLIANCE: Final = 1.0 / MAX_STIFFNESS  # m/N
+MAX_COMPLIANCE: Final = (
+    MAX_POSITION  # m/N; a newton moves such a place out of everybody's workspace
+)
+MAX_CURVATURE: Final = 1e4  # 1/m; a tenth of a millimetre round
 # s. Sixteen users at one place with 1 s of delay need 13 s; 64 users at one place with 2 s of delay
 # would need 114 s. A longer lag is sent as this value, and a margin below 1 then shows that it is
 # too short.
-MAX_LAG = 60.0
-MAX_COUPLING = 1e3  # 63 for 64 users at one place; a larger one is sent as this value
+MAX_LAG: Final = 60.0
+MAX_COUPLING: Final = 1e3  # 63 for 64 users at one place; a larger one is sent as this value
 # largest in 16 bits, sent for larger ones; without coupling the margin is infinite
-MAX_MARGIN = 6e4
+MAX_MARGIN: Final = 6e4
 # Relative; c_ii may differ by this much from `compliance` along the normal, which has 32 bits.
-_ROUNDING = 1e-6
-_GEOMETRY_MASK = 0x000F
-_LAW_SHIFT = 4
-_LAW_MASK = 0x000F
-_COMPLIANCE_FLAG = 0x0100
-_COMPLIANCE = struct.Struct("<6f")
-LAWS = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
+_ROUNDING: Final = 1e-6
+_GEOMETRY_MASK: Final = 0x000F
+_LAW_SHIFT: Final = 4
+_LAW_MASK: Final = 0x000F
+_COMPLIANCE_FLAG: Final = 0x0100
+_COMPLIANCE: Final = struct.Struct("<6f")
+LAWS: Final = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
 
 
 class Geometry(IntEnum):
@@ -68,8 +70,12 @@ class Geometry(IntEnum):
     MESH = 3
 
 
-# By number, less 1: to make a member of its number takes a microsecond.
-_GEOMETRIES = (Geometry.PLANE, Geometry.SPHERE, Geometry.MESH)
+# By number, less 1, and bound once: to make a member of its number takes a microsecond, and so does
+# it to look one up in its class.
+_GEOMETRIES: Final = (Geometry.PLANE, Geometry.SPHERE, Geometry.MESH)
+_FIRST: Final = int(Geometry.PLANE)
+_MESH: Final = int(Geometry.MESH)
+_MESH_MEMBER: Final = Geometry.MESH
 
 
 @dataclass(init=False)
@@ -196,32 +202,48 @@ class Patch:
         """The patch in a frame; raises RemoteProtocolError for any invalid bytes."""
         flags = open_header(data, FrameKind.PATCH)
         kind = flags & _GEOMETRY_MASK
-        check_range("geometry of a patch", kind, Geometry.PLANE, Geometry.MESH, remote=True)
+        check_range("geometry of a patch", kind, _FIRST, _MESH, remote=True)
         law = flags >> _LAW_SHIFT & _LAW_MASK
         check_range("law of a patch", law, 1, len(LAWS), remote=True)
         check_range("flags of a patch", flags, 0, 2 * _COMPLIANCE_FLAG - 1, remote=True)
-        mesh, size = kind == Geometry.MESH, SIZE
+        mesh, size = kind == _MESH, SIZE
         if flags & _COMPLIANCE_FLAG:
             size += _COMPLIANCE.size
         if len(data) < size or (len(data) > size and not mesh):
             limit = f"{size} bytes" + (" and a neighbourhood" if mesh else "")
             raise RemoteProtocolError("patch length", len(data), limit)
         neighbourhood = Neighbourhood.decode(data[size:]) if mesh else None
+        patch = cls._unpack(data, flags, neighbourhood)
+        patch._check(remote=True)
+        return patch
+
+    @classmethod
+    def decode_checked(cls, data: bytes) -> Patch:
+        """The patch in a frame that `decode` has accepted: nothing is checked a second time."""
+        flags = int(HEADER.unpack_from(data)[2])
+        neighbourhood = None
+        if flags & _GEOMETRY_MASK == _MESH:
+            size = SIZE + _COMPLIANCE.size if flags & _COMPLIANCE_FLAG else SIZE
+            neighbourhood = Neighbourhood.decode_checked(data[size:])
+        return cls._unpack(data, flags, neighbourhood)
+
+    @classmethod
+    def _unpack(cls, data: bytes, flags: int, neighbourhood: Neighbourhood | None) -> Patch:
+        """The values in a frame of known flags, as they are."""
         compliance = None
         if flags & _COMPLIANCE_FLAG:
             compliance = Compliance3(*_COMPLIANCE.unpack_from(data, SIZE))
         tick, seq, t_server, t_client, wait, *v = _BODY.unpack_from(data, HEADER.size)
-        patch = cls(
-            tick, seq, t_server, t_client, wait, _GEOMETRIES[kind - 1], LAWS[law - 1],
+        return cls(
+            tick, seq, t_server, t_client, wait, _GEOMETRIES[(flags & _GEOMETRY_MASK) - 1],
+            LAWS[(flags >> _LAW_SHIFT & _LAW_MASK) - 1],
             (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9],
             (v[10], v[11], v[12]), (v[13], v[14], v[15]), RoomLag(v[16], v[17], v[18]),
             neighbourhood, compliance,
         )  # fmt: skip
-        patch._check(remote=True)
-        return patch
 
     def _check(self, *, remote: bool) -> None:
-        if (self.geometry is Geometry.MESH) != (self.neighbourhood is not None):
+        if (self.geometry is _MESH_MEMBER) != (self.neighbourhood is not None):
             name, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"
             raise wrong(name, self.neighbourhood, limit, remote=remote)
         check_range("tick of a patch", self.tick, 1, _U32, remote=remote)

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from cohaptic.control.geometry import LocalSurface
-from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface
+from cohaptic.control.mesh_fit import RestSurface
+from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
@@ -22,6 +23,7 @@ from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.touch_mesh import TouchMesh, thinned
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.soft_ring import ring
+from tests.neighbourhoods import facts
 
 RADIUS = 0.1  # m
 BALL = SurfaceMesh(*icosphere(4, RADIUS))  # vertices 7 mm apart
@@ -81,7 +83,7 @@ def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     )
     normal: Vec3 = (float(out[0]), float(out[1]), float(out[2]))
     base = LocalSurface(scale(normal, RADIUS), normal, 0.0, 0.004, ZERO, ZERO)
-    surface = MeshSurface(rest, base, [MeshVertex(k, ZERO, 0.004) for k in near.tolist()])
+    surface = MeshSurface(rest, base, facts((k, *ZERO, 0.004) for k in near.tolist()))
     x, y, z = (out + 0.3 * rng.uniform(-1.0, 1.0, 3)).tolist()
     there = unit((x, y, z))
     sight = surface.look(scale(there, RADIUS - 0.005))

@@ -10,24 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.control.mesh_surface import MeshSurface, MeshVertex, RestSurface
+from cohaptic.control.mesh_fit import RestSurface
+from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.mesh.icosphere import icosphere
+from tests.neighbourhoods import facts
 
 RADIUS = 0.1  # m
 C_II = 0.004  # m/N
 OWN, BY_OTHERS = (0.5, 0.1, 0.0), (-0.001, 0.0, 0.002)  # N; m
 
 
-def rest(radius: float = RADIUS) -> RestSurface:
-    x, faces = icosphere(3, radius)
-    return RestSurface(
-        [(a, b, c) for a, b, c in x.tolist()], [(a, b, c) for a, b, c in faces.tolist()]
-    )
-
-
-BALL = rest()
-IN_FRONT = [k for k, v in enumerate(BALL.vertices) if v[0] > 0.06]
+_x, _faces = icosphere(3, RADIUS)
+VERTICES = [(a, b, c) for a, b, c in _x.tolist()]
+BALL = RestSurface(VERTICES, [(a, b, c) for a, b, c in _faces.tolist()])
+IN_FRONT = [k for k, v in enumerate(VERTICES) if v[0] > 0.06]
 angles = st.floats(-0.4, 0.4)
 
 
@@ -45,7 +42,7 @@ def surface(
     """The front of the ball as seen from its foremost point."""
     base = LocalSurface(add(x_free, moved), (1.0, 0.0, 0.0), curvature, C_II, OWN, BY_OTHERS)
     known = dict.fromkeys(chosen, C_II) if c_ii is None else c_ii
-    return MeshSurface(BALL, base, [MeshVertex(k, moved, known[k]) for k in chosen])
+    return MeshSurface(BALL, base, facts((k, *moved, known[k]) for k in chosen))
 
 
 @given(angles, angles, st.floats(-0.02, 0.03))
@@ -84,7 +81,7 @@ def test_where_the_patch_was_made_depth_and_compliance_are_its_own(off: float, c
 
 
 def test_compliance_follows_the_vertices() -> None:
-    table = {k: C_II * (1.0 + 5.0 * BALL.vertices[k][1]) for k in IN_FRONT}
+    table = {k: C_II * (1.0 + 5.0 * VERTICES[k][1]) for k in IN_FRONT}
     for a in (-0.3, -0.1, 0.0, 0.2):
         sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
         assert sight.c_ii == pytest.approx(C_II * (1.0 + 5.0 * RADIUS * math.sin(a)), rel=0.005)
@@ -149,8 +146,8 @@ def test_held_vertices_without_compliance_stay_that() -> None:
 
 
 def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:
-    odd = RestSurface([*BALL.vertices, (RADIUS, 0.0, 0.0)], [(0, 1, 2)])
+    odd = RestSurface([*VERTICES, (RADIUS, 0.0, 0.0)], [(0, 1, 2)])
     base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, ZERO, ZERO)
-    n = len(BALL.vertices)
-    found = MeshSurface(odd, base, [MeshVertex(n, ZERO, C_II)])
+    n = len(VERTICES)
+    found = MeshSurface(odd, base, facts([(n, *ZERO, C_II)]))
     assert found.look((0.09, 0.0, 0.0)).depth == pytest.approx(0.01)

@@ -207,7 +207,7 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
                 "fields": asdict(m)
                 | {"geometry": m.geometry.name.lower(), "law": m.law.value}
                 | {
-                    "room": m.room._asdict(),
+                    "room": asdict(m.room),
                     "neighbourhood": neighbourhood_fields(m.neighbourhood),
                 },
             }
@@ -245,7 +245,7 @@ def scene_fields(scene: Scene) -> dict[str, Any]:
             for user in scene.users
         ],
         "surface": surface and {"scale": surface.scale, "units": surface.units.tolist()},
-        "room": scene.room._asdict(),
+        "room": asdict(scene.room),
     }
 
 

@@ -13,15 +13,14 @@ from pathlib import Path
 from typing import Final
 
 from cohaptic.clock import SystemClock
-from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
-from cohaptic.status.row import Row
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
+from cohaptic_client.loop.running.intake import Intake
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 from cohaptic_client.loop.step import step
@@ -88,6 +87,7 @@ class HapticLoop:
             max_stiffness=device.info.max_stiffness,
         )
         self._state = LoopState()
+        self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
         if config.every_row:
             memory.rows.prepare()
@@ -124,9 +124,10 @@ class HapticLoop:
         self._report(clock.now())
 
     def _period(self, now: float, late: float, keep_row: bool) -> None:
-        frame = self._memory.patch.read()
-        if frame is not None and self._ends == math.inf:
-            self._state = receive(self._state, Patch.decode(frame), now, self._settings)
+        intake = self._intake
+        if intake.advance() and self._ends == math.inf:
+            assert intake.patch is not None
+            self._state = receive(self._state, intake.patch, now, self._settings, intake.surface)
         sample = self._device.read(now)
         self._state, output = step(self._state, sample, now, self._settings)
         self._device.write(output.force)
@@ -180,31 +181,16 @@ class HapticLoop:
         state, patch, local = self._state, self._state.patch, output.local
         x, y, z = sample.position
         fx, fy, fz = output.force
-        self._memory.rows.append(
-            Row(
-                t=now,
-                x=x,
-                y=y,
-                z=z,
-                fx=fx,
-                fy=fy,
-                fz=fz,
-                wanted=local.normal_force,
-                felt_from_others=local.felt_from_others,
-                u_others=output.u_others,
-                indentation=local.indentation,
-                k_h=state.k_h,
-                damping=output.damping_force,
-                k_o=patch.k_o if patch is not None else 0.0,
-                level=sample.level,
-                scale=state.safety.scale,
-                late=late,
-                tick=patch.tick if patch is not None else 0,
-                patch_age=now - state.arrived if patch is not None else 0.0,
-                lag=patch.room.lag if patch is not None else 0.0,
-                along=state.safety.scale * norm(state.friction.force),
-            )
-        )
+        # In the order of `Row`, whose own constructor is interpreted: longer than a period.
+        self._memory.rows.append((
+            now, x, y, z, fx, fy, fz,
+            local.normal_force, local.felt_from_others, output.u_others, local.indentation,
+            state.k_h, output.damping_force, patch.k_o if patch is not None else 0.0,
+            sample.level, state.safety.scale, late, patch.tick if patch is not None else 0,
+            now - state.arrived if patch is not None else 0.0,
+            patch.room.lag if patch is not None else 0.0,
+            state.safety.scale * norm(state.friction.force),
+        ))  # fmt: skip
 
 
 def _rest_mesh(path: str | None) -> RestMesh | None:

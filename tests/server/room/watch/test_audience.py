@@ -220,7 +220,7 @@ def test_the_rooms_time_is_shown_and_a_change_of_it_is_news() -> None:
     for tick, room in enumerate(rooms, start=1):
         encoder.see(tick, 0.0, (), lambda: np.zeros_like(x), room)
         shown = Scene.decode(encoder.frame(surface=False), there).room
-        assert shown == room._replace(margin=min(room.margin, MAX_MARGIN))
+        assert shown == replace(room, margin=min(room.margin, MAX_MARGIN))
         versions.append(encoder.version)
     assert versions == [1, 2, 2, 3]
 

@@ -1,0 +1,277 @@
+"""The vertices round a contact, and their least-squares surface at a probe: the inner loops.
+
+`mesh_surface.py` has the formula. Compiled where a compiler is at hand; as plain Python it gives
+the same numbers. Arrays of the standard library, since the haptic loop's process has no numpy.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Iterable, Sequence
+from itertools import accumulate
+
+from cohaptic.vec import Vec3
+
+SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
+# m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
+# one makes every evaluation slower, a smaller one gathers more often.
+MARGIN = 0.004
+# Weighted share of inner vertices, whose faces are all known, between which plane or sphere (below
+# the first) and the neighbourhood (above the second) are mixed.
+OUTER = 0.05
+INNER = 0.5
+# Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
+DEEPEST = 5.0
+FEW = 0.05  # sum of weights below which no vertex counts as near
+
+FACT = 5  # numbers of a vertex as given: number in the resting mesh, displacement, compliance
+# Numbers kept of a vertex: position, h^2, compliance, 1 where all the vertices around it are known,
+# and 0 elsewhere, unit normal. The normal takes long: until it is needed, INNER_AT has UNKNOWN.
+VERTEX = 9
+SUPPORT_AT, C_II_AT, INNER_AT, NORMAL_AT = 3, 4, 5, 6
+UNKNOWN = -1.0
+
+
+class RestSurface:
+    """The resting mesh as `MeshFit` needs it; built once.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        faces: Counter-clockwise seen from outside, shape (m, 3).
+
+    Attributes:
+        points: Positions of the vertices, one behind the other, 3 n numbers [m].
+        support: h_k^2 of each vertex [m^2].
+        starts: Where the ring of each vertex begins in `ring`, n + 1 numbers.
+        ring: The two other corners of each face round each vertex, in the order of the face.
+        place: Of each vertex in the neighbourhood of `owner`; of others, any number.
+        owner: Neighbourhood that has filled `place`: a fill is quicker than a table for each.
+    """
+
+    def __init__(self, vertices: Sequence[Vec3], faces: Iterable[tuple[int, int, int]]) -> None:
+        rings: list[list[int]] = [[] for _ in vertices]
+        for a, b, c in faces:
+            rings[a] += (b, c)
+            rings[b] += (c, a)
+            rings[c] += (a, b)
+        self.points = array("d", [x for vertex in vertices for x in vertex])
+        self.support = array("d", [_support(vertices, k, ring) for k, ring in enumerate(rings)])
+        self.starts = array("q", accumulate(map(len, rings), initial=0))
+        self.ring = array("q", [end for ring in rings for end in ring])
+        self.place = array("q", bytes(8 * len(rings)))
+        self.owner: MeshFit | None = None
+
+
+def _support(vertices: Sequence[Vec3], k: int, ring: list[int]) -> float:
+    """h_k^2 of vertex k [m^2]."""
+    ends = set(ring)
+    if not ends:
+        return 1e-12  # a vertex of no face: it never counts
+    mean = sum(math.dist(vertices[end], vertices[k]) for end in ends) / len(ends)
+    return max(1e-12, (SUPPORT * mean) ** 2)
+
+
+def unpack(words: array[int], scale: float, c_scale: float, least: float) -> array[float]:
+    """The facts of each vertex of a neighbourhood, `FACT` numbers each, in SI units.
+
+    Args:
+        words: Items of the wire as 16-bit numbers (`protocol/neighbourhood.py`).
+        scale: One unit of displacement [m].
+        c_scale: One unit of compliance [m/N].
+        least: Compliance below which none is taken [m/N].
+    """
+    facts = array("d", bytes(8 * len(words)))
+    _unpack(words, scale, c_scale, least, facts, len(words) // FACT)
+    return facts
+
+
+def _unpack(
+    words: array[int], scale: float, c_scale: float, least: float, facts: array[float], count: int
+) -> None:
+    for k in range(count):
+        at = FACT * k
+        facts[at] = words[at] & 0xFFFF
+        for i in range(1, 4):
+            facts[at + i] = scale * words[at + i]
+        c_ii = c_scale * (words[at + 4] & 0xFFFF)
+        facts[at + 4] = c_ii if c_ii > least else least
+
+
+class MeshFit:
+    """The moving least squares of a neighbourhood. What it caches only saves time.
+
+    Args:
+        rest: The resting mesh.
+        facts: Of each vertex, as `unpack` gives them: number in the resting mesh, displacement
+            without this client's own force [m], compliance of a contact centred there [m/N].
+        out: Normal of a vertex that has none.
+    """
+
+    def __init__(self, rest: RestSurface, facts: array[float], out: Vec3) -> None:
+        self.rest = rest
+        self.facts = facts
+        self.out_x, self.out_y, self.out_z = out
+        self.count = len(facts) // FACT
+        self.vertices = array("d", bytes(8 * VERTEX * self.count))
+        self.near = array("q", bytes(8 * self.count))
+        self.gathered = 0
+        self.deepest = 1e-12
+        self.center_x = self.center_y = self.center_z = math.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Position, support and compliance of each vertex."""
+        total = 0.0
+        for k in range(self.count):
+            fact, at = FACT * k, VERTEX * k
+            number = int(self.facts[fact])
+            for i in range(3):
+                self.vertices[at + i] = self.rest.points[3 * number + i] + self.facts[fact + 1 + i]
+            self.vertices[at + SUPPORT_AT] = self.rest.support[number]
+            self.vertices[at + C_II_AT] = self.facts[fact + 4]
+            self.vertices[at + INNER_AT] = UNKNOWN
+            total += self.rest.support[number]
+        if self.count > 0 and DEEPEST * total / self.count > 1e-12:
+            self.deepest = DEEPEST * total / self.count
+
+    # Above 60 lines: a dozen sums over the vertices, and the surface that is made of them.
+    def at(
+        self, px: float, py: float, pz: float, depth: float
+    ) -> tuple[float, float, float, float, float, float] | None:
+        """The fit at a probe [m]; None where no vertex is near.
+
+        Args:
+            px: Probe, its first number [m].
+            py: Its second [m].
+            pz: Its third [m].
+            depth: Of the probe below plane or sphere, roughly its depth [m].
+
+        Returns:
+            Depth [m], the three numbers of the unit normal, c_ii [m/N], and trust: the weight
+            against plane or sphere, 0 to 1.
+        """
+        dx, dy, dz = px - self.center_x, py - self.center_y, pz - self.center_z
+        if not dx * dx + dy * dy + dz * dz < MARGIN * MARGIN:
+            self.gather(px, py, pz, depth)
+        below = self.below(depth)
+        total = inner = c = along = spread = sx = sy = sz = nx = ny = nz = 0.0
+        v = self.vertices
+        for k in range(self.gathered):
+            at = self.near[k]
+            dx, dy, dz = v[at] - px, v[at + 1] - py, v[at + 2] - pz
+            square = dx * dx + dy * dy + dz * dz
+            w = 1.0 - (square - below) / v[at + SUPPORT_AT]
+            if w > 0.0:
+                if v[at + INNER_AT] == UNKNOWN:
+                    self.find_normal(at)
+                w *= w
+                ax, ay, az = v[at + NORMAL_AT], v[at + NORMAL_AT + 1], v[at + NORMAL_AT + 2]
+                total += w
+                spread += w * square
+                inner += w * v[at + INNER_AT]
+                c += w * v[at + C_II_AT]
+                sx += w * dx
+                sy += w * dy
+                sz += w * dz
+                nx += w * ax
+                ny += w * ay
+                nz += w * az
+                along += w * (dx * ax + dy * ay + dz * az)
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if total <= 0.0 or length <= 1e-9 * total:
+            return None
+        ux, uy, uz = nx / length, ny / length, nz / length
+        depth = (along + sx * ux + sy * uy + sz * uz) / (total + length)
+        # The mean normal belongs to the middle of the vertices; by the bending it is taken from
+        # there to the foot of the probe.
+        spread -= (sx * sx + sy * sy + sz * sz) / total
+        bending = along - (sx * nx + sy * ny + sz * nz) / total
+        bending = bending / spread if spread > 1e-12 * total else 0.0
+        foot = depth * total
+        nx += bending * (foot * ux - sx)
+        ny += bending * (foot * uy - sy)
+        nz += bending * (foot * uz - sz)
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if length > 1e-12:
+            ux, uy, uz = nx * (1.0 / length), ny * (1.0 / length), nz * (1.0 / length)
+        s = (inner / (total + FEW) - OUTER) / (INNER - OUTER)
+        s = 0.0 if s < 0.0 else 1.0 if s > 1.0 else s
+        return depth, ux, uy, uz, c / total, s * s * (3.0 - 2.0 * s)
+
+    def below(self, depth: float) -> float:
+        """The squared depth that is subtracted from r^2 [m^2].
+
+        It saturates at `DEEPEST`, since far from the contact plane and sphere give a poor depth.
+        """
+        square = depth * depth
+        share = square / self.deepest
+        return square / math.sqrt(1.0 + share * share)
+
+    def gather(self, px: float, py: float, pz: float, depth: float) -> None:
+        """Collect each vertex whose weight can be positive before the probe moves by the margin."""
+        # A probe that moves by the margin is deeper by no more than that.
+        below = self.below((depth if depth > 0.0 else -depth) + MARGIN)
+        v, found = self.vertices, 0
+        for k in range(self.count):
+            at = VERTEX * k
+            dx, dy, dz = v[at] - px, v[at + 1] - py, v[at + 2] - pz
+            r = math.sqrt(dx * dx + dy * dy + dz * dz) - MARGIN
+            if r <= 0.0 or r * r < v[at + SUPPORT_AT] + below:
+                self.near[found] = at
+                found += 1
+        self.gathered = found
+        self.center_x, self.center_y, self.center_z = px, py, pz
+
+    def find_normal(self, at: int) -> None:
+        """Compute the unit normal of a displaced vertex, exact on spheres (Max 1999)."""
+        if self.rest.owner is not self:
+            self.rest.owner = self
+            for k in range(self.count):
+                self.rest.place[int(self.facts[FACT * k])] = k
+        number = int(self.facts[FACT * (at // VERTEX)])
+        known = 1.0
+        nx = ny = nz = 0.0
+        for i in range(self.rest.starts[number], self.rest.starts[number + 1], 2):
+            first, second = self.rest.ring[i], self.rest.ring[i + 1]
+            one, two = self.where(first), self.where(second)
+            if one < 0 or two < 0:
+                known = 0.0
+            ax, bx = self.edge(at, one, first, 0), self.edge(at, two, second, 0)
+            ay, by = self.edge(at, one, first, 1), self.edge(at, two, second, 1)
+            az, bz = self.edge(at, one, first, 2), self.edge(at, two, second, 2)
+            area = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+            if area > 0.0:
+                nx += (ay * bz - az * by) / area
+                ny += (az * bx - ax * bz) / area
+                nz += (ax * by - ay * bx) / area
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if length > 1e-12:
+            nx, ny, nz = nx * (1.0 / length), ny * (1.0 / length), nz * (1.0 / length)
+        else:
+            nx, ny, nz = self.out_x, self.out_y, self.out_z
+        v = self.vertices
+        v[at + NORMAL_AT], v[at + NORMAL_AT + 1], v[at + NORMAL_AT + 2] = nx, ny, nz
+        v[at + INNER_AT] = known
+
+    def where(self, number: int) -> int:
+        """Place of a vertex of the resting mesh in this neighbourhood; -1 if it is not there."""
+        k = self.rest.place[number]
+        # What another neighbourhood has left there may be any number: this one's own says.
+        return k if k < self.count and int(self.facts[FACT * k]) == number else -1
+
+    def edge(self, at: int, place: int, number: int, i: int) -> float:
+        """From a vertex to another, one number of three [m].
+
+        A vertex of unknown displacement is taken to move with the one that the edge begins at.
+
+        Args:
+            at: Where the numbers of the first vertex begin.
+            place: Of the other, as `where` says.
+            number: Of the other in the resting mesh.
+            i: Which number of three.
+        """
+        if place >= 0:
+            return self.vertices[VERTEX * place + i] - self.vertices[at + i]
+        moved = self.facts[FACT * (at // VERTEX) + 1 + i]
+        return self.rest.points[3 * number + i] + moved - self.vertices[at + i]
