@@ -22,15 +22,21 @@ PRESSED = 1.5  # s from which on the finger stays
 
 
 class Dip:
-    """A way straight down onto the middle of the plate, and there it stays."""
+    """A way straight onto the middle of the plate, and there it stays.
 
-    def __init__(self, top: float, depth: float = DEPTH) -> None:
-        self.top, self.depth = top, depth
+    Args:
+        face: Height of the pressed face [m].
+        depth: Below it [m].
+        out: 1 for the upper face, -1 for the lower one.
+    """
+
+    def __init__(self, face: float, depth: float = DEPTH, out: float = 1.0) -> None:
+        self.face, self.depth, self.out = face, depth, out
 
     def at(self, t: float) -> Vec3:
         """Position of the tip [m]."""
         share = min(1.0, max(0.0, t - 0.3))
-        return (0.001, 0.002, self.top + 0.01 - (0.01 + self.depth) * share)
+        return (0.001, 0.002, self.face + self.out * (0.01 - (0.01 + self.depth) * share))
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +88,38 @@ def test_the_far_side_carries_nothing(plate: Solid) -> None:
     reach = float(np.abs(carried[:, :2]).max())
     far = points[points[:, 2] < top - 0.5 * THICK]
     assert (np.abs(far[:, :2]).max(axis=1) <= reach).sum() > 20
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.08])
+@pytest.mark.parametrize("geometry", ["plane", "sphere", "mesh"])
+def test_two_fingers_that_pinch_a_plate_stay_opposite_to_each_other(
+    plate: Solid, geometry: GeometryName, delay: float
+) -> None:
+    """Alone, each would bend the plate by centimetres: its bulge is sharper than it is deep."""
+    session = VirtualSession(plate)
+    heights = plate.mesh.vertices[:, 2]
+    users = [
+        session.join(
+            name,
+            HandScript(angle=0.0, depth=DEPTH),
+            device=GuidedHand(Dip(face, DEPTH, out)),
+            geometry=geometry,
+            delay=delay,
+        )
+        for name, face, out in (
+            ("above", float(heights.max()), 1.0),
+            ("below", float(heights.min()), -1.0),
+        )
+    ]
+    session.run(PRESSED + 2.0)
+    states = session.room.world.users
+    one, other = (np.array(states[user.number].contact.places[1]) for user in users)
+    assert np.linalg.norm(one[:2] - other[:2]) < 0.1 * RADIUS
+    for user in users:
+        # The plate is stiff against a pinch, and the force comes up to that in small steps.
+        force = np.array(user.force[round(1e3 * PRESSED) :])
+        assert force[-1] > 2.0
+        assert np.diff(force).min() > -1e-3 * force[-1]
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])

@@ -28,7 +28,7 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
 from cohaptic_server.world.contact import place_on
 from cohaptic_server.world.contact_tracking import track_contact
-from cohaptic_server.world.displacement_field import CachedField, FreeField
+from cohaptic_server.world.displacement_field import CachedField, FreeField, flattened
 from cohaptic_server.world.loads import (
     bounded,
     compliance_between,
@@ -207,6 +207,10 @@ def _observe(
         surface = FreeField(response, forces, span)
         free = CachedField(window.vertices, surface.on(window.vertices), surface)
         x_free = place_on(touched_body.body.mesh, user.contact, free)
+        depth = dot(user.contact.places[2], sub(x_free, user.touch.probe))
+        if depth > 0.0 and len(users) > 1:  # alone, nobody bulges it
+            frame, radius = user.contact.frame, touched_body.body.contact_radius
+            free = flattened(free, touched_body.body.mesh, frame, x_free, radius, depth)
         near = nearness(user, x_free)
         observed.append(UserTick(user, len(observed), span, window, free, x_free, near))
     return observed

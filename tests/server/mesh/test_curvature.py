@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.mesh.curvature import fit_curvature, fit_radius
+from cohaptic_server.mesh.curvature import bulge, fit_curvature, fit_radius
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
@@ -101,3 +101,24 @@ def test_a_pressed_balloon_is_flatter_under_the_hand_and_elsewhere_as_it_was(
     assert curvature(0.0, pressed) < curvature(0.2, pressed) < curvature(0.4, pressed) < 9.5
     for angle in (0.8, 1.6, 2.4, np.pi):
         assert curvature(angle, pressed) == pytest.approx(10.0, rel=0.05)
+
+
+@given(seeds, st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(0.0, np.pi))
+def test_a_displacement_bulges_a_plane_by_its_largest_curvature(
+    seed: int, one: float, other: float, turn: float
+) -> None:
+    """Whatever height and tilt it has beside, and wherever the plane lies in space."""
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    axes[:, 2] *= np.linalg.det(axes)
+    u, v = (a.ravel() for a in np.meshgrid(*[np.linspace(-0.03, 0.03, 13)] * 2))
+    flat = np.column_stack([u, v, np.zeros_like(u)]) @ axes.T
+    squares = np.arange(12)[:, None] * 13 + np.arange(12)
+    a, b, c, d = (squares.ravel() + k for k in (0, 1, 14, 13))
+    mesh = SurfaceMesh(flat, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+    p, q = u * np.cos(turn) + v * np.sin(turn), v * np.cos(turn) - u * np.sin(turn)
+    height = 0.02 + 0.3 * u - 0.1 * v - 0.5 * (one * p * p + other * q * q)
+    moved = height[:, None] * axes[:, 2] + rng.normal(size=2) @ axes[:, :2].T
+    frame = np.array([flat[84], flat[84], axes[:, 2]])
+    found = bulge(mesh, np.arange(len(flat)), moved, frame, 0.01)
+    assert found == pytest.approx(max(one, other), abs=1e-4)

@@ -1,13 +1,23 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.mesh.curvature import bulge
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.displacement_field import CachedField, FreeField, ZeroField
+from cohaptic_server.world.displacement_field import (
+    LARGEST_PRODUCT,
+    CachedField,
+    FreeField,
+    ZeroField,
+    flattened,
+)
 
 vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
 
@@ -67,3 +77,27 @@ def test_free_of_one_user_is_the_body_under_the_others(
     assert np.abs(free - alone[at]).max() < 1e-12
     whole = FreeField(both, np.zeros(0), slice(0, 0))[at]
     assert np.abs(whole - both.displacement[at]).max() < 1e-15
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-3, 0.02, 0.3])
+@pytest.mark.parametrize("sharp", [-60.0, 5.0, 60.0])
+def test_a_bulge_is_no_sharper_than_lets_a_probe_stay_on_it(depth: float, sharp: float) -> None:
+    mesh = SurfaceMesh(*icosphere(4, 0.1))
+    every = np.arange(len(mesh.vertices))
+    at = mesh.vertices[0]
+    out = at / np.linalg.norm(at)
+    heights = 0.03 - 0.5 * sharp * ((mesh.vertices - at) ** 2).sum(axis=1)
+    free = CachedField(every, heights[:, None] * out, ZeroField())
+    frame, x_free = np.array([at, at, out]), vec3(at + 0.03 * out)
+    shown = flattened(free, mesh, frame, x_free, 0.01, depth)
+    assert shown.values[0] == pytest.approx(0.03 * out)  # the contact stays
+    found = bulge(mesh, every, free.values, frame, 0.01)
+    assert found == pytest.approx(sharp, rel=0.1)
+    if depth * found <= LARGEST_PRODUCT:
+        assert shown is free
+    else:
+        left = depth * bulge(mesh, every, shown.values, frame, 0.01)
+        assert left == pytest.approx(LARGEST_PRODUCT)
+        # Elsewhere, too, so that a window does not end in a step.
+        share = LARGEST_PRODUCT / (depth * found)
+        assert shown.elsewhere[every[:1]] == pytest.approx(0.03 * (1.0 - share) * out[None])
