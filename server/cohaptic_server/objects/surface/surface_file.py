@@ -27,7 +27,8 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     Raises:
         BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
-    unit = look_into(path).metres if path.suffix.lower() == ".3mf" else 1.0
+    said = look_into(path) if path.suffix.lower() == ".3mf" else None
+    unit = 1.0 if said is None else said.metres
     trimesh_log = logging.getLogger("trimesh")
     was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
     try:
@@ -47,6 +48,11 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
     finally:
         trimesh_log.disabled = was_disabled
+    if said is not None and len(faces) != said.triangles:
+        raise BodyError(
+            f"{path}: of its {said.triangles:,} triangles {len(faces):,} would be read. Export it"
+            " as one mesh, for example as STL"
+        )
     if not len(faces):
         raise BodyError(f"{path}: there is no triangle in it ({len(x)} vertices)")
     if faces.min() < 0 or faces.max() >= len(x):

@@ -1,7 +1,9 @@
 """What a 3MF file holds, found before it is unpacked: its unit, and how many triangles it makes.
 
 A 3MF is a zip of XML in which objects are made of other objects. A file of a megabyte can hold
-gigabytes of text, or name an object a billion times: both are refused from the count alone.
+gigabytes of text, or name an object a billion times: both are refused from the count alone. What
+the reader (trimesh) would take for another body is refused, too: it knows objects by their number
+alone, in whichever part of the archive they are, and takes in a whole part for each name in it.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 import zipfile
 from collections import Counter, defaultdict
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, NamedTuple, TypeAlias
 from xml.parsers import expat
 
 from cohaptic.errors import BodyError, one_line
@@ -17,6 +19,7 @@ from cohaptic.errors import BodyError, one_line
 MAX_BYTES = 2**29  # unpacked; the XML of a million triangles takes a tenth of it
 MAX_BUILT = 5_000_000  # triangles to be read; with --simplify a scan may have so many
 _MAX_DEPTH = 50  # of objects within objects
+_MAX_NAMED = 100_000  # objects to be built, with all that lies in them, however little that is
 # Metres in each unit of the specification.
 _METRES = {
     "micron": 1e-6,
@@ -26,6 +29,8 @@ _METRES = {
     "foot": 0.3048,
     "meter": 1.0,
 }
+_ROOT = "3d/3dmodel.model"  # the part that says what is to be built; trimesh finds it so, too
+_Key: TypeAlias = tuple[str, str]  # part of the archive, and number of an object there
 
 
 class Model(NamedTuple):
@@ -44,7 +49,8 @@ def look_into(path: Path) -> Model:
     """Read the unit and the number of triangles of a 3MF file.
 
     Raises:
-        BodyError: It is no 3MF, would be too large, or its objects contain each other.
+        BodyError: It is no 3MF, would be too large, or its objects contain each other, are not
+            there or cannot be told apart by the reader.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -55,20 +61,24 @@ def look_into(path: Path) -> Model:
                     f"{path}: unpacked it has {size / 2**20:,.0f} MiB; the limit is"
                     f" {MAX_BYTES / 2**20:,.0f} MiB. Simplify it first"
                 )
-            whole = _Objects()
-            for part in parts:
-                if part.filename.lower().endswith(".model"):
-                    whole.read(archive.open(part))
+            names = archive.namelist()
+            whole = _Objects(next((name for name in names if _ROOT in name.lower()), _ROOT))
+            while part := whole.unread():
+                if part in names:
+                    whole.read(part, archive.open(part))
     except BodyError:
         raise
     except Exception as error:  # zipfile raises errors of many kinds, for passwords another one
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no 3MF that can be read ({words})") from error
-    triangles = whole.triangles(path)
-    if triangles > MAX_BUILT:
+    why = whole.mixed_up()
+    if why:
+        raise BodyError(f"{path}: {why}. Export it as one mesh, for example as STL")
+    triangles, named = whole.built(path)
+    if triangles > MAX_BUILT or named > _MAX_NAMED:
         raise BodyError(
-            f"{path}: it would have {triangles:,} triangles; the limit is {MAX_BUILT:,}."
-            " Simplify it first"
+            f"{path}: it would have {triangles:,} triangles in {named:,} objects; the limits are"
+            f" {MAX_BUILT:,} and {_MAX_NAMED:,}. Simplify it first"
         )
     if whole.unit not in _METRES:
         raise BodyError(f"{path}: its unit is {whole.unit!r}; known are: {', '.join(_METRES)}")
@@ -78,33 +88,50 @@ def look_into(path: Path) -> Model:
 class _Objects:
     """Objects of a file: triangles of their own, and the objects that each is made of.
 
-    Two of one name, in one model or in two, count together, so that none hides another.
+    Two of one name in one part count together, so that none hides another.
+
+    Args:
+        root: Name of the part that says what is to be built.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, root: str) -> None:
         self.unit = "millimeter"  # where a file does not say
-        self.own: Counter[str] = Counter()
-        self.made_of: defaultdict[str, Counter[str]] = defaultdict(Counter)
-        self.built: Counter[str] = Counter()
+        self.root = root
+        self.own: Counter[_Key] = Counter()
+        self.made_of: defaultdict[_Key, Counter[_Key]] = defaultdict(Counter)
+        self.items: Counter[_Key] = Counter()
+        self.parts = {root: False}  # whether each has been read
 
-    def read(self, text: IO[bytes]) -> None:
-        """Take in one model, as its text goes by: no tree is built of it."""
-        current, unit = "", self.unit
+    def unread(self) -> str | None:
+        """A part that has been named and not been read; it then counts as read."""
+        name = next((name for name, read in self.parts.items() if not read), None)
+        if name is not None:
+            self.parts[name] = True
+        return name
+
+    def read(self, part: str, text: IO[bytes]) -> None:
+        """Take in one part, as its text goes by: no tree is built of it."""
+        current = (part, "")
+
+        def named(values: dict[str, str]) -> _Key:
+            there = next((v.strip("/") for k, v in values.items() if k.endswith("path")), part)
+            self.parts.setdefault(there, False)
+            return there, values.get("objectid", "")
 
         def start(name: str, values: dict[str, str]) -> None:
-            nonlocal current, unit
+            nonlocal current
             tag = name.rpartition(":")[2]
-            if tag == "model":
-                unit = values.get("unit", unit)
+            if tag == "model" and part == self.root:
+                self.unit = values.get("unit", self.unit)
             elif tag == "object":
-                current = values.get("id", "")
+                current = (part, values.get("id", ""))
+                self.own[current] += 0
             elif tag == "triangle":
                 self.own[current] += 1
             elif tag == "component":
-                self.made_of[current][values.get("objectid", "")] += 1
-            elif tag == "item":
-                self.built[values.get("objectid", "")] += 1
-                self.unit = unit  # that of the model which builds something
+                self.made_of[current][named(values)] += 1
+            elif tag == "item" and part == self.root:
+                self.items[named(values)] += 1
 
         def refuse(*_: object) -> None:
             raise expat.ExpatError("it declares entities, which can grow without bound")
@@ -113,19 +140,41 @@ class _Objects:
         parser.StartElementHandler, parser.EntityDeclHandler = start, refuse
         parser.ParseFile(text)
 
-    def triangles(self, path: Path) -> int:
-        """Triangles of everything that is built, each object as often as it is named."""
-        known: dict[str, int] = {}
+    def mixed_up(self) -> str:
+        """Why the reader would make another body of it; empty where it would not."""
+        named = Counter[_Key](self.items)
+        for inside in self.made_of.values():
+            named += inside
+        for (part, number), times in named.items():
+            if (part, number) not in self.own:
+                return f"it names object {number[:20]!r}, which is not there"
+            if part != self.root and (
+                times > 1
+                or (part, number) in self.items
+                or sum(there == part for there, _ in self.own) > 1
+                or sum(other == number for _, other in self.own) > 1
+            ):
+                return (
+                    f"object {number[:20]!r} of its part {part[:60]!r} cannot be told from others"
+                )
+        return ""
 
-        def count(name: str, depth: int) -> int:
+    def built(self, path: Path) -> tuple[int, int]:
+        """Triangles of everything that is built, each object as often as it is named; and names."""
+        known: dict[_Key, tuple[int, int]] = {}
+
+        def count(key: _Key, depth: int) -> tuple[int, int]:
             if depth > _MAX_DEPTH:
                 raise BodyError(
                     f"{path}: its objects lie more than {_MAX_DEPTH} deep in each other"
                 )
-            if name not in known:
-                inside: Counter[str] = self.made_of.get(name, Counter())
-                parts = (times * count(part, depth + 1) for part, times in inside.items())
-                known[name] = self.own[name] + sum(parts)
-            return known[name]
+            if key not in known:
+                triangles, named = self.own[key], 1
+                for part, times in self.made_of.get(key, Counter[_Key]()).items():
+                    more = count(part, depth + 1)
+                    triangles, named = triangles + times * more[0], named + times * more[1]
+                known[key] = triangles, named
+            return known[key]
 
-        return sum(times * count(name, 0) for name, times in self.built.items())
+        each = [(times, count(key, 0)) for key, times in self.items.items()]
+        return sum(n * one[0] for n, one in each), sum(n * one[1] for n, one in each)

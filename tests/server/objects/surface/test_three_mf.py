@@ -69,12 +69,36 @@ def test_objects_count_as_often_as_they_are_built(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("resources", "build", "head", "why"),
     [
-        (nested(12), '<item objectid="12"/>', "", "4,000,000,000,000 triangles; the limit is"),
+        (
+            nested(12),
+            '<item objectid="12"/>',
+            "",
+            "4,000,000,000,000 triangles in .* objects; the limits are",
+        ),
         (
             '<object id="1"><components><component objectid="1"/></components></object>',
             '<item objectid="1"/>',
             "",
             "more than 50 deep",
+        ),
+        (
+            nested(6).replace(MESH, "<mesh/>"),
+            '<item objectid="6"/>',
+            "",
+            "0 triangles in 1,111,111 objects",
+        ),
+        (
+            nested(1),
+            '<item objectid="1"/><item objectid="7"/>',
+            "",
+            "names object '7', which is not",
+        ),
+        (
+            f'<object id="1">{MESH}</object>'
+            f'<object id="2">{MESH}<components><component objectid="1"/></components></object>',
+            '<item objectid="2"/>',
+            "",
+            "of its 8 triangles 4 would be read",
         ),
         (nested(0), "", '<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>', "entities"),
         ("<object", "", "", "this is no 3MF"),
@@ -93,8 +117,66 @@ def test_one_object_does_not_hide_another_of_its_name(tmp_path: Path) -> None:
     path = write(tmp_path / "a.3mf", nested(12) + second, '<item objectid="12"/>')
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("3D/other.model", f"<model {CORE}><resources>{second}</resources></model>")
-    with pytest.raises(BodyError, match="triangles; the limit is"):
+    with pytest.raises(BodyError, match="objects; the limits are"):
         look_into(path)
+
+
+def in_parts(path: Path, parts: dict[str, str], components: str) -> Path:
+    """A 3MF as Bambu Studio writes it, whose meshes lie in parts of their own."""
+    whole = f'<object id="9"><components>{components}</components></object>'
+    write(path, whole, '<item objectid="9"/>')
+    with zipfile.ZipFile(path, "a") as archive:
+        for name, resources in parts.items():
+            text = f"<model {CORE}><resources>{resources}</resources></model>"
+            archive.writestr(name, text)
+    return path
+
+
+FAR = 'transform="1 0 0 0 1 0 0 0 1 20 0 0"'
+
+
+def test_a_mesh_in_a_part_of_its_own_is_read(tmp_path: Path) -> None:
+    parts = {"3D/one.model": nested(0), "3D/two.model": f'<object id="1">{MESH}</object>'}
+    components = (
+        f'<component objectid="0" path="/3D/one.model"/>'
+        f'<component objectid="1" path="/3D/two.model" {FAR}/>'
+    )
+    path = in_parts(tmp_path / "a.3mf", parts, components)
+    x, faces = read_surface(path)
+    assert len(faces) == count_triangles(path) == 8
+    assert np.ptp(x, axis=0) == pytest.approx([0.03, 0.01, 0.01])
+
+
+@pytest.mark.parametrize(
+    ("parts", "names"),
+    [
+        ({"3D/one.model": nested(0)}, [("0", "one"), ("0", "one")]),
+        ({"3D/one.model": nested(0), "3D/two.model": nested(0)}, [("0", "one"), ("0", "two")]),
+        (
+            {"3D/one.model": nested(0) + f'<object id="1">{MESH}</object>'},
+            [("0", "one"), ("1", "one")],
+        ),
+    ],
+)
+def test_what_the_reader_would_mix_up_is_refused(
+    tmp_path: Path, parts: dict[str, str], names: list[tuple[str, str]]
+) -> None:
+    """Of n names in one part, trimesh would make n^2 meshes, which is a bomb as well."""
+    components = "".join(
+        f'<component objectid="{number}" path="/3D/{part}.model" {FAR}/>' for number, part in names
+    )
+    path = in_parts(tmp_path / "a.3mf", parts, components)
+    with pytest.raises(BodyError, match="cannot be told from others"):
+        read_surface(path)
+
+
+def test_the_part_that_is_read_is_the_one_that_was_looked_into(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.3mf", nested(12), '<item objectid="12"/>')
+    hidden = tmp_path / "hidden.3mf"
+    with zipfile.ZipFile(path) as archive, zipfile.ZipFile(hidden, "w") as out:
+        out.writestr("3D/3dmodel.model.txt", archive.read("3D/3dmodel.model"))
+    with pytest.raises(BodyError, match="objects; the limits are"):
+        read_surface(hidden)
 
 
 def test_what_a_password_hides_is_refused(tmp_path: Path) -> None:
