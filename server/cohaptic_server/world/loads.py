@@ -22,6 +22,8 @@ from cohaptic_server.world.contact import Contact
 # Smallest eigenvalue of a contact's 3x3 compliance over its trace: a direction that hardly gives
 # way must still be resolved in the 32 bits of the wire.
 MIN_EIGENVALUE_SHARE = 1e-4
+# Trace of a contact's compliance that leaves room for raising its smallest eigenvalue [m/N].
+_MAX_TRACE = MAX_COMPLIANCE * (1.0 - 2.0 * MIN_EIGENVALUE_SHARE)
 _UPPER_TRIANGLE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of `Compliance3`
 
 
@@ -132,7 +134,7 @@ def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
     root = np.ones(len(C))
     for span in spans:
         most = float(C.diagonal()[span].sum())
-        root[span] = np.sqrt(MAX_COMPLIANCE / max(most, MAX_COMPLIANCE))
+        root[span] = np.sqrt(_MAX_TRACE / max(most, _MAX_TRACE))
     return np.asarray(root[:, None] * root)
 
 

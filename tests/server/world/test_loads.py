@@ -8,12 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import times
-from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import FreeField
 from cohaptic_server.world.loads import (
+    MIN_EIGENVALUE_SHARE,
     Press,
     bounded,
     compliance_between,
@@ -127,6 +128,20 @@ def test_what_is_held_gets_the_least_compliance_and_nothing_else_changes(
     for i, mine in enumerate(where):
         for other in where[i + 1 :]:
             assert (found[mine, other] == C[mine, other]).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-8.0, 5.0), st.integers(1, 3))
+def test_what_is_soft_in_some_directions_only_stays_within_both_bounds(
+    seed: int, exponent: float, rank: int
+) -> None:
+    """In any axes, since the wire carries those of the world."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(6, rank)) * 10.0**exponent
+    found = bounded(A @ A.T, [slice(0, 3), slice(3, 6)])
+    for own in (found[:3, :3], found[3:, 3:]):
+        least, _, most = np.linalg.eigvalsh(own).tolist()
+        assert most <= MAX_COMPLIANCE
+        assert least >= 0.999 * max(MIN_COMPLIANCE, MIN_EIGENVALUE_SHARE * most)
 
 
 def test_nobody_has_no_compliance() -> None:
