@@ -22,7 +22,7 @@ from cohaptic_server.http.green_functions import (
     model_name,
 )
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.testing.blocks import block
 
@@ -92,6 +92,24 @@ def test_the_name_is_the_bodys_content() -> None:
     assert all(len(model) == 32 for model in others)
 
 
+def test_the_name_of_a_solid_takes_one_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a large factor each takes a second, and a server listens only afterwards."""
+    body = solid()
+    source = green_source(body)
+    assert source is not None
+    solves: list[int] = []
+    solve = body.columns.factor.solve
+
+    def counted(nodes: Ints, forces: Floats, at: Ints | None = None) -> Floats:
+        solves.append(len(nodes))
+        return np.asarray(solve(nodes, forces, at))
+
+    monkeypatch.setattr(body.columns.factor, "solve", counted)
+    model_name(source)
+    assert len(solves) == 1
+    assert solves[0] > 1  # though not of one vertex alone
+
+
 greens = hnp.arrays(
     np.float64, st.tuples(st.just(3), st.integers(1, 8), st.just(3)), elements=st.floats(-1.0, 1.0)
 )
@@ -127,6 +145,9 @@ class Held:
         assert self.allowed.wait(PATIENCE)
         self.at_once -= 1
         return self._source.green(vertex)
+
+    def spread(self, vertices: Ints, weights: Floats) -> Floats:
+        return self._source.spread(vertices, weights)
 
 
 def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon) -> None:
