@@ -102,7 +102,7 @@ def test_the_name_of_a_solid_takes_one_solve(monkeypatch: pytest.MonkeyPatch) ->
 
     def counted(nodes: Ints, forces: Floats, at: Ints | None = None) -> Floats:
         solves.append(len(nodes))
-        return np.asarray(solve(nodes, forces, at))
+        return np.asarray(solve(nodes, forces, at), dtype=np.float64)
 
     monkeypatch.setattr(body.columns.factor, "solve", counted)
     model_name(source)
