@@ -2,7 +2,8 @@
 
 `factor.py` is for a linear solid: factored once, and a tick solves for a few nodes. Here
 the matrix is factored in many ticks and solved for all unknowns, and all that its pattern decides
-is found before (`symbolic.py`). Dense arithmetic is LAPACK's, in single or in double precision.
+is found before (`symbolic.py`). Dense arithmetic is LAPACK's, in single or in double precision. Two threads take the
+two halves of a large matrix (`side_by_side.py`).
 
 The root may be left as it is: what is known of it then is its Schur complement, the matrix with all
 other unknowns eliminated (`bordered.py`).
@@ -13,36 +14,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import blas, lapack
 
 from cohaptic.errors import BodyError
-from cohaptic_server.cholesky.blocks import (
-    add_updates,
-    load_front,
-    subtract_rows,
-    take_rows,
-)
-from cohaptic_server.cholesky.symbolic import Analysis, Front
+from cohaptic_server.cholesky import substitution
+from cohaptic_server.cholesky.dense import routines
+from cohaptic_server.cholesky.elimination import eliminate, load_front
+from cohaptic_server.cholesky.symbolic import Analysis
 from cohaptic_server.cholesky.values import AnyFloats
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.side_by_side import both
 
-_LAPACK = {  # by the bytes of a value
-    4: (lapack.spotrf, blas.strsm, blas.ssyrk),
-    8: (lapack.dpotrf, blas.dtrsm, blas.dsyrk),
-}
 _LANES = 4
+# Values of a factor; below it a second thread saves less than it takes to wake it up.
+_WORTH_TWO_THREADS = 300_000
 
 
 class Indefinite(BodyError):
     """The matrix is not positive definite: it has no Cholesky factor."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Store:
-    """The values of a factor, and its blocks as views of them."""
-
-    values: AnyFloats
-    fronts: list[tuple[Front, AnyFloats, AnyFloats]]
 
 
 class Workspace:
@@ -57,43 +45,29 @@ class Workspace:
 
     Attributes:
         analysis: As given.
+        dtype: Of its values.
         updates: Schur complements on their way to the parents.
-        update_of: The update of each front, as a view.
+        routines: Of BLAS and LAPACK, for its precision (`dense.py`).
+        halves: Ends of the runs of fronts that two threads take; twice 0 for a small factor.
+        scratch_rows: Largest number of rows of a border.
     """
 
     def __init__(self, analysis: Analysis, *, single: bool = False) -> None:
         self.analysis = analysis
-        self._dtype = np.dtype(np.float32 if single else np.float64)
-        self.updates: AnyFloats = np.zeros(analysis.workspace, dtype=self._dtype)
-        self.update_of = [
-            _matrix(self.updates, front.update, front.height, front.height)
-            for front in analysis.fronts
-        ]
-        self._free = list[_Store]()
+        self.dtype = np.dtype(np.float32 if single else np.float64)
+        self.updates: AnyFloats = np.zeros(analysis.workspace, dtype=self.dtype)
+        self.routines = routines(single)
+        self.halves = analysis.halves if analysis.values >= _WORTH_TWO_THREADS else (0, 0)
+        self.scratch_rows = max(front.height for front in analysis.fronts)
+        self._free = list[AnyFloats]()
 
-    def take(self) -> _Store:
-        """Memory for a factor."""
-        if self._free:
-            return self._free.pop()
-        values: AnyFloats = np.empty(self.analysis.values, dtype=self._dtype)
-        fronts = [
-            (
-                front,
-                _matrix(values, front.start, front.width, front.width),
-                _matrix(values, front.start + front.width**2, front.height, front.width),
-            )
-            for front in self.analysis.fronts
-        ]
-        return _Store(values, fronts)
+    def take(self) -> AnyFloats:
+        """Memory for the values of a factor."""
+        return self._free.pop() if self._free else np.empty(self.analysis.values, self.dtype)
 
-    def give_back(self, store: _Store) -> None:
+    def give_back(self, values: AnyFloats) -> None:
         """Memory of a factor that nobody uses any more."""
-        self._free.append(store)
-
-
-def _matrix(values: AnyFloats, start: int, rows: int, columns: int) -> AnyFloats:
-    """A matrix that is stored column by column from `start` on."""
-    return values[start : start + rows * columns].reshape((rows, columns), order="F")
+        self._free.append(values)
 
 
 class Refactored:
@@ -112,63 +86,83 @@ class Refactored:
     """
 
     def __init__(self, workspace: Workspace, blocks: Floats, *, without_root: bool = False) -> None:
-        self._workspace, self._store = workspace, workspace.take()
-        analysis, updates, values = workspace.analysis, workspace.updates, self._store.values
-        potrf, self._trsm, self_product = _LAPACK[values.itemsize]
+        self._workspace, self._values = workspace, workspace.take()
+        analysis, updates, values = workspace.analysis, workspace.updates, self._values
         table, where, children = analysis.table, analysis.where, analysis.children
-        places = analysis.starts, analysis.places
-        self._fronts = self._store.fronts[: -1 if without_root else None]
-        for k, (_, lower, below) in enumerate(self._fronts):
-            load_front(k, table, where, children, *places, blocks, updates, values)
-            _, failed = potrf(lower, lower=1, clean=0, overwrite_a=1)
-            if failed:
-                raise Indefinite("the matrix is not positive definite")
-            if len(below):
-                self._trsm(1.0, lower, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                self_product(-1.0, below, c=workspace.update_of[k], lower=1, overwrite_c=1)
-                add_updates(k, table, where, children, updates)
+        given = table, where, children, analysis.starts, analysis.places, blocks, updates, values
+        root = len(table) - 1
+        self._end = root if without_root else root + 1
+
+        def run(begin: int, end: int) -> int:
+            return eliminate(begin, end, *given, workspace.routines)
+
+        first, second = workspace.halves
+        failed = any(both(lambda: run(0, first), lambda: run(first, second))) if first else False
+        if failed or run(second, self._end):
+            raise Indefinite("the matrix is not positive definite")
         if without_root:
-            root = len(table) - 1
-            load_front(root, table, where, children, *places, blocks, updates, values)
-        self.root = self._store.fronts[-1][1]
+            load_front(root, *given)
+        self.root = self._root()
+
+    def _root(self) -> AnyFloats:
+        root = self._workspace.analysis.fronts[-1]
+        whole = self._values[root.start : root.start + root.width**2]
+        return whole.reshape((root.width, root.width), order="F")
 
     def __del__(self) -> None:
-        self._workspace.give_back(self._store)
+        self._workspace.give_back(self._values)
 
     @property
     def bytes(self) -> int:
         """Memory of the factor."""
-        return self._store.values.nbytes
+        return self._values.nbytes
 
     def solve(self, b: Floats) -> AnyFloats:
         """Solutions, shape (size, r), for right-hand sides `b` (size, r), in its own precision."""
         count = b.shape[1]
         # BLAS takes longer for three columns than for four, the width of its registers.
         width = count if count < _LANES else -(-count // _LANES) * _LANES
-        padded: AnyFloats = np.zeros((len(b), width), dtype=self._store.values.dtype)
-        padded[:, :count] = b
-        x = self._forward_in_place(padded)
+        x = self._forward(b, width)
         self.backward(x)
         return x[:, :count]
 
     def forward(self, b: Floats) -> AnyFloats:
         """The solution y of L y = b; the rows of a root that is not factored are b less L21 y."""
-        return self._forward_in_place(np.array(b, dtype=self._store.values.dtype, order="C"))
+        return self._forward(b, b.shape[1])
 
-    def _forward_in_place(self, x: AnyFloats) -> AnyFloats:
-        for front, lower, below in self._fronts:
-            own = x[3 * front.first : 3 * front.last]
-            self._trsm(1.0, lower, own.T, side=1, lower=1, trans_a=1, overwrite_b=1)
-            if len(front.border):
-                subtract_rows(below @ own, front.border, x)
-        return x
+    def _forward(self, b: Floats, width: int) -> AnyFloats:
+        """The same for `width` columns, those beyond `b` of zeros."""
+        (size, count), (first, second) = b.shape, self._workspace.halves
+        analysis = self._workspace.analysis
+        # What the second half subtracts from the unknowns of both is gathered behind all others.
+        shared = int(analysis.table[second, 0]) if second else size // 3
+        x: AnyFloats = np.zeros((2 * size - 3 * shared, width), dtype=self._values.dtype)
+        x[:size, :count] = b
+        shift = size - 3 * shared
+
+        def run(begin: int, end: int, moved: int = 0) -> None:
+            given = analysis.table, analysis.borders, shared, moved, self._values
+            substitution.forward(begin, end, *given, x, *self._scratch(width))
+
+        if second:
+            both(lambda: run(0, first), lambda: run(first, second, shift))
+            x[3 * shared : size] += x[size:]
+        run(second, self._end)
+        return x[:size]
 
     def backward(self, x: AnyFloats) -> None:
         """Solve L' z = x in place, shape (size, r); rows of a root that is not factored are z's."""
-        for front, lower, below in reversed(self._fronts):
-            own = x[3 * front.first : 3 * front.last]
-            if len(front.border):
-                rows: AnyFloats = np.empty((front.height, x.shape[1]), dtype=x.dtype)
-                take_rows(x, front.border, rows)
-                own -= below.T @ rows
-            self._trsm(1.0, lower, own.T, side=1, lower=1, overwrite_b=1)
+        analysis, (first, second) = self._workspace.analysis, self._workspace.halves
+
+        def run(begin: int, end: int) -> None:
+            given = analysis.table, analysis.borders, self._values, x
+            substitution.backward(begin, end, *given, *self._scratch(x.shape[1]))
+
+        run(second, self._end)
+        if second:
+            both(lambda: run(0, first), lambda: run(first, second))
+
+    def _scratch(self, width: int) -> tuple[AnyFloats, Ints]:
+        """Memory for the rows of a border, and the routines."""
+        rows: AnyFloats = np.empty((max(1, self._workspace.scratch_rows), width), self._values.dtype)
+        return rows, self._workspace.routines

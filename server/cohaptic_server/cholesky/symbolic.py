@@ -70,6 +70,9 @@ class Analysis:
         where: Rows of the parent for the border nodes of all fronts, in nodes, and the end of the
             run of successive rows that each belongs to, shape (w, 2).
         children: The children of all fronts.
+        borders: The borders of all fronts, each at its place in `where`, shape (w,).
+        halves: Ends of the two runs of fronts that do not depend on each other, the first of which
+            begins at 0: the subtrees of the first separator. Twice 0 where there are none.
         values: Number of values of the factor.
         workspace: Number of values of the updates that exist at a time.
     """
@@ -82,6 +85,8 @@ class Analysis:
     table: Ints
     where: Ints
     children: Ints
+    borders: Ints
+    halves: tuple[int, int]
     values: int
     workspace: int
 
@@ -142,7 +147,8 @@ def analyse(
     lower.sort_indices()
     starts, rows = lower.indptr.astype(np.int64), lower.indices.astype(np.int64)
     places = np.empty(len(rows), dtype=np.int64)
-    updates, workspace = _places_of_updates(parts, borders)
+    halves = _halves(parts)
+    updates, workspace = _places_of_updates(parts, borders, halves)
     local = np.full(n, -1, dtype=np.int64)
     fronts: list[Front] = []
     where, inner = [np.empty((0, 2), dtype=np.int64)] * len(parts), [0] * len(parts)
@@ -177,9 +183,20 @@ def analyse(
         np.array(table, dtype=np.int64),
         np.concatenate(where),
         children,
+        np.concatenate(borders),
+        halves,
         start,
         workspace,
     )
+
+
+def _halves(parts: list[Part]) -> tuple[int, int]:
+    """Ends of the first two subtrees that a separator has, from the root downwards."""
+    k = len(parts) - 1
+    while len(parts[k].children) == 1:
+        k = parts[k].children[0]
+    ends = [child + 1 for child in parts[k].children[:2]]
+    return (ends[0], ends[1]) if ends else (0, 0)
 
 
 def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
@@ -193,16 +210,21 @@ def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
     return np.stack([where, ends], axis=1)
 
 
-def _places_of_updates(parts: list[Part], borders: list[Ints]) -> tuple[list[int], int]:
+def _places_of_updates(
+    parts: list[Part], borders: list[Ints], halves: tuple[int, int]
+) -> tuple[list[int], int]:
     """A place in the workspace for the update of each front: the first gap that it fits into.
 
-    An update exists from the elimination of its front to that of the parent.
+    An update exists from the elimination of its front to that of the parent. Two halves of the
+    tree, which two threads may eliminate at a time, have places of their own.
     """
     live: dict[int, tuple[int, int]] = {}
     places: list[int] = []
-    size = 0
+    size = base = 0
     for k, (part, border) in enumerate(zip(parts, borders, strict=True)):
-        length, at = 9 * len(border) ** 2, 0
+        if k in halves:
+            base = size
+        length, at = 9 * len(border) ** 2, base
         for begin, end in sorted(live.values()):
             if begin - at >= length:
                 break

@@ -59,7 +59,7 @@ def test_work_of_a_solid(monkeypatch: pytest.MonkeyPatch) -> None:
     work = Counter[str]()
     for name in ("at", "tangent"):
         counted(monkeypatch, work, RubberTetrahedra, name)
-    for name in ("forward", "_forward_in_place"):
+    for name in ("forward", "_forward"):
         counted(monkeypatch, work, Refactored, name)
     counted(monkeypatch, work, refined, "Refactored")
     ticks = script(body, work)
@@ -67,12 +67,12 @@ def test_work_of_a_solid(monkeypatch: pytest.MonkeyPatch) -> None:
         assert tick["tangent"] == tick["Refactored"] <= 1
         assert tick["at"] <= 3
         # Of the step before the tangent one, of step and loads one and one to refine them.
-        assert tick["_forward_in_place"] <= 4
+        assert tick["_forward"] <= 4
     moving = ticks[PRESS : PRESS + SLIDE]
     assert sum(tick["tangent"] for tick in moving) >= SLIDE - 2
     # At rest nothing is evaluated: the residual's step, and the loads' fields.
     assert ticks[-1]["at"] == ticks[-1]["tangent"] == 0
-    assert ticks[-1]["_forward_in_place"] <= 3
+    assert ticks[-1]["_forward"] <= 3
 
 
 def test_work_of_a_balloon(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """Loops over hyperelastic tetrahedra; `tetrahedra.py` has the matrices between them.
 
-Compiled where a compiler is at hand (`element_loops.pxd` has the types). Shapes are not checked
-here. m is the number of elements, a of their nodes, c of the corners at which the deformation
+Compiled where a compiler is at hand (`element_loops.pxd` has the types), without the global
+interpreter lock. Shapes are not checked here. m is the number of elements, a of their nodes, c of the corners at which the deformation
 gradient is taken, q of quadrature points. A deformation gradient F_ip is a row of nine, 3 i + p.
 """
 
@@ -10,6 +10,11 @@ from __future__ import annotations
 import math
 
 from cohaptic_server.numeric import Floats, Ints
+
+try:
+    import cython
+except ModuleNotFoundError:
+    from cohaptic_server import plain_cython as cython
 
 
 def corner_gradients(
@@ -30,32 +35,33 @@ def corner_gradients(
         factors: Its factor, and that of node s itself, shape (c, 4, 2).
         out: Shape (m, 9, c).
     """
-    for e in range(len(elements)):
-        for c in range(len(nodes)):
-            for i in range(3):
-                y0 = (
-                    factors[c, 0, 0] * x[elements[e, nodes[c, 0]], i]
-                    + factors[c, 0, 1] * x[elements[e, 0], i]
-                )
-                y1 = (
-                    factors[c, 1, 0] * x[elements[e, nodes[c, 1]], i]
-                    + factors[c, 1, 1] * x[elements[e, 1], i]
-                )
-                y2 = (
-                    factors[c, 2, 0] * x[elements[e, nodes[c, 2]], i]
-                    + factors[c, 2, 1] * x[elements[e, 2], i]
-                )
-                y3 = (
-                    factors[c, 3, 0] * x[elements[e, nodes[c, 3]], i]
-                    + factors[c, 3, 1] * x[elements[e, 3], i]
-                )
-                for p in range(3):
-                    out[e, 3 * i + p, c] = (
-                        y0 * gradients[e, 0, p]
-                        + y1 * gradients[e, 1, p]
-                        + y2 * gradients[e, 2, p]
-                        + y3 * gradients[e, 3, p]
+    with cython.nogil:
+        for e in range(len(elements)):
+            for c in range(len(nodes)):
+                for i in range(3):
+                    y0 = (
+                        factors[c, 0, 0] * x[elements[e, nodes[c, 0]], i]
+                        + factors[c, 0, 1] * x[elements[e, 0], i]
                     )
+                    y1 = (
+                        factors[c, 1, 0] * x[elements[e, nodes[c, 1]], i]
+                        + factors[c, 1, 1] * x[elements[e, 1], i]
+                    )
+                    y2 = (
+                        factors[c, 2, 0] * x[elements[e, nodes[c, 2]], i]
+                        + factors[c, 2, 1] * x[elements[e, 2], i]
+                    )
+                    y3 = (
+                        factors[c, 3, 0] * x[elements[e, nodes[c, 3]], i]
+                        + factors[c, 3, 1] * x[elements[e, 3], i]
+                    )
+                    for p in range(3):
+                        out[e, 3 * i + p, c] = (
+                            y0 * gradients[e, 0, p]
+                            + y1 * gradients[e, 1, p]
+                            + y2 * gradients[e, 2, p]
+                            + y3 * gradients[e, 3, p]
+                        )
 
 
 def nodal_forces(
@@ -76,17 +82,18 @@ def nodal_forces(
         factors: As there.
         out: Shape (n, 3) [N].
     """
-    for e in range(len(elements)):
-        for c in range(len(nodes)):
-            for s in range(4):
-                for i in range(3):
-                    f = (
-                        stresses[e, 3 * i, c] * gradients[e, s, 0]
-                        + stresses[e, 3 * i + 1, c] * gradients[e, s, 1]
-                        + stresses[e, 3 * i + 2, c] * gradients[e, s, 2]
-                    )
-                    out[elements[e, nodes[c, s]], i] += factors[c, s, 0] * f
-                    out[elements[e, s], i] += factors[c, s, 1] * f
+    with cython.nogil:
+        for e in range(len(elements)):
+            for c in range(len(nodes)):
+                for s in range(4):
+                    for i in range(3):
+                        f = (
+                            stresses[e, 3 * i, c] * gradients[e, s, 0]
+                            + stresses[e, 3 * i + 1, c] * gradients[e, s, 1]
+                            + stresses[e, 3 * i + 2, c] * gradients[e, s, 2]
+                        )
+                        out[elements[e, nodes[c, s]], i] += factors[c, s, 0] * f
+                        out[elements[e, s], i] += factors[c, s, 1] * f
 
 
 def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
@@ -121,19 +128,20 @@ def stresses(F: Floats, weights: Floats, mu: float, lame: float, J: Floats, cof:
         The energy without its logarithmic part [J].
     """
     energy = 0.0
-    for e in range(len(F)):
-        for q in range(len(J[0])):
-            det = cofactors(F, e, q, cof)
-            J[e, q] = det
-            if det > 0.0:
-                w = weights[e, q]
-                swell = (det - 1.0) * (det + 1.0)
-                squares = 0.0
-                spread = w * (mu - 0.5 * lame * swell) / det
-                for i in range(9):
-                    squares += F[e, i, q] * F[e, i, q]
-                    F[e, i, q] = w * mu * F[e, i, q] - spread * cof[i]
-                energy += w * (0.5 * mu * (squares - 3.0) + 0.25 * lame * swell)
+    with cython.nogil:
+        for e in range(len(F)):
+            for q in range(len(J[0])):
+                det = cofactors(F, e, q, cof)
+                J[e, q] = det
+                if det > 0.0:
+                    w = weights[e, q]
+                    swell = (det - 1.0) * (det + 1.0)
+                    squares = 0.0
+                    spread = w * (mu - 0.5 * lame * swell) / det
+                    for i in range(9):
+                        squares += F[e, i, q] * F[e, i, q]
+                        F[e, i, q] = w * mu * F[e, i, q] - spread * cof[i]
+                    energy += w * (0.5 * mu * (squares - 3.0) + 0.25 * lame * swell)
     return energy
 
 
@@ -145,8 +153,10 @@ def moduli(
     terms: Ints,
     mu: float,
     lame: float,
+    cof: Floats,
     scratch: Floats,
     swell: Floats,
+    weighted: Floats,
 ) -> None:
     """The parts of the tangent at the points, from the derivatives of the energy by J.
 
@@ -154,34 +164,60 @@ def moduli(
         F: Deformation gradients, shape (m, 9, q); replaced by w U' F [N m].
         gradients: dL_s/dX_p, shape (m, 4, 3) [1/m].
         weights: Shape (m, q) [m^3].
-        shapes: dN_a/dL_s for the two s of `terms`, shape (q, a, 2).
+        shapes: dN_a/dL_s for the two s of `terms`, shape (a, 2, q).
         terms: The two barycentric coordinates that each node's shape function has, shape (a, 2).
         mu: Shear modulus [Pa].
         lame: Lame's first constant [Pa].
-        scratch: Shape (21,).
-        swell: Receives sqrt(w U'') dJ/dx, shape (m, q, 3 a).
+        cof: Scratch, shape (9,).
+        scratch: Shape (22, q).
+        swell: Receives dJ/dx, shape (m, q, 3 a).
+        weighted: Receives w U'' dJ/dx, shape (m, 3 a, q).
     """
+    with cython.nogil:
+        for e in range(len(F)):
+            moduli_of_element(
+                e, F, gradients, weights, shapes, terms, mu, lame, cof, scratch, swell, weighted
+            )
+
+
+def moduli_of_element(
+    e: int,
+    F: Floats,
+    gradients: Floats,
+    weights: Floats,
+    shapes: Floats,
+    terms: Ints,
+    mu: float,
+    lame: float,
+    cof: Floats,
+    scratch: Floats,
+    swell: Floats,
+    weighted: Floats,
+) -> None:
+    """The same for one element; its inner loops are those over the points, side by side."""
+    points = F.shape[2]
     log_part = mu + 0.5 * lame
-    for e in range(len(F)):
-        for q in range(F.shape[2]):
-            det = cofactors(F, e, q, scratch)
-            first = weights[e, q] * (0.5 * lame * det - log_part / det)
-            root = math.sqrt(weights[e, q] * (log_part / (det * det) + 0.5 * lame))
-            for i in range(9):
-                F[e, i, q] *= first
-                scratch[i] *= root
-            for s in range(4):
-                g0, g1, g2 = gradients[e, s, 0], gradients[e, s, 1], gradients[e, s, 2]
-                for i in range(3):
-                    scratch[9 + 3 * s + i] = (
-                        g0 * scratch[3 * i] + g1 * scratch[3 * i + 1] + g2 * scratch[3 * i + 2]
-                    )
-            for a in range(len(terms)):
-                s, t = 9 + 3 * terms[a, 0], 9 + 3 * terms[a, 1]
-                f, g = shapes[q, a, 0], shapes[q, a, 1]
-                swell[e, q, 3 * a] = f * scratch[s] + g * scratch[t]
-                swell[e, q, 3 * a + 1] = f * scratch[s + 1] + g * scratch[t + 1]
-                swell[e, q, 3 * a + 2] = f * scratch[s + 2] + g * scratch[t + 2]
+    for q in range(points):
+        det = cofactors(F, e, q, cof)
+        first = weights[e, q] * (0.5 * lame * det - log_part / det)
+        scratch[21, q] = weights[e, q] * (log_part / (det * det) + 0.5 * lame)
+        for i in range(9):
+            F[e, i, q] *= first
+            scratch[i, q] = cof[i]
+    for s in range(4):
+        g0, g1, g2 = gradients[e, s, 0], gradients[e, s, 1], gradients[e, s, 2]
+        for i in range(3):
+            for q in range(points):
+                scratch[9 + 3 * s + i, q] = (
+                    g0 * scratch[3 * i, q] + g1 * scratch[3 * i + 1, q] + g2 * scratch[3 * i + 2, q]
+                )
+    for a in range(len(terms)):
+        for i in range(3):
+            s, t, k = 9 + 3 * terms[a, 0] + i, 9 + 3 * terms[a, 1] + i, 3 * a + i
+            for q in range(points):
+                slope = shapes[a, 0, q] * scratch[s, q] + shapes[a, 1, q] * scratch[t, q]
+                weighted[e, k, q] = scratch[21, q] * slope
+                swell[e, q, k] = slope
 
 
 def turns(moments: Floats, normals: Floats, out: Floats) -> None:
@@ -192,15 +228,16 @@ def turns(moments: Floats, normals: Floats, out: Floats) -> None:
         normals: Shape (m, 6, 3) [1/m^2].
         out: Shape (m, 3, r, 6) [N/m].
     """
-    for e in range(len(moments)):
-        for k in range(3):
-            for r in range(moments.shape[2]):
-                for s in range(6):
-                    out[e, k, r, s] = (
-                        moments[e, 3 * k, r] * normals[e, s, 0]
-                        + moments[e, 3 * k + 1, r] * normals[e, s, 1]
-                        + moments[e, 3 * k + 2, r] * normals[e, s, 2]
-                    )
+    with cython.nogil:
+        for e in range(len(moments)):
+            for k in range(3):
+                for r in range(moments.shape[2]):
+                    for s in range(6):
+                        out[e, k, r, s] = (
+                            moments[e, 3 * k, r] * normals[e, s, 0]
+                            + moments[e, 3 * k + 1, r] * normals[e, s, 1]
+                            + moments[e, 3 * k + 2, r] * normals[e, s, 2]
+                        )
 
 
 def add_tangents(
@@ -218,34 +255,35 @@ def add_tangents(
         beyond: Number of blocks.
         blocks: Shape (beyond, 9) [N/m].
     """
-    for e in range(len(swell)):
-        pair = 0
-        for a in range(count):
-            for b in range(a + 1):
-                k = index[e, pair]
-                t0, t1, t2 = turn[e, 0, pair], turn[e, 1, pair], turn[e, 2, pair]
-                pair += 1
-                if k == beyond:
-                    continue
-                i, j = 3 * a, 3 * b
-                if k >= 0:
-                    blocks[k, 0] += swell[e, i, j]
-                    blocks[k, 1] += swell[e, i, j + 1] + t2
-                    blocks[k, 2] += swell[e, i, j + 2] - t1
-                    blocks[k, 3] += swell[e, i + 1, j] - t2
-                    blocks[k, 4] += swell[e, i + 1, j + 1]
-                    blocks[k, 5] += swell[e, i + 1, j + 2] + t0
-                    blocks[k, 6] += swell[e, i + 2, j] + t1
-                    blocks[k, 7] += swell[e, i + 2, j + 1] - t0
-                    blocks[k, 8] += swell[e, i + 2, j + 2]
-                else:
-                    k = -1 - k
-                    blocks[k, 0] += swell[e, i, j]
-                    blocks[k, 3] += swell[e, i, j + 1] + t2
-                    blocks[k, 6] += swell[e, i, j + 2] - t1
-                    blocks[k, 1] += swell[e, i + 1, j] - t2
-                    blocks[k, 4] += swell[e, i + 1, j + 1]
-                    blocks[k, 7] += swell[e, i + 1, j + 2] + t0
-                    blocks[k, 2] += swell[e, i + 2, j] + t1
-                    blocks[k, 5] += swell[e, i + 2, j + 1] - t0
-                    blocks[k, 8] += swell[e, i + 2, j + 2]
+    with cython.nogil:
+        for e in range(len(swell)):
+            pair = 0
+            for a in range(count):
+                for b in range(a + 1):
+                    k = index[e, pair]
+                    t0, t1, t2 = turn[e, 0, pair], turn[e, 1, pair], turn[e, 2, pair]
+                    pair += 1
+                    if k == beyond:
+                        continue
+                    i, j = 3 * a, 3 * b
+                    if k >= 0:
+                        blocks[k, 0] += swell[e, i, j]
+                        blocks[k, 1] += swell[e, i, j + 1] + t2
+                        blocks[k, 2] += swell[e, i, j + 2] - t1
+                        blocks[k, 3] += swell[e, i + 1, j] - t2
+                        blocks[k, 4] += swell[e, i + 1, j + 1]
+                        blocks[k, 5] += swell[e, i + 1, j + 2] + t0
+                        blocks[k, 6] += swell[e, i + 2, j] + t1
+                        blocks[k, 7] += swell[e, i + 2, j + 1] - t0
+                        blocks[k, 8] += swell[e, i + 2, j + 2]
+                    else:
+                        k = -1 - k
+                        blocks[k, 0] += swell[e, i, j]
+                        blocks[k, 3] += swell[e, i, j + 1] + t2
+                        blocks[k, 6] += swell[e, i, j + 2] - t1
+                        blocks[k, 1] += swell[e, i + 1, j] - t2
+                        blocks[k, 4] += swell[e, i + 1, j + 1]
+                        blocks[k, 7] += swell[e, i + 1, j + 2] + t0
+                        blocks[k, 2] += swell[e, i + 2, j] + t1
+                        blocks[k, 5] += swell[e, i + 2, j + 1] - t0
+                        blocks[k, 8] += swell[e, i + 2, j + 2]

@@ -41,11 +41,13 @@ from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.tetrahedra import gradients, volumes
 from cohaptic_server.numeric import Floats
+from cohaptic_server.side_by_side import both
 
 # Least share of J that a step leaves at every point: the fraction-to-the-boundary rule of interior
 # point methods.
 _MIN_SHARE = 0.1
 _MIN_J = 0.01  # least J anywhere in an element
+_WORTH_TWO_THREADS = 500  # elements; below it a second thread saves less than to wake it up takes
 _BATCH = 64  # elements; their tangents, 460 kB, stay in the processor's cache
 
 
@@ -125,8 +127,8 @@ class RubberTetrahedra:
         count = self._elements.shape[1]
         slopes = np.zeros((len(g), count, 3, self._weights.shape[1]))
         for a, (s, t) in enumerate(table.terms.tolist()):
-            slopes[:, a] = g[:, s, :, None] * table.shapes[:, a, 0]
-            slopes[:, a] += g[:, t, :, None] * table.shapes[:, a, 1]
+            slopes[:, a] = g[:, s, :, None] * table.shapes[a, 0]
+            slopes[:, a] += g[:, t, :, None] * table.shapes[a, 1]
         row, column = np.tril_indices(count)
         products = np.einsum("mapq,mbpq,mq->mab", slopes, slopes, self._weights, optimize=True)
         blocks = np.zeros((len(self._analysis.rows) + 1, 9))
@@ -150,28 +152,52 @@ class RubberTetrahedra:
         Returns:
             None where J is not above `least` at a point, or not above `_MIN_J` in an element.
         """
-        elements, tables, material = self._elements, self._tables, self.material
-        m, points = self._weights.shape
-        corners = np.empty((m, 9, len(tables.nodes)))
         x = np.ascontiguousarray(x)
-        corner_gradients(x, elements, self._gradients, tables.nodes, tables.factors, corners)
-        J, moments = np.empty((m, points)), np.empty_like(corners)
+        m, points = self._weights.shape
+        corners, J = np.empty((m, 9, len(self._tables.nodes))), np.empty((m, points))
+
+        def part(begin: int, end: int) -> tuple[float, Floats]:
+            return self._evaluate(x, begin, end, corners, J)
+
+        if m < _WORTH_TWO_THREADS:
+            energy, internal = part(0, m)
+        else:
+            (energy, internal), (more, others) = both(
+                lambda: part(0, m // 2), lambda: part(m // 2, m)
+            )
+            energy += more
+            internal += others
+        # Written as a negation, so that NaN is refused too.
+        if not (least < J).all() or not self._is_bounded(J):
+            return None
+        log_part = self.material.mu + 0.5 * self.material.lame
+        energy -= log_part * float((self._weights * np.log(J)).sum())
+        return SolidState(x, corners, J, energy, internal)
+
+    def _evaluate(
+        self, x: Floats, begin: int, end: int, corners: Floats, J: Floats
+    ) -> tuple[float, Floats]:
+        """Write deformation gradients and determinants of the elements from `begin` to `end`.
+
+        Returns:
+            Their energy without its logarithmic part [J], and their nodal forces [N].
+        """
+        tables, material, run = self._tables, self.material, slice(begin, end)
+        given = self._elements[run], self._gradients[run], tables.nodes, tables.factors
+        corner_gradients(x, *given, corners[run])
+        moments = np.empty_like(corners[run])
         cofactor, energy = np.empty(9), 0.0
         to_corners = np.ascontiguousarray(tables.interpolation.T)
-        for start in range(0, m, _BATCH):
-            batch = slice(start, min(start + _BATCH, m))
+        for start in range(begin, end, _BATCH):
+            batch = slice(start, min(start + _BATCH, end))
             F = _times(corners[batch], tables.interpolation)
             energy += stresses(
                 F, self._weights[batch], material.mu, material.lame, J[batch], cofactor
             )
-            moments[batch] = _times(F, to_corners)
-        # Written as a negation, so that NaN is refused too.
-        if not (least < J).all() or not self._is_bounded(J):
-            return None
-        energy -= (material.mu + 0.5 * material.lame) * float((self._weights * np.log(J)).sum())
+            moments[start - begin : batch.stop - begin] = _times(F, to_corners)
         internal = np.zeros((self._size, 3))
-        nodal_forces(moments, elements, self._gradients, tables.nodes, tables.factors, internal)
-        return SolidState(x, corners, J, energy, internal)
+        nodal_forces(moments, *given, internal)
+        return energy, internal
 
     def _is_bounded(self, J: Floats) -> bool:
         """Whether J, shape (m, q), is above `_MIN_J` throughout each element."""
@@ -204,17 +230,32 @@ class RubberTetrahedra:
 
     def tangent(self, state: SolidState, stiffening: float = 0.0) -> Floats:
         """The blocks of the tangent in the order of the factor, shape (e, 9) [N/m]."""
+        m = len(self._weights)
+        if m < _WORTH_TWO_THREADS:
+            return self._tangent(state, stiffening, 0, m, self._steady.copy())
+        half = m // 2
+        blocks, others = both(
+            lambda: self._tangent(state, stiffening, 0, half, self._steady.copy()),
+            lambda: self._tangent(state, stiffening, half, m, np.zeros_like(self._steady)),
+        )
+        blocks += others
+        return blocks
+
+    def _tangent(
+        self, state: SolidState, stiffening: float, begin: int, end: int, blocks: Floats
+    ) -> Floats:
+        """Add the tangents of the elements from `begin` to `end`."""
         tables, material = self._tables, self.material
-        m, points = self._weights.shape
+        points = self._weights.shape[1]
         count = self._elements.shape[1]
         products = np.ascontiguousarray(tables.products.T)
         pairs = products.shape[1]
-        blocks = self._steady.copy()
-        scratch = np.empty(21)
-        swell = np.empty((min(_BATCH, m), points, 3 * count))
-        turned = np.empty((min(_BATCH, m), 3, pairs, 6))
-        for start in range(0, m, _BATCH):
-            batch = slice(start, min(start + _BATCH, m))
+        cofactor, scratch = np.empty(9), np.empty((22, points))
+        swell = np.empty((_BATCH, points, 3 * count))
+        weighted = np.empty((_BATCH, 3 * count, points))
+        turned = np.empty((_BATCH, 3, pairs, 6))
+        for start in range(begin, end, _BATCH):
+            batch = slice(start, min(start + _BATCH, end))
             k = batch.stop - start
             F = _times(state.corners[batch], tables.interpolation)
             moduli(
@@ -225,13 +266,16 @@ class RubberTetrahedra:
                 tables.terms,
                 material.mu,
                 material.lame,
+                cofactor,
                 scratch,
                 swell,
+                weighted,
             )
             turns(_times(F, products), self._normals[batch], turned)
-            squares = swell[:k].swapaxes(1, 2) @ swell[:k]
+            # Of an array and its own transpose BLAS takes three times as long for each element.
+            squares = weighted[:k] @ swell[:k]
             if stiffening:
-                squares += self._removed(swell[:k], state.J[batch], stiffening)
+                squares += self._removed(swell[:k], weighted[:k], state.J[batch], stiffening)
             add_tangents(
                 squares,
                 _times(turned[:k].reshape(k, 3, -1), tables.turning),
@@ -242,14 +286,15 @@ class RubberTetrahedra:
             )
         return blocks
 
-    def _removed(self, swell: Floats, J: Floats, stiffening: float) -> Floats:
+    def _removed(self, swell: Floats, weighted: Floats, J: Floats, stiffening: float) -> Floats:
         """What a stiffened tangent has beside the exact one, shape (k, 3 a, 3 a) [N/m].
 
         With h the gradients of the shape functions in the present state it is
         stiffening / 2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
 
         Args:
-            swell: From `element_loops.moduli`, sqrt(w U'') J h, shape (k, q, 3 a).
+            swell: From `element_loops.moduli`, J h, shape (k, q, 3 a).
+            weighted: From there, w U'' J h, shape (k, 3 a, q).
             J: Shape (k, q).
             stiffening: Share of the negative moduli to remove.
         """
@@ -258,10 +303,9 @@ class RubberTetrahedra:
         share = 0.5 * stiffening * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
         k, _, width = swell.shape
         shape = (k, width // 3, 3, width // 3, 3)
-        left = swell.swapaxes(1, 2) * share[:, None]
-        crossed = (left @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
+        crossed = ((weighted * share[:, None]) @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
         between = np.einsum(
-            "kaibi->kab", (swell.swapaxes(1, 2) * np.abs(share)[:, None] @ swell).reshape(shape)
+            "kaibi->kab", ((weighted * np.abs(share)[:, None]) @ swell).reshape(shape)
         )
         removed = -crossed
         for axis in range(3):

@@ -25,7 +25,7 @@ class ShapeTables:
         nodes: Node that each y_s is made of beside s itself, shape (c, 4).
         factors: Factor of that node, and of node s, shape (c, 4, 2).
         terms: Barycentric coordinates in each shape function, shape (a, 2).
-        shapes: Derivatives by these at the points, shape (q, a, 2).
+        shapes: Derivatives by these at the points, shape (a, 2, q).
         turning: From the vectors of `element_loops.turns`, shape (6 r), to those of the pairs of
             nodes, shape (6 r, a (a + 1) / 2).
     """
@@ -56,7 +56,7 @@ class ShapeTables:
             nodes,
             factors,
             terms,
-            np.ascontiguousarray(shapes),
+            np.ascontiguousarray(shapes.transpose(1, 2, 0)),
             _turning(at_corners, pairs),
         )
 

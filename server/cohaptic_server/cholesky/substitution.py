@@ -1,0 +1,125 @@
+"""Forward and backward substitution through the fronts of a factor.
+
+Compiled where a compiler is at hand (`substitution.pxd` has the types), and then without the global
+interpreter lock, as `elimination.py`. Indices are those of an `Analysis` and are not checked here.
+"""
+
+from __future__ import annotations
+
+from cohaptic_server.cholesky import dense
+from cohaptic_server.cholesky.values import AnyFloats
+from cohaptic_server.numeric import Ints
+
+try:
+    import cython
+except ModuleNotFoundError:
+    from cohaptic_server import plain_cython as cython
+
+
+def forward(
+    begin: int,
+    end: int,
+    table: Ints,
+    borders: Ints,
+    shared: int,
+    shift: int,
+    values: AnyFloats,
+    x: AnyFloats,
+    scratch: AnyFloats,
+    routines: Ints,
+) -> None:
+    """Solve L y = x in place for the unknowns of fronts, children before their parents.
+
+    Args:
+        begin: The first front.
+        end: The one after the last.
+        table: Of the analysis.
+        borders: Border nodes of all fronts, each front's from the place on that `where` has.
+        shared: First node whose rows are written elsewhere,
+        shift: by as many rows.
+        values: Of the factor.
+        x: Right-hand sides, shape (3 n or more, r).
+        scratch: Shape (at least the largest height, r).
+        routines: Of `dense.routines`.
+    """
+    with cython.nogil:
+        _forward(begin, end, table, borders, shared, shift, values, x, scratch, routines)
+
+
+def _forward(
+    begin: int,
+    end: int,
+    table: Ints,
+    borders: Ints,
+    shared: int,
+    shift: int,
+    values: AnyFloats,
+    x: AnyFloats,
+    scratch: AnyFloats,
+    routines: Ints,
+) -> None:
+    for k in range(begin, end):
+        row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
+        nodes, border = table[k, 2], table[k, 5]
+        if width == 0:
+            continue
+        dense.forward(routines, values, at, width, x, row)
+        if nodes > 0:
+            dense.product(routines, values, at, width, 3 * nodes, x, row, scratch)
+            for p in range(nodes):
+                node = borders[border + p]
+                to = 3 * node + shift if node >= shared else 3 * node
+                for i in range(3):
+                    for c in range(x.shape[1]):
+                        x[to + i, c] -= scratch[3 * p + i, c]
+
+
+def backward(
+    begin: int,
+    end: int,
+    table: Ints,
+    borders: Ints,
+    values: AnyFloats,
+    x: AnyFloats,
+    scratch: AnyFloats,
+    routines: Ints,
+) -> None:
+    """Solve L' z = x in place for the unknowns of fronts, parents before their children.
+
+    Args:
+        begin: The last front.
+        end: The one after the first.
+        table: As for `forward`, as all others.
+        borders: As there.
+        values: As there.
+        x: As there.
+        scratch: As there.
+        routines: As there.
+    """
+    with cython.nogil:
+        _backward(begin, end, table, borders, values, x, scratch, routines)
+
+
+def _backward(
+    begin: int,
+    end: int,
+    table: Ints,
+    borders: Ints,
+    values: AnyFloats,
+    x: AnyFloats,
+    scratch: AnyFloats,
+    routines: Ints,
+) -> None:
+    for back in range(end - begin):
+        k = end - 1 - back
+        row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
+        nodes, border = table[k, 2], table[k, 5]
+        if width == 0:
+            continue
+        if nodes > 0:
+            for p in range(nodes):
+                for i in range(3):
+                    for c in range(x.shape[1]):
+                        scratch[3 * p + i, c] = x[3 * borders[border + p] + i, c]
+            dense.subtract_product(routines, values, at, width, 3 * nodes, x, row, scratch)
+        dense.backward(routines, values, at, width, x, row)

@@ -1,0 +1,50 @@
+"""Two independent parts of a computation on two processor cores.
+
+Each part has to spend its time without the global interpreter lock: in compiled kernels, in BLAS.
+Both are always waited for and neither reads what the other writes, so that results are those of
+one after the other to the last bit, whichever comes first and whichever core works on them. Where
+the second core is busy with something else, the first one does both parts.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import TypeVar
+
+A, B = TypeVar("A"), TypeVar("B")
+
+
+def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
+    """What both return; an error of either is raised after both have ended."""
+    helper = _helper()
+    if helper is None:
+        return first(), second()
+    beside = helper.submit(second)
+    try:
+        one = first()
+    except BaseException:
+        if not beside.cancel():
+            beside.exception()
+        raise
+    return one, second() if beside.cancel() else beside.result()
+
+
+def _cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@cache
+def _helper() -> ThreadPoolExecutor | None:
+    """The second thread of this process, started when first needed; None on a single core."""
+    return ThreadPoolExecutor(1, "beside") if _cores() > 1 else None
+
+
+# A thread does not survive a fork.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helper.cache_clear)
