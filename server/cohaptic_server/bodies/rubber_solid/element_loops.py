@@ -199,8 +199,9 @@ def moduli_of_element(
     log_part = mu + 0.5 * lame
     for q in range(points):
         det = cofactors(F, e, q, cof)
-        first = weights[e, q] * (0.5 * lame * det - log_part / det)
-        scratch[21, q] = weights[e, q] * (log_part / (det * det) + 0.5 * lame)
+        w, inverse = weights[e, q], 1.0 / det
+        first = w * (0.5 * lame * det - log_part * inverse)
+        scratch[21, q] = w * (log_part * inverse * inverse + 0.5 * lame)
         for i in range(9):
             F[e, i, q] *= first
             scratch[i, q] = cof[i]
