@@ -94,18 +94,20 @@ def _kernels(root: Path) -> Iterator[Unit]:
     declared: dict[str, Path] = {}
     for package, folder in PACKAGES.items():
         for path in sorted((root / folder / package).rglob("*.pxd")):
-            if path.with_suffix(".py").is_file():
-                declared[short(root, path).removesuffix(".pxd").replace("/", ".")] = path
-    if declared:
+            declared[short(root, path).removesuffix(".pxd").replace("/", ".")] = path
+    # One without a module of its name is included in the kernels that use it.
+    compiled = [name for name, path in declared.items() if path.with_suffix(".py").is_file()]
+    if compiled:
         yield Unit("kernels", (KERNEL_LIBRARY,), {})
-    for name in declared:
+    for name in compiled:
         linked = _cimported(name, declared)
         files = [
             file
             for kernel in {name, *linked}
             for file in (declared[kernel], declared[kernel].with_suffix(".py"))
+            if file.is_file()
         ]
-        uses = (KERNEL_LIBRARY, *sorted(linked))
+        uses = (KERNEL_LIBRARY, *sorted(linked.intersection(compiled)))
         yield Unit("kernels", (name,), _checksums(root, files), uses=uses)
 
 

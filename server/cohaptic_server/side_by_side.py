@@ -14,7 +14,15 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
-A, B = TypeVar("A"), TypeVar("B")
+A = TypeVar("A")
+B = TypeVar("B")
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
@@ -32,17 +40,10 @@ def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
     return one, second() if beside.cancel() else beside.result()
 
 
-def _cores() -> int:
-    """Processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 @cache
 def _helper() -> ThreadPoolExecutor | None:
     """The second thread of this process, started when first needed; None on a single core."""
-    return ThreadPoolExecutor(1, "beside") if _cores() > 1 else None
+    return ThreadPoolExecutor(1, "beside") if cores() > 1 else None
 
 
 # A thread does not survive a fork.

@@ -8,6 +8,7 @@ BLAS and LAPACK, at the addresses that scipy publishes for this purpose, without
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -16,7 +17,12 @@ from scipy.linalg import blas, cython_blas, cython_lapack, lapack
 from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Ints
 
-_ROUTINES = ((cython_lapack, "potrf"), (cython_blas, "trsm"), (cython_blas, "syrk"), (cython_blas, "gemm"))
+_ROUTINES = (
+    (cython_lapack, "potrf"),
+    (cython_blas, "trsm"),
+    (cython_blas, "syrk"),
+    (cython_blas, "gemm"),
+)
 
 
 @cache
@@ -71,7 +77,14 @@ def backward(routines: Ints, values: AnyFloats, at: int, n: int, x: AnyFloats, r
 
 
 def product(
-    routines: Ints, values: AnyFloats, at: int, n: int, m: int, x: AnyFloats, row: int, out: AnyFloats
+    routines: Ints,
+    values: AnyFloats,
+    at: int,
+    n: int,
+    m: int,
+    x: AnyFloats,
+    row: int,
+    out: AnyFloats,
 ) -> None:
     """Write B y into the first m rows of `out`, for y the n rows of `x` from `row` on."""
     del routines
@@ -79,7 +92,14 @@ def product(
 
 
 def subtract_product(
-    routines: Ints, values: AnyFloats, at: int, n: int, m: int, x: AnyFloats, row: int, by: AnyFloats
+    routines: Ints,
+    values: AnyFloats,
+    at: int,
+    n: int,
+    m: int,
+    x: AnyFloats,
+    row: int,
+    by: AnyFloats,
 ) -> None:
     """Subtract B' z from the n rows of `x` from `row` on, for z the first m rows of `by`."""
     del routines
@@ -91,5 +111,6 @@ def _matrix(values: AnyFloats, at: int, rows: int, columns: int) -> AnyFloats:
     return values[at : at + rows * columns].reshape((rows, columns), order="F")
 
 
-def _trsm(values: AnyFloats):
+def _trsm(values: AnyFloats) -> Callable[..., AnyFloats]:
+    """Division by a triangular matrix."""
     return blas.strsm if values.itemsize == 4 else blas.dtrsm

@@ -7,14 +7,19 @@ are those of an `Analysis` and are not checked here. Dense matrices are stored c
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from cohaptic_server.cholesky import dense
 from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Floats, Ints
 
-try:
-    import cython
-except ModuleNotFoundError:
+if TYPE_CHECKING:
     from cohaptic_server import plain_cython as cython
+else:
+    try:
+        import cython
+    except ModuleNotFoundError:
+        from cohaptic_server import plain_cython as cython
 
 
 def eliminate(

@@ -2,16 +2,14 @@
 
 `factor.py` is for a linear solid: factored once, and a tick solves for a few nodes. Here
 the matrix is factored in many ticks and solved for all unknowns, and all that its pattern decides
-is found before (`symbolic.py`). Dense arithmetic is LAPACK's, in single or in double precision. Two threads take the
-two halves of a large matrix (`side_by_side.py`).
+is found before (`symbolic.py`). Dense arithmetic is LAPACK's, in single or in double precision.
+Two threads take the two halves of a large matrix (`side_by_side.py`).
 
 The root may be left as it is: what is known of it then is its Schur complement, the matrix with all
 other unknowns eliminated (`bordered.py`).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,7 +56,7 @@ class Workspace:
         self.updates: AnyFloats = np.zeros(analysis.workspace, dtype=self.dtype)
         self.routines = routines(single)
         self.halves = analysis.halves if analysis.values >= _WORTH_TWO_THREADS else (0, 0)
-        self.scratch_rows = max(front.height for front in analysis.fronts)
+        self.scratch_rows = max(1, *(front.height for front in analysis.fronts))
         self._free = list[AnyFloats]()
 
     def take(self) -> AnyFloats:
@@ -164,5 +162,7 @@ class Refactored:
 
     def _scratch(self, width: int) -> tuple[AnyFloats, Ints]:
         """Memory for the rows of a border, and the routines."""
-        rows: AnyFloats = np.empty((max(1, self._workspace.scratch_rows), width), self._values.dtype)
+        rows: AnyFloats = np.empty(
+            (max(1, self._workspace.scratch_rows), width), self._values.dtype
+        )
         return rows, self._workspace.routines

@@ -1,20 +1,24 @@
 """Loops over hyperelastic tetrahedra; `tetrahedra.py` has the matrices between them.
 
 Compiled where a compiler is at hand (`element_loops.pxd` has the types), without the global
-interpreter lock. Shapes are not checked here. m is the number of elements, a of their nodes, c of the corners at which the deformation
-gradient is taken, q of quadrature points. A deformation gradient F_ip is a row of nine, 3 i + p.
+interpreter lock. Shapes are not checked here. m is the number of elements, a of their nodes, c of
+the corners at which the deformation gradient is taken, q of quadrature points. A deformation
+gradient F_ip is a row of nine, 3 i + p.
 """
 
 from __future__ import annotations
 
-import math
+from typing import TYPE_CHECKING
 
 from cohaptic_server.numeric import Floats, Ints
 
-try:
-    import cython
-except ModuleNotFoundError:
+if TYPE_CHECKING:
     from cohaptic_server import plain_cython as cython
+else:
+    try:
+        import cython
+    except ModuleNotFoundError:
+        from cohaptic_server import plain_cython as cython
 
 
 def corner_gradients(

@@ -25,20 +25,22 @@ from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Mask
+from cohaptic_server.side_by_side import cores
 
 # One factorisation in a tick of a moving hand: it is most of the cost of a tick.
 _STEPS = 1
 _CHORD = 0.002  # of the body's size, where that is less than `newton.CHORD`
 _MOVE = 0.2  # of the body's size, where that is less than `newton.MAX_MOVE`
 _BATCH = 32  # contacts in one solve
-# Time of a tick of two sliding hands with compiled loops, 99th percentile [s], and its exponent in
-# the number of nodes (docs/decisions/0026).
-_MEASURED_NODES, _MEASURED_TICK, _GROWTH = 1200, 0.016, 1.35
+# Time of a tick of two sliding hands with compiled loops, 99th percentile [s], on one and on more
+# processor cores, and its exponent in the number of nodes (docs/decisions/0029).
+_NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1350, 1900, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
-    """Estimated time of a tick by the number of nodes, measured in docs/decisions/0026 [s]."""
-    return float(_MEASURED_TICK * (nodes / _MEASURED_NODES) ** _GROWTH)
+    """Estimated time of a tick by the number of nodes, measured in docs/decisions/0029 [s]."""
+    measured = _NODES_ON_TWO if cores() > 1 else _NODES_ON_ONE_CORE
+    return float(_MEASURED_TICK * (nodes / measured) ** _GROWTH)
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ from cohaptic_server.bodies.rubber_solid.element_loops import (
 from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_solid.quadrature import bounds, weights, whole_bounds
 from cohaptic_server.bodies.rubber_solid.shape_tables import ShapeTables
+from cohaptic_server.bodies.rubber_solid.stiffening import removed
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.refactor import Indefinite
 from cohaptic_server.cholesky.refined import Refined, Workspaces
@@ -275,7 +276,7 @@ class RubberTetrahedra:
             # Of an array and its own transpose BLAS takes three times as long for each element.
             squares = weighted[:k] @ swell[:k]
             if stiffening:
-                squares += self._removed(swell[:k], weighted[:k], state.J[batch], stiffening)
+                squares += stiffening * removed(material, swell[:k], weighted[:k], state.J[batch])
             add_tangents(
                 squares,
                 _times(turned[:k].reshape(k, 3, -1), tables.turning),
@@ -285,32 +286,6 @@ class RubberTetrahedra:
                 blocks,
             )
         return blocks
-
-    def _removed(self, swell: Floats, weighted: Floats, J: Floats, stiffening: float) -> Floats:
-        """What a stiffened tangent has beside the exact one, shape (k, 3 a, 3 a) [N/m].
-
-        With h the gradients of the shape functions in the present state it is
-        stiffening / 2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
-
-        Args:
-            swell: From `element_loops.moduli`, J h, shape (k, q, 3 a).
-            weighted: From there, w U'' J h, shape (k, 3 a, q).
-            J: Shape (k, q).
-            stiffening: Share of the negative moduli to remove.
-        """
-        mu, lame = self.material.mu, self.material.lame
-        s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
-        share = 0.5 * stiffening * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
-        k, _, width = swell.shape
-        shape = (k, width // 3, 3, width // 3, 3)
-        crossed = ((weighted * share[:, None]) @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
-        between = np.einsum(
-            "kaibi->kab", ((weighted * np.abs(share)[:, None]) @ swell).reshape(shape)
-        )
-        removed = -crossed
-        for axis in range(3):
-            removed[:, :, axis, :, axis] += between
-        return np.asarray(removed.reshape(k, width, width))
 
 
 def _times(stack: Floats, matrix: Floats) -> Floats:

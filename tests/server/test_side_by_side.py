@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from cohaptic_server.side_by_side import both, cores
+
+
+def test_it_returns_what_both_return() -> None:
+    assert both(lambda: 1, lambda: "two") == (1, "two")
+
+
+@pytest.mark.skipif(cores() < 2, reason="there is one core")
+def test_two_threads_work_at_a_time() -> None:
+    """Each waits in its part for the other one to come into its own."""
+    meeting = threading.Barrier(2, timeout=10.0)
+    assert sorted(both(meeting.wait, meeting.wait)) == [0, 1]
+
+
+def test_parts_that_ask_for_help_themselves_wait_for_nobody() -> None:
+    def inner() -> tuple[int, int]:
+        return both(lambda: 1, lambda: 2)
+
+    assert [both(inner, inner) for _ in range(20)] == [((1, 2), (1, 2))] * 20
+
+
+def test_an_error_is_raised_after_both_have_ended() -> None:
+    ended = list[int]()
+
+    def fails() -> None:
+        ended.append(0)
+        raise ValueError("here")
+
+    with pytest.raises(ValueError, match="here"):
+        both(lambda: ended.append(1), fails)
+    assert sorted(ended) == [0, 1]
+    with pytest.raises(ValueError, match="here"):
+        both(fails, lambda: ended.append(2))
+    assert both(lambda: 1, lambda: 2) == (1, 2)
