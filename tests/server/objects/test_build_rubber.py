@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.rubber_solid import rubber_solid
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.catalogue import build_body
@@ -55,13 +56,24 @@ def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> N
         build_body(str(path), ObjectFile(path, "z < 20%", edge=0.1), nonlinear=True)
 
 
-def test_a_volume_mesh_is_taken_as_it_is_or_refused(tmp_path: Path) -> None:
+def test_a_second_core_affords_more_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = list[float]()
+    for count in (1, 2, 16):
+        monkeypatch.setattr(rubber_solid, "cores", lambda count=count: count)
+        found.append(tick_seconds(1500))
+    assert found[0] > 1.0 / 60.0 > found[1] == found[2]
+
+
+def test_a_volume_mesh_is_taken_as_it_is_or_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
     path = volume(tmp_path / "block.vtk", 2)
     body = build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True)
     assert isinstance(body, RubberSolid)
     assert len(body.shape.tets.tets) == 48
-    path = volume(tmp_path / "fine.vtk", 5)  # 1,331 nodes
-    with pytest.raises(BodyError, match="a coarser mesh or --simulation-hz 54"):
+    path = volume(tmp_path / "fine.vtk", 6)  # 2,197 nodes
+    with pytest.raises(BodyError, match="a coarser mesh or --simulation-hz 30"):
         build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True)
     slow = build_body(str(path), ObjectFile(path, "z < 10%"), nonlinear=True, period=1.0 / 21.0)
     assert isinstance(slow, RubberSolid)
