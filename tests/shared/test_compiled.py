@@ -9,6 +9,7 @@ import pytest
 
 from cohaptic.compiled import MANIFEST, PYTHON
 from compiling.build import CompileError, build
+from compiling.sources import units
 from tests.shared.loop_outputs import outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
@@ -154,3 +155,21 @@ def test_the_loop_gives_the_same_compiled() -> None:
         assert one.keys() == other.keys()
         # To rounding: a compiler may put a product and a sum into one instruction.
         assert other == pytest.approx(one, rel=1e-12, abs=1e-12), one
+
+
+def test_a_declaration_without_a_module_is_a_source_of_the_kernels_that_use_it(
+    tmp_path: Path,
+) -> None:
+    """It is no kernel itself; when it changes, they are compiled again."""
+    folder = tmp_path / "server/cohaptic_server"
+    folder.mkdir(parents=True)
+    (tmp_path / "pyproject.toml").write_text("[tool.cohaptic.compile]\nloop = []\n")
+    (folder / "sums.py").write_text("def total(x): ...\n")
+    (folder / "sums.pxd").write_text("cimport cohaptic_server.calls as calls\n")
+    (folder / "calls.pxd").write_text("cdef inline int one() noexcept nogil:\n    return 1\n")
+    _, _, kernel = units(tmp_path)
+    assert kernel.modules == ("cohaptic_server.sums",)
+    assert "cohaptic_server.calls" not in kernel.uses
+    before = kernel.sources["cohaptic_server/calls.pxd"]
+    (folder / "calls.pxd").write_text("cdef inline int one() noexcept nogil:\n    return 2\n")
+    assert units(tmp_path)[2].sources["cohaptic_server/calls.pxd"] != before
