@@ -12,12 +12,15 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MAX_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load, Prefetching
 from cohaptic_server.mesh.contact_windows import ContactWindows
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
 from cohaptic_server.numeric import Floats
+
+_ROUNDING = 1e-6  # of the largest C_ii; less below zero is rounding, of a vertex that is held
 
 
 @runtime_checkable
@@ -69,12 +72,24 @@ class TouchedBody:
 
 
 def vertex_compliance(body: Body) -> Floats:
-    """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+    """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N].
+
+    Zero means held. That of a body that computes its own table is taken as it is.
+
+    Raises:
+        BodyError: A press pulls its place of the surface outwards.
+    """
     if isinstance(body, Surveyed):
         return body.vertex_compliance()
     mesh = body.mesh
     table = np.empty(len(mesh.vertices))
     for k, (at, normal) in enumerate(zip(mesh.vertices, mesh.normals, strict=True)):
         load = Load(*pressure(mesh, at, body.contact_radius, normal), -normal, 0.0)
-        table[k] = max(0.0, body.respond([load]).compliance[0, 0])
-    return table
+        table[k] = body.respond([load]).compliance[0, 0]
+    worst = int(table.argmin())
+    if table[worst] < -_ROUNDING * table.max():
+        raise BodyError(
+            f"{body.name}: C_ii of a press at vertex {worst} is {table[worst]:.3g} m/N; that of an"
+            " elastic body is not negative"
+        )
+    return np.maximum(0.0, table)

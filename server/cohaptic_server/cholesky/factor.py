@@ -81,22 +81,23 @@ class Factor:
         """
         x = np.zeros((self.size, forces.shape[1]), dtype=self.fronts[-1].lower.dtype)
         np.add.at(x, dofs(nodes), forces.astype(x.dtype, copy=False))
-        for front in self._path(nodes):
+        for front in [self.fronts[k] for k in self.path(nodes)]:
             x[front.border] -= front.carry @ x[front.own]
             x[front.own] = scipy.linalg.cho_solve(
                 (front.lower, True), x[front.own], check_finite=False
             )
-        for front in reversed(self.fronts if at is None else self._path(at)):
+        back = self.fronts if at is None else [self.fronts[k] for k in self.path(at)]
+        for front in reversed(back):
             if front.retained and len(front.border):
                 x[front.own] -= front.carry.T @ x[front.border]
         return x
 
-    def _path(self, nodes: Ints) -> list[FactorFront]:
-        """Fronts from `nodes` up to the root, children before parents."""
+    def path(self, nodes: Ints) -> list[int]:
+        """Fronts from `nodes` (k,) up to the root, children before parents."""
         path: set[int] = set()
         starts: list[int] = np.unique(self.front_of[nodes]).tolist()
         for k in starts:
             while k >= 0 and k not in path:
                 path.add(k)
                 k = self.fronts[k].parent
-        return [self.fronts[k] for k in sorted(path)]
+        return sorted(path)

@@ -24,7 +24,6 @@ from cohaptic_server.objects.tetrahedralise import ENVELOPE
 
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
 QUASI_STATIC = 0.2
-_RIGID = 1e-9  # m/N; a vertex with less compliance counts as fixed
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
 
@@ -144,7 +143,8 @@ def inspect_object(
     solid = built.solid
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    fixed = shape.fixed[shape.surface] | (compliance < _RIGID)
+    # A contact on nothing but fixed vertices does not move either.
+    fixed = shape.fixed[shape.surface] | (compliance == 0.0)
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(

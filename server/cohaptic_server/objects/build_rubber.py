@@ -32,7 +32,7 @@ def build_rubber_solid(
             whose mesh can be solved within the period.
         period: Period of the simulation [s].
         damping: B_o over K_o of eq. (9).
-        progress: Called with the phase.
+        progress: Called with the phase and the share of it that is done.
 
     Raises:
         BodyError: The file is no object that can be touched, or too fine for the period.
@@ -43,7 +43,10 @@ def build_rubber_solid(
     tets = _affordable_tets(source, period)
     fixed = fixed_vertices(source, tets.vertices)
     name = source.path.stem[:40]
-    return RubberSolid(tets, fixed, source.material, name, damping=damping)
+    solid = RubberSolid(tets, fixed, source.material, name, damping=damping)
+    # Whoever serves or places hands needs the table, and a thin part takes half a minute.
+    solid.vertex_compliance(lambda share: progress("pressing", share))
+    return solid
 
 
 def _affordable_tets(source: ObjectFile, period: float) -> TetMesh:

@@ -10,7 +10,7 @@ With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,6 +98,7 @@ class RubberSolid:
         if rest is None:
             raise BodyError("the solid is not stable at rest: are its tetrahedra nearly flat?")
         self._rest = rest
+        self._table: Floats | None = None
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
         """Iterate towards equilibrium with `loads`, from the state of `before`."""
@@ -120,8 +121,20 @@ class RubberSolid:
             iterate,
         )
 
-    def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex of the body at rest, shape (n,) [m/N]."""
+    def vertex_compliance(self, progress: Callable[[float], None] | None = None) -> Floats:
+        """C_ii of a contact centred at each vertex of the body at rest, along its normal.
+
+        Args:
+            progress: Receives the completed share, up to 1; once there is a table it is not called.
+
+        Returns:
+            Shape (n,) [m/N].
+        """
+        if self._table is None:
+            self._table = self._pressed(progress or (lambda share: None))
+        return self._table
+
+    def _pressed(self, progress: Callable[[float], None]) -> Floats:
         mesh, surface = self.mesh, self.shape.surface
         table: Floats = np.empty(len(surface))
         for start in range(0, len(surface), _BATCH):
@@ -132,6 +145,9 @@ class RubberSolid:
                     mesh, mesh.vertices[k], self.contact_radius, mesh.normals[k]
                 )
                 shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
+            # The tangent is positive definite, and no node that is held moves.
             fields = self._newton.fields(self._rest.stable, shares)
             table[batch.start : batch.stop] = (shares * fields).sum(axis=(1, 2))
-        return np.maximum(0.0, table)
+            progress(batch.stop / len(surface))
+        table.setflags(write=False)
+        return table

@@ -6,8 +6,8 @@ G is exact, between contacts centred at samples that are spread over the surface
 force to the samples round it and interpolates a displacement from them; it preserves moments up to
 the second order (moving least squares), so that the field a few sample spacings away is right to
 third order. It smooths the dent under the force itself: the compliance of a contact at its own
-place is therefore interpolated from the samples' own, which are exact, and not taken from
-psi' G psi, which is smaller.
+place is therefore the mean of the vertices' own under it, each of which is exact, and not taken
+from psi' G psi, which is smaller.
 
 The far field answers for columns that have not been solved yet, and for vertices that lie too far
 from a contact for its columns to matter.
@@ -16,7 +16,6 @@ from a contact for its columns to matter.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -32,22 +31,21 @@ class FarField:
 
     Args:
         samples: Vertices of the surface, shape (m,).
-        normals: Outward unit normals there, shape (m, 3).
         near: Samples round each vertex, as indices into `samples`, shape (n, k).
-        means: Weights that interpolate a smooth function of the samples at a vertex, shape (n, k).
         carries: Weights that distribute a vertex's force to the samples and interpolate their
             displacement; zero at fixed vertices, shape (n, k).
         compliance: G, displacement of a sample in x, y, z per unit force at another, both averaged
             over a contact's pressure, shape (3 m, 3 m) [m/N].
+        own: Compliance at itself of a contact centred at each vertex, the rows of a 3x3 block, zero
+            where nothing free is under it, shape (n, 9) [m/N].
         spacing: Mean distance between neighbouring samples [m].
     """
 
     samples: Ints
-    normals: Floats
     near: Ints
-    means: Floats
     carries: Floats
     compliance: Narrow
+    own: Floats
     spacing: float
 
     def spread(self, vertices: Ints, weights: Floats) -> Floats:
@@ -112,51 +110,39 @@ class FarField:
         kernels.between(spreads, fields, out)
         return out
 
-    def self_compliance(
-        self, vertices: Ints, weights: Floats, direction: Floats, normal: Floats
-    ) -> float:
-        """Compliance of a contact at itself, interpolated from the samples' own [m/N].
-
-        A surface is stiffer along its normal than across it: the direction of the force is turned
-        along with the normal from the contact to each sample.
+    def self_compliance(self, vertices: Ints, weights: Floats, direction: Floats) -> float:
+        """Compliance of a contact at itself by that of the vertices under it [m/N].
 
         Args:
             vertices: Vertices under the contact, shape (k,).
             weights: Share of the force on each, shape (k,).
             direction: Unit vector of the force, shape (3,).
-            normal: Outward unit normal of the surface at the contact, shape (3,).
 
         Raises:
             IndexError: A vertex does not exist.
         """
-        shares = np.empty(len(self.samples))
-        if not kernels.spread(self.near, self.means, vertices, weights, shares):
+        found = kernels.own_compliance(self.own, vertices, weights, direction)
+        if found < 0.0:
             raise IndexError("a vertex is not one of the surface's")
-        own = self._own.reshape(-1, 9)
-        return max(0.0, kernels.own_compliance(shares, self.normals, own, direction, normal))
+        return found
 
-    def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
-        along = np.einsum("pi,pij,pj->p", self.normals, self._own, self.normals)
-        table: Floats = (self.means * along[self.near]).sum(axis=1)
-        return np.maximum(0.0, table)
+    def vertex_compliance(self, normals: Floats) -> Floats:
+        """C_ii of a contact centred at each vertex along its normal, shape (n,) [m/N].
 
-    @cached_property
-    def _own(self) -> Floats:
-        """Compliance of each sample at itself, shape (m, 3, 3) [m/N]."""
-        rows = np.arange(3 * len(self.samples)).reshape(-1, 3)
-        blocks = self.compliance[rows[:, :, None], rows[:, None, :]]
-        return np.asarray(blocks, dtype=np.float64)
+        Args:
+            normals: Unit normals of the vertices, shape (n, 3).
+        """
+        table: Floats = np.einsum("ni,nij,nj->n", normals, self.own.reshape(-1, 3, 3), normals)
+        return table
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         """The arrays of a file, by the names that stored objects have used from the start."""
         return {
             "places": self.samples,
-            "normals": self.normals,
             "near": self.near,
-            "means": self.means,
             "carries": self.carries,
             "compliance": self.compliance,
+            "own": self.own,
             "spacing": np.array(self.spacing),
         }
 
@@ -170,20 +156,20 @@ class FarField:
         try:
             found = cls(
                 np.ascontiguousarray(arrays["places"], dtype=np.int64),
-                np.ascontiguousarray(arrays["normals"], dtype=np.float64),
                 np.ascontiguousarray(arrays["near"], dtype=np.int64),
-                np.ascontiguousarray(arrays["means"], dtype=np.float64),
                 np.ascontiguousarray(arrays["carries"], dtype=np.float64),
                 np.ascontiguousarray(arrays["compliance"], dtype=np.float32),
+                np.ascontiguousarray(arrays["own"], dtype=np.float64),
                 float(np.asarray(arrays["spacing"], dtype=np.float64)),
             )
         except KeyError as error:
             raise BodyError(f"a stored object lacks {error}") from error
         m, near = len(found.samples), found.near
-        shapes = (found.normals.shape, found.means.shape, found.carries.shape)
         # The kernels do not look whether an index is one of an array's.
         if (
-            shapes != ((m, 3), near.shape, near.shape)
+            near.ndim != 2
+            or found.carries.shape != near.shape
+            or found.own.shape != (len(near), 9)
             or found.compliance.shape != (3 * m, 3 * m)
             or near.min(initial=0) < 0
             or near.max(initial=-1) >= m

@@ -39,11 +39,10 @@ cpdef void between(
 ) noexcept
 
 @cython.locals(
-    p=Py_ssize_t, total=double, dx=double, dy=double, dz=double, nx=double, ny=double, nz=double,
-    mx=double, my=double, mz=double, ax=double, ay=double, az=double, cosine=double, scale=double,
-    x=double, y=double, z=double,
+    i=Py_ssize_t, v=Py_ssize_t, total=double, whole=double, x=double, y=double, z=double,
+    share=double,
 )
 cpdef double own_compliance(
-    const double[::1] shares, const double[:, ::1] normals, const double[:, ::1] blocks,
-    const double[::1] direction, const double[::1] normal,
+    const double[:, ::1] blocks, const int64_t[::1] vertices, const double[::1] weights,
+    const double[::1] direction,
 ) noexcept

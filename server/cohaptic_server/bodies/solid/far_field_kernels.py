@@ -156,39 +156,33 @@ def between(spreads: Floats, fields: Floats, out: Floats) -> None:
                             out[i, j, a, b] += share * fields[j, a, p, b]
 
 
-def own_compliance(
-    shares: Floats, normals: Floats, blocks: Floats, direction: Floats, normal: Floats
-) -> float:
-    """Mean of the samples' own compliance, each along `direction` turned from `normal` to its own.
+def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: Floats) -> float:
+    """Compliance of a contact at itself by those of contacts centred at the vertices under it.
+
+    A vertex counts by the fourth power of its weight: those near the centre of the pressure speak
+    for it, as the compliance may change much within a contact, and what a finger slides onto
+    comes in gradually.
 
     Args:
-        shares: Share of each sample, shape (m,).
-        normals: Of the samples, shape (m, 3).
-        blocks: Compliance of each sample at itself, shape (m, 9) [m/N].
+        blocks: Of each vertex, shape (n, 9) [m/N].
+        vertices: Under the contact, shape (v,).
+        weights: Share of the force on each, shape (v,).
         direction: Unit vector, shape (3,).
-        normal: Unit vector, shape (3,).
 
     Returns:
-        Compliance [m/N].
+        Compliance [m/N], never negative; -1 if one of the vertices does not exist.
     """
-    total = 0.0
-    dx, dy, dz = direction[0], direction[1], direction[2]
-    nx, ny, nz = normal[0], normal[1], normal[2]
-    for p in range(shares.shape[0]):
-        if shares[p] == 0.0:
-            continue
-        mx, my, mz = normals[p, 0], normals[p, 1], normals[p, 2]
-        cosine = mx * nx + my * ny + mz * nz
-        ax, ay, az = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
-        # Rodrigues' formula. Between opposite normals the rotation is not defined; samples of the
-        # opposite side have almost no weight.
-        scale = (ax * dx + ay * dy + az * dz) / max(1.0 + cosine, 1e-3)
-        x = cosine * dx + ay * dz - az * dy + scale * ax
-        y = cosine * dy + az * dx - ax * dz + scale * ay
-        z = cosine * dz + ax * dy - ay * dx + scale * az
-        total += shares[p] * (
-            x * (blocks[p, 0] * x + blocks[p, 1] * y + blocks[p, 2] * z)
-            + y * (blocks[p, 3] * x + blocks[p, 4] * y + blocks[p, 5] * z)
-            + z * (blocks[p, 6] * x + blocks[p, 7] * y + blocks[p, 8] * z)
+    total = whole = 0.0
+    x, y, z = direction[0], direction[1], direction[2]
+    for i in range(vertices.shape[0]):
+        v = vertices[i]
+        if v < 0 or v >= blocks.shape[0]:
+            return -1.0
+        share = weights[i] * weights[i] * weights[i] * weights[i]
+        whole += share
+        total += share * (
+            x * (blocks[v, 0] * x + blocks[v, 1] * y + blocks[v, 2] * z)
+            + y * (blocks[v, 3] * x + blocks[v, 4] * y + blocks[v, 5] * z)
+            + z * (blocks[v, 6] * x + blocks[v, 7] * y + blocks[v, 8] * z)
         )
-    return total
+    return max(0.0, total / whole) if whole > 0.0 else 0.0

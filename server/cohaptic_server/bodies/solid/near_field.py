@@ -9,7 +9,6 @@ slides over a vertex whose column is missing, and while a new column fades in.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -124,11 +123,7 @@ class SolidContact:
         """
         if not self.missing:
             return 0.0
-        normal = self.weights @ self.around.mesh.normals[self.vertices]
-        normal /= math.sqrt(normal @ normal)
-        whole = self.around.far_field.self_compliance(
-            self.vertices, self.weights, direction, normal
-        )
+        whole = self.around.far_field.self_compliance(self.vertices, self.weights, direction)
         return self.missing * max(0.0, whole - float(direction @ smoothed @ direction))
 
     def correct(self, u: Floats, force: Floats, vertices: Ints, order: Ints) -> None:

@@ -10,7 +10,6 @@ import scipy.sparse as sp
 
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
-from cohaptic_server.bodies.solid.green_columns import GreenColumns
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
@@ -55,12 +54,11 @@ def make_parts(
     progress("factoring", 0.0)
     shape = shape_of(tets, fixed, settings)
     factor = factor_of(shape, settings, lambda share: progress("factoring", share))
-    columns = GreenColumns(factor, shape.free_index, shape.mesh.vertices, 1)
     far_field = build_far_field(
         shape.mesh,
         shape.contact_radius,
-        columns.respond,
-        shape.free_index < 0,
+        factor,
+        shape.free_index,
         lambda share: progress("pressing", share),
     )
     return SolidParts(shape, factor, far_field)

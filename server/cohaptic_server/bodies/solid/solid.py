@@ -90,9 +90,8 @@ class Solid:
     def far_field(self) -> FarField:
         """The far field; computed on first use if it was not among the parts."""
         if self._far_field is None:
-            fixed = self.shape.free_index < 0
             self._far_field = build_far_field(
-                self.mesh, self.contact_radius, self.columns.respond, fixed
+                self.mesh, self.contact_radius, self.columns.factor, self.shape.free_index
             )
         return self._far_field
 
@@ -186,7 +185,7 @@ class Solid:
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
-        return self.far_field.vertex_compliance()
+        return self.far_field.vertex_compliance(self.mesh.normals)
 
 
 def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:

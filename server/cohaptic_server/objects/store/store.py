@@ -26,7 +26,10 @@ from cohaptic_server.objects.store.cache import entry_path, load_entry, save_ent
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
-_FORM = 5  # raised when the form of the arrays changes, or the way they are computed
+# Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
+# have a number each: fTetWild takes minutes, and does not give the same mesh twice.
+_TETS_FORM = 5
+_PARTS_FORM = 5
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -74,7 +77,7 @@ def load_or_make_parts(
     Raises:
         BodyError: The fixed vertices leave a rigid motion, or nothing free.
     """
-    material = (_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
+    material = (_PARTS_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
     path = entry_path(
         repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes()
     )
@@ -96,7 +99,7 @@ def load_or_make_parts(
 def _tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of a file that exists."""
     options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
-    key = repr((_FORM, source.path.suffix.lower(), *options)).encode()
+    key = repr((_TETS_FORM, source.path.suffix.lower(), *options)).encode()
     return entry_path(key, source.path.read_bytes())
 
 

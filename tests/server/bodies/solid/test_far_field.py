@@ -37,8 +37,8 @@ def soft_ring() -> Solid:
 @functools.cache
 def far_field() -> FarField:
     body = soft_ring()
-    fixed = body.shape.free_index < 0
-    return build_far_field(body.mesh, body.contact_radius, body.columns.respond, fixed, count=300)
+    factor, nodes = body.columns.factor, body.shape.free_index
+    return build_far_field(body.mesh, body.contact_radius, factor, nodes, count=300)
 
 
 def touch(place: Place) -> tuple[Ints, Floats, Floats]:
@@ -64,15 +64,18 @@ def by_samples(vertices: Ints, weights: Floats, direction: Floats) -> Floats:
     return np.asarray(np.tensordot(direction, per_force, axes=1))
 
 
-def test_means_are_of_quadratic_functions_and_loads_keep_their_place() -> None:
+def test_loads_keep_their_place() -> None:
     body, found = soft_ring(), far_field()
     free = body.shape.free_index >= 0
     x = body.mesh.vertices
-    assert found.means[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
     assert found.carries[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
     above = x[:, 2] > 0.0
-    centre = np.einsum("vk,vki->vi", found.means, x[found.samples][found.near])
-    assert np.linalg.norm(centre - x, axis=1)[above].max() < 0.001
+    centre = np.einsum("vk,vki->vi", found.carries, x[found.samples][found.near])
+    # On a curved surface samples that spread their force lie off along the normal.
+    normals = body.mesh.normals
+    off = centre - x
+    off -= np.einsum("vi,vi->v", off, normals)[:, None] * normals
+    assert np.linalg.norm(off, axis=1)[above].max() < 0.0005
 
 
 @given(places, places, directions, directions)
@@ -105,7 +108,7 @@ def test_a_contact_is_as_soft_as_the_contacts_round_it(place: Place) -> None:
     found = far_field()
     vertices, weights, n = touch(place)
     true = float(weights @ true_field(vertices, weights, -n)[vertices] @ -n)
-    assert found.self_compliance(vertices, weights, -n, n) == pytest.approx(true, rel=0.06)
+    assert found.self_compliance(vertices, weights, -n) == pytest.approx(true, rel=0.06)
 
 
 def test_every_vertex_carries_itself_where_all_are_places() -> None:
@@ -125,7 +128,7 @@ def test_it_comes_back_from_arrays() -> None:
     found = far_field()
     again = FarField.from_arrays(found.to_arrays())
     assert again.spacing == found.spacing
-    for name in ("samples", "normals", "near", "means", "carries", "compliance"):
+    for name in ("samples", "near", "carries", "compliance", "own"):
         assert (getattr(again, name) == getattr(found, name)).all()
     arrays = found.to_arrays()
     beyond = arrays | {"near": found.near + len(found.samples)}

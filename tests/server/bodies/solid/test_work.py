@@ -31,8 +31,8 @@ def served(along: int, across: int, radius: float) -> Solid:
     """A ring as it is served."""
     mesh = ring(along, across)
     whole = Solid(mesh, fixed(mesh), SolidSettings(2e4, 0.4, radius, order=1))
-    held, respond = whole.shape.free_index < 0, whole.columns.respond
-    far_field = build_far_field(whole.mesh, radius, respond, held, count=_SAMPLES)
+    factor, nodes = whole.columns.factor, whole.shape.free_index
+    far_field = build_far_field(whole.mesh, radius, factor, nodes, count=_SAMPLES)
     parts = SolidParts(whole.shape, whole.columns.factor, far_field)
     body = Solid(mesh, fixed(mesh), whole.settings, parts=parts)
     body.in_background()

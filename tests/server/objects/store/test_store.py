@@ -18,7 +18,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store import store
-from cohaptic_server.objects.store.array_file import save_arrays
+from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 from cohaptic_server.testing.blocks import block
@@ -160,3 +160,18 @@ def test_parts_of_another_form_are_made_anew_with_a_word(
     assert "the stored factor cannot be used and is made anew" in caplog.text
     store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 2
+
+
+def test_parts_without_the_compliance_of_vertices_are_made_anew(
+    made: list[ObjectFile], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As an earlier version stored them."""
+    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
+    (path,) = (tmp_path / "store").iterdir()
+    arrays = load_arrays(path, mapped=False)
+    del arrays["twin/own"]
+    save_arrays(path, arrays)
+    again = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
+    assert len(made) == 2
+    assert "a stored object lacks 'own'" in caplog.text
+    assert (again.far_field.own.any(axis=1)).sum() > (~FOOT).sum() / 2

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import scipy.sparse.linalg
+
+from cohaptic_server.cholesky import forward
+from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import factorise
+from cohaptic_server.cholesky.values import AnyFloats
+from cohaptic_server.numeric import Floats
+from tests.server.cholesky.block_problem import in_single, on_surface, problem
+
+PRESSES = 40
+
+
+def factor() -> Factor:
+    matrix, points = problem()
+    return factorise(matrix, points, on_surface(points))
+
+
+def shares() -> sp.csr_array:
+    """Presses on a few random nodes of the surface each; the last one has none."""
+    _, points = problem()
+    rng = np.random.default_rng(3)
+    nodes = np.flatnonzero(on_surface(points))
+    table = np.zeros((len(points), PRESSES))
+    for press in range(PRESSES - 1):
+        table[rng.choice(nodes, 1 + press % 7, replace=False), press] = rng.uniform(0.1, 1.0)
+    return sp.csr_array(table)
+
+
+def expected() -> Floats:
+    """The compliance between all of them by a general solver, shape (3 r, 3 r)."""
+    matrix, _ = problem()
+    forces = sp.kron(shares(), sp.eye_array(3)).toarray()
+    return np.asarray(forces.T @ scipy.sparse.linalg.spsolve(matrix.tocsc(), forces))
+
+
+def test_compliances_are_those_of_a_general_solver() -> None:
+    exact = expected()
+    mutual = forward.mutual_compliance(factor(), shares())
+    assert np.abs(mutual - exact).max() < 1e-11 * np.abs(exact).max()
+    own = forward.self_compliance(factor(), shares())
+    blocks = exact.reshape(PRESSES, 3, PRESSES, 3)[np.arange(PRESSES), :, np.arange(PRESSES)]
+    assert np.abs(own - blocks).max() < 1e-11 * np.abs(exact).max()
+    assert np.array_equal(own, own.transpose(0, 2, 1))
+    assert np.linalg.eigvalsh(own[:-1]).min() > 0.0
+    assert not own[-1].any()
+
+
+def test_a_press_alone_has_what_it_has_among_others() -> None:
+    together = forward.self_compliance(factor(), shares())
+    for press in range(0, PRESSES, 9):
+        alone = forward.self_compliance(factor(), sp.csr_array(shares()[:, [press]]))
+        assert alone[0] == pytest.approx(together[press], rel=1e-12)
+
+
+def test_no_press_is_no_compliance() -> None:
+    none = sp.csr_array((len(problem()[1]), 3))
+    assert not forward.self_compliance(factor(), none).any()
+    assert not forward.mutual_compliance(factor(), none).any()
+
+
+def test_a_factor_in_single_precision_serves_too() -> None:
+    exact = forward.self_compliance(factor(), shares())
+    rounded = forward.self_compliance(in_single(factor()), shares())
+    assert np.abs(rounded - exact).max() < 1e-4 * np.abs(exact).max()
+
+
+def test_progress_rises_to_its_end() -> None:
+    told: list[float] = []
+    forward.self_compliance(factor(), shares(), told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    assert len(told) > 1
+
+
+def test_a_press_costs_the_fronts_on_its_path_and_no_way_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Work, counted: in a front each press that reaches it, on its way from its nodes to the root.
+    A solve for displacements visits every front on its way back."""
+    one, loads = factor(), shares()
+    monkeypatch.setattr(Factor, "solve", None)
+    done = list[int]()
+    inner = forward.solve_lower
+
+    def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
+        done.append(right.size)
+        return inner(lower, right)
+
+    monkeypatch.setattr(forward, "solve_lower", solve_lower)
+    forward.self_compliance(one, loads)
+    table = loads.toarray()
+    paths = [one.path(np.flatnonzero(table[:, press])) for press in range(PRESSES)]
+    assert sum(done) == sum(3 * len(one.fronts[k].own) for path in paths for k in path)
+    everything = PRESSES * sum(3 * len(front.own) for front in one.fronts if front.retained)
+    assert sum(done) < 0.7 * everything
