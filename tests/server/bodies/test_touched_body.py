@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.spring import Spring
@@ -50,3 +51,14 @@ def test_a_body_of_another_kind_has_a_table_too() -> None:
 def test_the_touch_mesh_is_made_once(small_balloon: Balloon) -> None:
     touched = TouchedBody(small_balloon)
     assert touched.mesh is touched.mesh
+
+
+def test_a_press_that_pulls_outwards_is_named_and_not_taken_for_held() -> None:
+    class Wrong(Balloon):
+        def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
+            r = super().respond(loads, before)
+            return DenseResponse(r.displacement, r.fields, -r.compliance, r.energy)
+
+    body = Wrong(BalloonSettings(subdivisions=2, contact_radius=0.03))
+    with pytest.raises(BodyError, match=r"C_ii of a press at vertex \d+ is -.* not negative"):
+        vertex_compliance(body)

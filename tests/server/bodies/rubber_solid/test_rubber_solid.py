@@ -291,3 +291,11 @@ def test_absurd_ones_are_refused() -> None:
         RubberSolid(mesh, held, damping=-1.0)
     with pytest.raises(BodyError, match="float away"):
         RubberSolid(mesh, np.zeros_like(held))
+
+
+def test_the_table_is_the_linear_solids_and_is_made_once() -> None:
+    body, told = small.__wrapped__(), list[float]()
+    table = body.vertex_compliance(told.append)
+    assert table == pytest.approx(linear().vertex_compliance(), rel=1e-5, abs=1e-12)
+    assert body.vertex_compliance(told.append) is table
+    assert told.count(1.0) == 1
