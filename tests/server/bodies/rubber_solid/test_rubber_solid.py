@@ -293,9 +293,8 @@ def test_absurd_ones_are_refused() -> None:
         RubberSolid(mesh, np.zeros_like(held))
 
 
-def test_the_table_is_the_linear_solids_and_is_made_once() -> None:
+def test_the_table_is_made_once_and_tells_its_progress() -> None:
     body, told = small.__wrapped__(), list[float]()
     table = body.vertex_compliance(told.append)
-    assert table == pytest.approx(linear().vertex_compliance(), rel=1e-5, abs=1e-12)
     assert body.vertex_compliance(told.append) is table
     assert told.count(1.0) == 1
