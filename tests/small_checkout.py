@@ -78,7 +78,7 @@ def make_checkout(root: Path) -> Path:
     for name, text in FILES.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
-    assert build(root) == 4  # two kernels, what they share, and the loop
+    assert build(root) == 5  # two kernels and that of shared, what they share, and the loop
     return root
 
 
