@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -13,19 +11,11 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
+from shapes.lobes import organ
+from shapes.solids import torus
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SMALL = 300_000  # bytes
-
-
-@pytest.fixture(scope="module")
-def made() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_objects", EXAMPLES / "make_objects.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module", params=["torus.stl", "organ.ply"])
@@ -39,8 +29,8 @@ def sorted_corners(x: Floats, faces: Ints) -> Floats:
     return corners[np.lexsort(corners.T)]
 
 
-def test_the_file_is_what_the_generator_makes(file: Path, made: ModuleType) -> None:
-    x, faces = made.torus() if file.stem == "torus" else made.organ()
+def test_the_file_is_what_the_generator_makes(file: Path) -> None:
+    x, faces = torus() if file.stem == "torus" else organ()
     stored = sorted_corners(*read_surface(file))
     assert stored == pytest.approx(sorted_corners(x, faces), abs=3e-6)  # 24 bits, and rounding
     assert file.stat().st_size <= SMALL
@@ -55,12 +45,12 @@ def test_it_is_an_object_that_stands_on_a_table(file: Path) -> None:
     assert 0.15 < np.ptp(x, axis=0).max() < 0.25
 
 
-def test_the_torus_has_the_volume_of_one(made: ModuleType) -> None:
-    assert volume(*made.torus()) == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.02)
+def test_the_torus_has_the_volume_of_one() -> None:
+    assert volume(*torus()) == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.02)
 
 
-def test_the_organ_is_hollow_below_and_smooth(made: ModuleType) -> None:
-    x, faces = made.organ()
+def test_the_organ_is_hollow_below_and_smooth() -> None:
+    x, faces = organ()
     low = x[x[:, 2] < 0.02]
     assert np.ptp(low[:, 0]) < 0.8 * np.ptp(x[:, 0])  # the left lobe hangs over
     corners = x[faces]
