@@ -1,0 +1,184 @@
+"""A folder of meshes, each prepared at the first try and touched by two hands: a nightly table.
+
+    python examples/make_objects.py --many FOLDER
+    python benchmarks/many_objects.py FOLDER [--nonlinear] [--only NAME ...] [--json FILE]
+
+Each file goes through `cohaptic body prepare FILE --auto` in a process of its own, with an empty
+store, a limit of time and one of memory; then two hands press it at 0, 80 and 250 ms each way
+(`object_session.py`). Of each session the table has the worst error of the force on a hand, and
+that of the part of it that the other hand causes, off and pressed, against the equilibrium of hands
+and object; a session that does not come to rest says so. `table` is the share of vertices whose
+tabulated compliance is within 5 % of a press there, and the worst error.
+
+The exit status is 1 where a file is neither accepted nor refused in a sentence, or a session fails
+or is unstable. `--options='--fix "z < 15%"'` has other options of an object than `--auto`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shlex
+import sys
+import tempfile
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import json_report
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.demo.rest import Rest
+from cohaptic_server.objects.prepare import KINDS
+from limited import Ended, run_limited
+
+SESSIONS = Path(__file__).with_name("object_session.py")
+_READY = re.compile(r": ([\d,]+) tetrahedra, .*; ready in ")
+_KINDS = {"linear": (), "nonlinear": ("--nonlinear",)}
+
+Row = dict[str, Any]
+
+
+def try_file(path: Path, chosen: Sequence[str], options: Namespace) -> Row:
+    """Prepare one file and play its sessions; everything that is known of it, in SI units.
+
+    Args:
+        path: The mesh.
+        chosen: Options of an object, `--auto` among them or not.
+        options: Of the command line.
+    """
+    with tempfile.TemporaryDirectory() as cache:
+        env = {"COHAPTIC_CACHE": cache, "COLUMNS": "1000", "NO_COLOR": "1"}
+        command = [sys.executable, "-m", "cohaptic", "body", "prepare", str(path), *chosen]
+        limits = {"seconds": options.limit_seconds, "memory": options.limit_memory}
+        ended = run_limited(command, env=env, **limits)
+        row: Row = {"file": path.name, "seconds": ended.seconds, "memory_bytes": ended.memory}
+        row |= judge(ended)
+        if row["verdict"] != "accepted":
+            return row
+        for kind in ("linear", "nonlinear") if options.nonlinear else ("linear",):
+            command = [sys.executable, str(SESSIONS), str(path), *chosen, *_KINDS[kind]]
+            limits["seconds"] = options.limit_session_seconds
+            row[kind] = sessions_of(run_limited(command, env=env, **limits))
+    return row
+
+
+def judge(ended: Ended) -> Row:
+    """`verdict` on a preparation: accepted, refused, stopped or crashed; and what it said.
+
+    Args:
+        ended: The end of `cohaptic body prepare`.
+    """
+    said = [line.strip() for line in ended.out.splitlines() if line.strip()]
+    ready = [match for line in said if (match := _READY.search(line))]
+    if ended.over:
+        return {"verdict": "stopped", "said": ended.over}
+    if ended.code == 0 and ready:
+        changes = [line for line in said if not _READY.search(line)]
+        tetrahedra = int(ready[0][1].replace(",", ""))
+        return {"verdict": "accepted", "said": "; ".join(changes), "tetrahedra": tetrahedra}
+    sentence = " ".join(ended.err.split())
+    if ended.code == 2 and sentence.startswith("cohaptic: ") and "Traceback" not in sentence:
+        return {"verdict": "refused", "said": sentence.removeprefix("cohaptic: ")}
+    last = ended.err.strip().splitlines()[-1:] or ["without a word"]
+    return {"verdict": "crashed", "said": f"ended with {ended.code}: {last[0]}"}
+
+
+def sessions_of(ended: Ended) -> Row:
+    """What `object_session.py` found, or its `error` in a sentence."""
+    lines = ended.out.strip().splitlines()
+    if ended.code == 0 and not ended.over and lines:
+        found: Row = json.loads(lines[-1])
+        return found
+    last = ended.err.strip().splitlines()[-1:] or ["without a word"]
+    return {"sessions": [], "error": ended.over or f"ended with {ended.code}: {last[0]}"}
+
+
+def is_sound(row: Row) -> bool:
+    """Whether a file was refused in a sentence, or accepted with sessions that are stable."""
+    if row["verdict"] != "accepted":
+        return bool(row["verdict"] == "refused")
+    kinds = [row[kind] for kind in _KINDS if kind in row]
+    rests = [session["rest"] for kind in kinds for session in kind["sessions"]]
+    return Rest.UNSTABLE.value not in rests and not any("error" in kind for kind in kinds)
+
+
+def cells(row: Row, nonlinear: bool) -> list[str]:
+    """One row of the printed table."""
+    memory = row["memory_bytes"]
+    line = [
+        row["file"],
+        row["verdict"],
+        f"{row['seconds']:.1f} s",
+        "" if math.isnan(memory) else f"{1e-6 * memory:,.0f} MB",
+        f"{row['tetrahedra']:,}" if "tetrahedra" in row else "",
+    ]
+    for kind in ("linear", "nonlinear") if nonlinear else ("linear",):
+        found = row.get(kind, {"sessions": []})
+        played = [
+            f"{100 * s['force_error']:.2g} / {100 * s['felt_error']:.2g} %"
+            + ("" if s["rest"] == "rests" else f" {s['rest']}")
+            for s in found["sessions"]
+        ]
+        line += [*played, *[""] * (3 - len(played))]
+    table = row.get("linear", {})
+    share = table.get("share_within_5_percent")
+    line.append("" if share is None else f"{share:.0%}, {table['worst_error']:.0%}")
+    said = [row["said"]]
+    errors = {kind: row[kind]["error"] for kind in _KINDS if "error" in row.get(kind, {})}
+    said += [f"{kind} sessions: {error}" for kind, error in errors.items()]
+    return [*line, "; ".join(part.replace("|", "/") for part in said if part)]
+
+
+def files_in(folder: Path, only: Sequence[str]) -> list[Path]:
+    """The meshes of a folder in order, or those of them that are named, with suffix or without."""
+    found = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in KINDS]
+    missing = [name for name in only if not any(name in (p.name, p.stem) for p in found)]
+    if missing or not found:
+        raise SystemExit(f"{folder}: there is no mesh {' and no '.join(missing) or 'in it'}")
+    return [path for path in found if not only or path.name in only or path.stem in only]
+
+
+def _parser() -> ArgumentParser:
+    parser = json_report.parser(__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--nonlinear", action="store_true", help="touch each as rubber too")
+    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="these files")
+    parser.add_argument("--limit-seconds", type=float, default=120.0, help="to prepare one")
+    parser.add_argument("--limit-memory", type=float, default=2e9, help="of one process, in bytes")
+    parser.add_argument(
+        "--limit-session-seconds", type=float, default=600.0, help="for the sessions of one"
+    )
+    parser.add_argument("--options", default="--auto", help="of an object, in place of --auto")
+    return parser
+
+
+def main() -> None:
+    """Print a table while it is measured."""
+    options = _parser().parse_args()
+    chosen = shlex.split(options.options)
+    if "--auto" in chosen and "auto" not in {field.name for field in fields(ObjectOptions)}:
+        raise SystemExit("this cohaptic has no --auto; give --options='--fix \"z < 15%\"' instead")
+    names = ["file", "verdict", "prepared in", "memory", "tetrahedra"]
+    kinds = ("linear", "nonlinear") if options.nonlinear else ("linear",)
+    names += [f"{kind} {delay} ms" for kind in kinds for delay in (0, 80, 250)]
+    names += ["table", "changed, or why not"]
+    print(f"| {' | '.join(names)} |\n|{'---|' * len(names)}", flush=True)
+    rows: list[Row] = []
+    for path in files_in(options.folder, options.only):
+        rows.append(try_file(path, chosen, options))
+        print(f"| {' | '.join(cells(rows[-1], options.nonlinear))} |", flush=True)
+    count = {v: sum(row["verdict"] == v for row in rows) for v in ("accepted", "refused")}
+    unsound = [row["file"] for row in rows if not is_sound(row)]
+    print(
+        f"\n{len(rows)} files: {count['accepted']} accepted, {count['refused']} refused in a"
+        f" sentence; {'not sound: ' + ', '.join(unsound) if unsound else 'all are sound'}"
+    )
+    json_report.write(options, rows)
+    sys.exit(1 if unsound else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+"""A command is stopped at its limits, and what it used is known."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from limited import Ended, run_limited
+
+pytestmark = pytest.mark.realtime
+
+
+def run(code: str, *, seconds: float = 60.0, memory: float = 1e10) -> Ended:
+    command = [sys.executable, "-c", code]
+    return run_limited(command, seconds=seconds, memory=memory, env={"NIGHT": "yes"})
+
+
+def test_a_command_ends_by_itself() -> None:
+    ended = run("import os, sys; print(os.environ['NIGHT']); print('no', file=sys.stderr); exit(3)")
+    assert (ended.code, ended.over, ended.out, ended.err) == (3, "", "yes\n", "no\n")
+    assert ended.seconds > 0.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no memory is known there")
+def test_its_memory_is_known() -> None:
+    little, much = run("pass"), run("x = b'1' * 300_000_000; import time; time.sleep(1.0)")
+    assert much.memory - little.memory == pytest.approx(3e8, rel=0.1)
+
+
+def test_one_that_takes_too_long_is_stopped() -> None:
+    ended = run("print('begun', flush=True)\nwhile True: pass", seconds=1.5)
+    assert ended.over == "stopped after 1.5 s"
+    assert ended.code != 0
+    assert ended.out == "begun\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is known at the end only")
+def test_one_whose_child_takes_too_much_memory_is_stopped() -> None:
+    child = "x = b'1' * 300_000_000\nwhile True: pass"
+    parent = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"
+    ended = run(parent, memory=2e8)
+    assert ended.over == "stopped at 0.2 GB of memory"
+    assert ended.code != 0

@@ -1,0 +1,115 @@
+"""The nightly script says of each file what became of it: a short run, and its judgements."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import many_objects
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.testing.blocks import block
+from limited import Ended
+from shapes.catalogue import MANY
+from shapes.scene_files import vtu
+
+ROOT = Path(__file__).parents[2]
+READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
+SESSION = {"delay_s": 0.0, "force_error": 0.01, "felt_error": 0.02, "rest": "rests"}
+
+
+def ended(code: int = 0, out: str = "", err: str = "", over: str = "") -> Ended:
+    return Ended(code, 1.0, 2e8, over, out, err)
+
+
+@pytest.mark.parametrize(
+    ("end", "expected"),
+    [
+        (ended(out=READY), ("accepted", "")),
+        (ended(out="closed 3 holes\nscaled\n" + READY), ("accepted", "closed 3 holes; scaled")),
+        (ended(2, err="cohaptic: a.stl: it\nis empty\n"), ("refused", "a.stl: it is empty")),
+        (ended(1, err="Traceback ...\nKeyError: 3\n"), ("crashed", "ended with 1: KeyError: 3")),
+        (ended(-11), ("crashed", "ended with -11: without a word")),
+        (ended(2, err="Usage: ...\nNo option -a\n"), ("crashed", "ended with 2: No option -a")),
+        (ended(0, out="nothing of it"), ("crashed", "ended with 0: without a word")),
+        (ended(-9, out=READY, over="stopped after 120 s"), ("stopped", "stopped after 120 s")),
+    ],
+)
+def test_a_preparation_is_judged_by_how_it_ended(end: Ended, expected: tuple[str, str]) -> None:
+    found = many_objects.judge(end)
+    assert (found["verdict"], found["said"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("row", "sound"),
+    [
+        ({"verdict": "refused"}, True),
+        ({"verdict": "crashed"}, False),
+        ({"verdict": "stopped"}, False),
+        ({"verdict": "accepted", "linear": {"sessions": [SESSION]}}, True),
+        ({"verdict": "accepted", "linear": {"sessions": [{**SESSION, "rest": "slow"}]}}, True),
+        ({"verdict": "accepted", "linear": {"sessions": [{**SESSION, "rest": "unstable"}]}}, False),
+        ({"verdict": "accepted", "linear": {"sessions": [SESSION], "error": "no place"}}, False),
+    ],
+)
+def test_only_a_sentence_or_stable_sessions_are_sound(row: dict[str, Any], sound: bool) -> None:
+    assert many_objects.is_sound(row) is sound
+
+
+def test_every_row_has_a_cell_for_each_column() -> None:
+    row: dict[str, Any] = {"file": "a.stl", "verdict": "refused", "seconds": 1.0, "said": "a | b"}
+    row["memory_bytes"] = float("nan")
+    for nonlinear in (False, True):
+        assert len(many_objects.cells(row, nonlinear)) == (13 if nonlinear else 10)
+    assert "|" not in "".join(many_objects.cells(row, False))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.stl").write_bytes(b"")
+    assert [p.name for p in many_objects.files_in(tmp_path, ["a"])] == ["a.stl"]
+    with pytest.raises(SystemExit, match="there is no mesh b"):
+        many_objects.files_in(tmp_path, ["a", "b"])
+
+
+@pytest.mark.realtime
+@pytest.mark.timeout(600)
+def test_a_short_night(tmp_path: Path) -> None:
+    """One object that is touched, one in other units and a broken one that are refused."""
+    (tmp_path / "block.vtu").write_bytes(MANY["block.vtu"]())
+    (tmp_path / "small.vtu").write_bytes(vtu(block((1e-5, 1e-5, 1e-5), (1, 1, 1))))
+    (tmp_path / "strips.ply").write_bytes(MANY["strips.ply"]())
+    done = subprocess.run(
+        [
+            *(sys.executable, str(ROOT / "benchmarks/many_objects.py"), str(tmp_path)),
+            *("--json", str(tmp_path / "out.json"), "--options", '--fix "z < 15%"'),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "3 files: 1 accepted, 2 refused in a sentence; all are sound" in done.stdout
+    accepted, small, strips = json.loads((tmp_path / "out.json").read_text())["results"]
+    assert accepted["tetrahedra"] == 1440
+    assert accepted["memory_bytes"] > 5e7
+    sessions = accepted["linear"]["sessions"]
+    assert [s["delay_s"] for s in sessions] == [0.0, 0.08, 0.25]
+    assert {s["rest"] for s in sessions} == {"rests"}
+    assert max(s["force_error"] for s in sessions) < 0.02
+    assert accepted["linear"]["share_within_5_percent"] > 0.5
+    assert "--scale" in small["said"]
+    assert "no triangle" in strips["said"]
+
+
+@pytest.mark.skipif(
+    "auto" in {field.name for field in fields(ObjectOptions)}, reason="there is --auto"
+)
+def test_without_auto_one_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["many_objects.py", str(tmp_path)])
+    with pytest.raises(SystemExit, match="has no --auto"):
+        many_objects.main()
