@@ -29,6 +29,7 @@ class Ended:
     Args:
         code: Its exit status; negative for a signal.
         seconds: How long it took [s].
+        processor: Processor time of it and of what it waited for [s]; NaN if it is not known.
         memory: Its largest resident memory [bytes]; NaN if it is not known.
         over: The limit at which it was stopped, in words; empty if it ended by itself.
         out: Its standard output.
@@ -37,6 +38,7 @@ class Ended:
 
     code: int
     seconds: float
+    processor: float
     memory: float
     over: str
     out: str
@@ -61,7 +63,7 @@ def run_limited(
             command, stdout=out, stderr=err, env=os.environ | env, start_new_session=True
         )
         try:
-            while (largest := _ended(process)) is None:
+            while (used := _ended(process)) is None:
                 spent, now = time.perf_counter() - begin, _resident(process.pid)
                 peak = now if math.isnan(peak) else max(peak, now)
                 if spent > seconds:
@@ -69,32 +71,34 @@ def run_limited(
                 elif peak > memory:
                     over = f"stopped at {memory / 1e9:.3g} GB of memory"
                 if over:
-                    _stop(process)
+                    used = _stop(process)
                     break
                 time.sleep(_EVERY)
         except BaseException:
             _stop(process)
             raise
         took = time.perf_counter() - begin
-        if math.isnan(peak) and largest is not None:
+        processor, largest = used
+        if math.isnan(peak):
             peak = largest
             over = f"took {peak / 1e9:.3g} GB of memory" if peak > memory else ""
         texts: list[str] = []
         for file in (out, err):
             file.seek(0)
             texts.append(file.read().decode(errors="replace"))
-    return Ended(process.returncode, took, peak, over, *texts)
+    return Ended(process.returncode, took, processor, peak, over, *texts)
 
 
-def _ended(process: subprocess.Popen[bytes]) -> float | None:
-    """Largest resident memory of a process that has ended [bytes]; None while it runs."""
+def _ended(process: subprocess.Popen[bytes], *, wait: bool = False) -> tuple[float, float] | None:
+    """Processor time [s] and largest memory [bytes] of a process that ended; None while it runs."""
     if sys.platform == "win32":
-        return None if process.poll() is None else math.nan
-    found, status, usage = os.wait4(process.pid, os.WNOHANG)
+        return None if not wait and process.poll() is None else (math.nan, math.nan)
+    found, status, usage = os.wait4(process.pid, 0 if wait else os.WNOHANG)
     if not found:
         return None
     process.returncode = os.waitstatus_to_exitcode(status)
-    return float(usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024))
+    largest = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return usage.ru_utime + usage.ru_stime, float(largest)
 
 
 def _resident(session: int) -> float:
@@ -118,10 +122,11 @@ def _resident(session: int) -> float:
     return 1024.0 * kilobytes
 
 
-def _stop(process: subprocess.Popen[bytes]) -> None:
-    """End a process and those that it started."""
+def _stop(process: subprocess.Popen[bytes]) -> tuple[float, float]:
+    """End a process and those that it started; what it used."""
     if sys.platform == "win32":
         process.kill()
+        process.wait()
     else:
         os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+    return _ended(process, wait=True) or (math.nan, math.nan)

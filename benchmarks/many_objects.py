@@ -55,6 +55,7 @@ def try_file(path: Path, chosen: Sequence[str], options: Namespace) -> Row:
         limits = {"seconds": options.limit_seconds, "memory": options.limit_memory}
         ended = run_limited(command, env=env, **limits)
         row: Row = {"file": path.name, "seconds": ended.seconds, "memory_bytes": ended.memory}
+        row["processor_seconds"] = ended.processor
         row |= judge(ended)
         if row["verdict"] != "accepted":
             return row
@@ -112,6 +113,7 @@ def cells(row: Row, nonlinear: bool) -> list[str]:
         row["file"],
         row["verdict"],
         f"{row['seconds']:.1f} s",
+        f"{row['processor_seconds']:.1f} s",
         "" if math.isnan(memory) else f"{1e-6 * memory:,.0f} MB",
         f"{row['tetrahedra']:,}" if "tetrahedra" in row else "",
     ]
@@ -161,7 +163,7 @@ def main() -> None:
     chosen = shlex.split(options.options)
     if "--auto" in chosen and "auto" not in {field.name for field in fields(ObjectOptions)}:
         raise SystemExit("this cohaptic has no --auto; give --options='--fix \"z < 15%\"' instead")
-    names = ["file", "verdict", "prepared in", "memory", "tetrahedra"]
+    names = ["file", "verdict", "prepared in", "processor", "memory", "tetrahedra"]
     kinds = ("linear", "nonlinear") if options.nonlinear else ("linear",)
     names += [f"{kind} {delay} ms" for kind in kinds for delay in (0, 80, 250)]
     names += ["table", "changed, or why not"]

@@ -1,150 +1,24 @@
-"""Sessions of two hands on an object from a file, in virtual time, against the equilibrium.
+"""Two hands on an object from a file, in virtual time: the command; `two_hands.py` says more.
 
     python benchmarks/object_session.py FILE [--fix RULE ...] [--nonlinear] [--delays-ms 0]
 
-The hands stand where the demo puts them, with its rhythm: `left` stays off, then presses, while
-`right` rests in the object. Room, world, frames, links and loops are the product's; the columns of
-a solid are exact at once, as if a process beside the tick had delivered them. The last line of the
-output is a JSON object in SI units. It belongs to `many_objects.py`.
+It belongs to `many_objects.py`, which reads the last line of its output.
 """
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
-from pathlib import Path
-from typing import Annotated, Any
-
-import numpy as np
-import typer
-from threadpoolctl import threadpool_limits
-
-from cohaptic.errors import BodyError
-from cohaptic.protocol.patch import MIN_COMPLIANCE
-from cohaptic_client.devices.simulated import INFO
-from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
-from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.cli.object_options import ObjectOptions, takes_object
-from cohaptic_server.demo.analysis import measured
-from cohaptic_server.demo.lateness import LEAST
-from cohaptic_server.demo.rest import Rest, judge
-from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.set_up import set_up
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.sampling import spread_over
-from cohaptic_server.numeric import Floats
-
-DELAYS = (0.0, 0.08, 0.25)  # s, one way
-SURVEYED = 40  # vertices, spread over the surface, whose compliance is compared
-_WORST_FIRST = (Rest.UNSTABLE, Rest.SLOW, Rest.RESTS)
-
-Row = dict[str, Any]
+from cohaptic.compiled import use
 
 
-def _quiet(phase: str, share: float) -> None:
-    """The progress of a preparation, which nobody watches."""
+def run() -> None:
+    """Play the sessions with the compiled haptic loop, if there is one: the same figures sooner."""
+    use("loop")  # before its modules are imported
+    import typer
 
+    from two_hands import main
 
-def play(body: Body, scene: Scene) -> Row:
-    """One session with the delay of the scene, measured with `left` off and pressed.
-
-    Returns:
-        `force_error` and `felt_error`, the worst of both hands and levels, over the reference or
-        over `LEAST` [N] if that is larger; `rest`; `force_n`, the largest reference;
-        `unexplained_n_per_ms`, the largest change of a force that its own hand did not make.
-
-    Raises:
-        BodyError: The reference does not converge.
-    """
-    session = VirtualSession(body, scene.simulation_hz)
-    # Engaged, and with patches, before it approaches.
-    begin = 1.0 + 2.0 * scene.delay
-    for k, name in enumerate(scene.names):
-        script = replace(scene.script(k), approach_at=begin)
-        session.join(name, script, delay=scene.delay, seed=k, geometry="mesh")
-    period, ramp = scene.rhythm.period, 0.5  # s; the slower of the approach and of the rhythm
-    session.run(begin + period)
-    stretches = [
-        slice(round((begin + at + ramp) / PERIOD), round((begin + at + 0.5 * period) / PERIOD) - 10)
-        for at in (0.0, 0.5 * period)
-    ]
-    force = np.array([user.force for user in session.users.values()])
-    felt = np.array([user.felt for user in session.users.values()])
-    expected = [reference(scene, body, pressed=pressed) for pressed in (False, True)]
-    verdicts = judge(force, stretches, measured, INFO.max_force)
-    ends = [measured(stretch) for stretch in stretches]
-    return {
-        "delay_s": scene.delay,
-        "force_error": _worst_error(force, ends, [e.force for e in expected]),
-        "felt_error": _worst_error(felt, ends, [e.felt_from_others for e in expected]),
-        "rest": next(rest.value for rest in _WORST_FIRST if rest in verdicts),
-        "force_n": float(max(e.force.max() for e in expected)),
-        "unexplained_n_per_ms": max(max(user.unexplained) for user in session.users.values()),
-    }
-
-
-def _worst_error(values: Floats, ends: list[slice], expected: list[Floats]) -> float:
-    """Largest error of mean values at the ends of stretches; values of shape (users, n) [N]."""
-    errors = [
-        np.abs(values[:, end].mean(axis=1) - e) / np.maximum(np.abs(e), LEAST)
-        for end, e in zip(ends, expected, strict=True)
-    ]
-    return float(np.max(errors))
-
-
-def survey(body: Body) -> Row:
-    """How well the table of compliances agrees with presses at some of the vertices.
-
-    Returns:
-        `share_within_5_percent` and `worst_error` of the vertices that are not held.
-    """
-    table, mesh = vertex_compliance(body), body.mesh
-    errors: list[float] = []
-    for k in spread_over(mesh.vertices, SURVEYED).tolist():
-        x, n = mesh.vertices[k], mesh.normals[k]
-        load = Load(*pressure(mesh, x, body.contact_radius, n), -n, 0.0)
-        exact = float(body.respond([load]).compliance[0, 0])
-        if exact > MIN_COMPLIANCE:
-            errors.append(abs(float(table[k]) / exact - 1.0))
-    if not errors:
-        return {}
-    return {
-        "share_within_5_percent": float(np.mean(np.array(errors) <= 0.05)),
-        "worst_error": max(errors),
-    }
-
-
-@takes_object
-def main(
-    file: Path,
-    *,
-    options: ObjectOptions,
-    nonlinear: Annotated[bool, typer.Option("--nonlinear")] = False,
-    delays_ms: Annotated[list[float] | None, typer.Option()] = None,
-) -> None:
-    """Play a session for each delay, and print what was measured as JSON."""
-    row: Row = {"sessions": []}
-    delays = DELAYS if not delays_ms else [1e-3 * delay for delay in delays_ms]
-    with threadpool_limits(limits=1):  # as in the server's tick
-        try:
-            scene = Scene(delay=delays[0])
-            body, scene, row["places"] = set_up(
-                scene, str(file), options.of(file), nonlinear=nonlinear, progress=_quiet
-            )
-            if isinstance(body, Solid | RubberSolid):
-                row["tetrahedra"] = len(body.shape.tets.tets)
-            row["surface_vertices"] = len(body.mesh.vertices)
-            for delay in delays:
-                row["sessions"].append(play(body, replace(scene, delay=delay)))
-            if isinstance(body, Solid):
-                row |= survey(body)
-        except BodyError as error:
-            row["error"] = str(error)
-    print(json.dumps(row))
+    typer.run(main)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run()

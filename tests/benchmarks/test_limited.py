@@ -20,6 +20,8 @@ def test_a_command_ends_by_itself() -> None:
     ended = run("import os, sys; print(os.environ['NIGHT']); print('no', file=sys.stderr); exit(3)")
     assert (ended.code, ended.over, ended.out, ended.err) == (3, "", "yes\n", "no\n")
     assert ended.seconds > 0.0
+    if sys.platform != "win32":
+        assert 0.0 < ended.processor < 2.0 * ended.seconds
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no memory is known there")
