@@ -5,10 +5,10 @@
 
 Each file goes through `cohaptic body prepare FILE --auto` in a process of its own, with an empty
 store, a limit of time and one of memory; then two hands press it at 0, 80 and 250 ms each way
-(`object_session.py`). Of each session the table has the worst error of the force on a hand, and
-that of the part of it that the other hand causes, off and pressed, against the equilibrium of hands
-and object; a session that does not come to rest says so. `table` is the share of vertices whose
-tabulated compliance is within 5 % of a press there, and the worst error.
+(`object_session.py`). Of each session the table has the worst error of the force on a hand, and on
+a linear object that of the part of it that the other hand causes, off and pressed, against the
+equilibrium of hands and object; a session that does not come to rest says so. `table` is the share
+of vertices whose tabulated compliance is within 5 % of a press there, and the worst error.
 
 The exit status is 1 where a file is neither accepted nor refused in a sentence, or a session fails
 or is unstable. `--options='--fix "z < 15%"'` has other options of an object than `--auto`.
@@ -119,11 +119,7 @@ def cells(row: Row, nonlinear: bool) -> list[str]:
     ]
     for kind in ("linear", "nonlinear") if nonlinear else ("linear",):
         found = row.get(kind, {"sessions": []})
-        played = [
-            f"{100 * s['force_error']:.2g} / {100 * s['felt_error']:.2g} %"
-            + ("" if s["rest"] == "rests" else f" {s['rest']}")
-            for s in found["sessions"]
-        ]
+        played = [_session_cell(session, kind) for session in found["sessions"]]
         line += [*played, *[""] * (3 - len(played))]
     table = row.get("linear", {})
     share = table.get("share_within_5_percent")
@@ -132,6 +128,14 @@ def cells(row: Row, nonlinear: bool) -> list[str]:
     errors = {kind: row[kind]["error"] for kind in _KINDS if "error" in row.get(kind, {})}
     said += [f"{kind} sessions: {error}" for kind, error in errors.items()]
     return [*line, "; ".join(part.replace("|", "/") for part in said if part)]
+
+
+def _session_cell(session: Row, kind: str) -> str:
+    errors = f"{100 * session['force_error']:.2g}"
+    if kind == "linear":
+        # In rubber a force alone is no product of its tangent, by which the reference takes it.
+        errors += f" / {100 * session['felt_error']:.2g}"
+    return f"{errors} %" + ("" if session["rest"] == Rest.RESTS.value else f" {session['rest']}")
 
 
 def files_in(folder: Path, only: Sequence[str]) -> list[Path]:
