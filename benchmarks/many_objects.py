@@ -140,6 +140,8 @@ def _session_cell(session: Row, kind: str) -> str:
 
 def files_in(folder: Path, only: Sequence[str]) -> list[Path]:
     """The meshes of a folder in order, or those of them that are named, with suffix or without."""
+    if not folder.is_dir():
+        raise SystemExit(f"{folder}: there is no such folder")
     found = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in KINDS]
     missing = [name for name in only if not any(name in (p.name, p.stem) for p in found)]
     if missing or not found:
@@ -176,13 +178,13 @@ def main() -> None:
     for path in files_in(options.folder, options.only):
         rows.append(try_file(path, chosen, options))
         print(f"| {' | '.join(cells(rows[-1], options.nonlinear))} |", flush=True)
+        json_report.write(options, rows)  # so that a night cut short leaves what it had
     count = {v: sum(row["verdict"] == v for row in rows) for v in ("accepted", "refused")}
     unsound = [row["file"] for row in rows if not is_sound(row)]
     print(
         f"\n{len(rows)} files: {count['accepted']} accepted, {count['refused']} refused in a"
         f" sentence; {'not sound: ' + ', '.join(unsound) if unsound else 'all are sound'}"
     )
-    json_report.write(options, rows)
     sys.exit(1 if unsound else 0)
 
 

@@ -141,4 +141,4 @@ def main(
                 row |= survey(body)
         except BodyError as error:
             row["error"] = str(error)
-    print(json.dumps(row))
+    print(json.dumps(row, allow_nan=False))  # a figure that is none is an error

@@ -74,6 +74,8 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert [p.name for p in many_objects.files_in(tmp_path, ["a"])] == ["a.stl"]
     with pytest.raises(SystemExit, match="there is no mesh b"):
         many_objects.files_in(tmp_path, ["a", "b"])
+    with pytest.raises(SystemExit, match="there is no such folder"):
+        many_objects.files_in(tmp_path / "b", [])
 
 
 @pytest.mark.realtime
