@@ -20,6 +20,7 @@ import json
 import math
 import re
 import shlex
+import signal
 import sys
 import tempfile
 from argparse import ArgumentParser, Namespace
@@ -163,9 +164,15 @@ def _parser() -> ArgumentParser:
     return parser
 
 
+def _end(number: int, frame: object) -> None:
+    sys.exit(128 + number)
+
+
 def main() -> None:
     """Print a table while it is measured."""
     options = _parser().parse_args()
+    # Whoever ends the night ends what it started too: as an exception it passes `run_limited`.
+    signal.signal(signal.SIGTERM, _end)
     chosen = shlex.split(options.options)
     if "--auto" in chosen and "auto" not in {field.name for field in fields(ObjectOptions)}:
         raise SystemExit("this cohaptic has no --auto; give --options='--fix \"z < 15%\"' instead")
