@@ -25,12 +25,10 @@ import sys
 import tempfile
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import json_report
-from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.demo.rest import Rest
 from cohaptic_server.objects.prepare import KINDS
 from limited import Ended, run_limited
@@ -174,8 +172,6 @@ def main() -> None:
     # Whoever ends the night ends what it started too: as an exception it passes `run_limited`.
     signal.signal(signal.SIGTERM, _end)
     chosen = shlex.split(options.options)
-    if "--auto" in chosen and "auto" not in {field.name for field in fields(ObjectOptions)}:
-        raise SystemExit("this cohaptic has no --auto; give --options='--fix \"z < 15%\"' instead")
     names = ["file", "verdict", "prepared in", "processor", "memory", "tetrahedra"]
     kinds = ("linear", "nonlinear") if options.nonlinear else ("linear",)
     names += [f"{kind} {delay} ms" for kind in kinds for delay in (0, 80, 250)]

@@ -26,6 +26,7 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
+from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.demo.analysis import measured
 from cohaptic_server.demo.lateness import LEAST
 from cohaptic_server.demo.rest import Rest, judge
@@ -133,7 +134,8 @@ def main(
     delays = DELAYS if not delays_ms else [1e-3 * delay for delay in delays_ms]
     with threadpool_limits(limits=1):  # as in the server's tick
         try:
-            scene, source = Scene(delay=delays[0]), options.of(file)
+            scene = Scene(delay=delays[0])
+            source = resolved(file, options, _quiet, print)
             body, scene, row["places"] = set_up(
                 scene, str(file), source, nonlinear=nonlinear, progress=_quiet
             )

@@ -5,18 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import many_objects
-from cohaptic_server.cli.object_options import ObjectOptions
-from cohaptic_server.testing.blocks import block
 from limited import Ended
 from shapes.catalogue import MANY
-from shapes.scene_files import vtu
 
 ROOT = Path(__file__).parents[2]
 READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
@@ -81,14 +77,14 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
 @pytest.mark.realtime
 @pytest.mark.timeout(600)
 def test_a_short_night(tmp_path: Path) -> None:
-    """One object that is touched, one in other units and a broken one that are refused."""
+    """One object that is touched, an empty file and one of strips that are refused."""
     (tmp_path / "block.vtu").write_bytes(MANY["block.vtu"]())
-    (tmp_path / "small.vtu").write_bytes(vtu(block((1e-5, 1e-5, 1e-5), (1, 1, 1))))
+    (tmp_path / "nothing.stl").write_bytes(b"")
     (tmp_path / "strips.ply").write_bytes(MANY["strips.ply"]())
     done = subprocess.run(
         [
             *(sys.executable, str(ROOT / "benchmarks/many_objects.py"), str(tmp_path)),
-            *("--json", str(tmp_path / "out.json"), "--options", '--fix "z < 15%"'),
+            *("--json", str(tmp_path / "out.json")),
         ],
         capture_output=True,
         text=True,
@@ -96,7 +92,7 @@ def test_a_short_night(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "3 files: 1 accepted, 2 refused in a sentence; all are sound" in done.stdout
-    accepted, small, strips = json.loads((tmp_path / "out.json").read_text())["results"]
+    accepted, nothing, strips = json.loads((tmp_path / "out.json").read_text())["results"]
     assert accepted["tetrahedra"] == 1440
     assert accepted["memory_bytes"] > 5e7
     sessions = accepted["linear"]["sessions"]
@@ -104,14 +100,6 @@ def test_a_short_night(tmp_path: Path) -> None:
     assert {s["rest"] for s in sessions} == {"rests"}
     assert max(s["force_error"] for s in sessions) < 0.02
     assert accepted["linear"]["share_within_5_percent"] > 0.5
-    assert "--scale" in small["said"]
+    assert "--fix" in accepted["said"]
+    assert "empty" in nothing["said"]
     assert "no triangle" in strips["said"]
-
-
-@pytest.mark.skipif(
-    "auto" in {field.name for field in fields(ObjectOptions)}, reason="there is --auto"
-)
-def test_without_auto_one_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", ["many_objects.py", str(tmp_path)])
-    with pytest.raises(SystemExit, match="has no --auto"):
-        many_objects.main()
