@@ -24,7 +24,7 @@ from cohaptic_server.bodies.solid.parts import factor_of, stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.numeric import Floats, Ints, Mask
-from shapes import SHAPES
+from compared_shapes import SHAPES
 
 _BATCH = 16  # presses solved for together
 _CLOSE, _FAR = 0.05, 0.3  # relative errors that are counted

@@ -197,7 +197,8 @@ def _check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> N
 def _check_size(path: Path, x: Floats, scale: float) -> None:
     """Refuse an object too small or too large to touch; name the scale that was probably meant."""
     size = float(np.ptp(x, axis=0).max())
-    if MIN_SIZE <= size <= MAX_SIZE:
+    # A file of single precision may round a size at the limit.
+    if (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
         return
     likely = [f"--scale {scale * s:g}" for s in (1e-3, 1e-2, 1e3) if 0.02 <= size * s <= 1.0]
     advice = " or ".join(likely) or "--scale with the metres in one unit of the file"

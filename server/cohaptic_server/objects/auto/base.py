@@ -21,6 +21,8 @@ _STANDS = 0.025
 # Least share of the surface that is held: with less, a body sways on its hold like a bell.
 _LEAST_HELD = 0.04
 _PERCENTAGES = (3, 5, 8, 10, 15, 20, 25, 30)
+# Share of the surface above which a base is no hold: what lies flat on it has nowhere to give way.
+_MOST_HELD = 0.3
 
 
 class Side(NamedTuple):
@@ -53,7 +55,12 @@ def likely_base(x: Floats, faces: Ints, kind: str) -> tuple[str, str]:
         words = "its feet are held"
     elif flat[flattest] >= _FLAT:
         chosen, words = flattest, "its flattest side is held"
-    return _rule(x, faces, chosen), words
+    rule, held = _rule(x, faces, chosen)
+    if held > _MOST_HELD:
+        longest = int(np.ptp(x, axis=0).argmax())
+        chosen, words = Side(longest, -1), "it lies flat, so one end of it is held"
+        rule, _ = _rule(x, faces, chosen)
+    return rule, words
 
 
 def flat_share(x: Floats, faces: Ints, side: Side) -> float:
@@ -73,16 +80,15 @@ def _sides() -> list[Side]:
     return [Side(axis, sign) for axis in (2, 1, 0) for sign in (-1, 1)]
 
 
-def _rule(x: Floats, faces: Ints, side: Side) -> str:
-    """The thinnest layer at a side with enough of the surface in it, as a rule."""
+def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
+    """The thinnest layer at a side with enough of the surface in it: a rule, and its share."""
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1)
     centres = x[faces].mean(axis=1)[:, side.axis]
     low, extent = float(x[:, side.axis].min()), float(np.ptp(x[:, side.axis]))
     away = (centres - low) if side.sign < 0 else (low + extent - centres)
-    least = _LEAST_HELD * float(areas.sum())
-    percentage = next(
-        (p for p in _PERCENTAGES if float(areas[away < 0.01 * p * extent].sum()) >= least),
-        _PERCENTAGES[-1],
-    )
+    shares = {p: float(areas[away < 0.01 * p * extent].sum() / areas.sum()) for p in _PERCENTAGES}
+    enough = (p for p, share in shares.items() if share >= _LEAST_HELD)
+    percentage = next(enough, _PERCENTAGES[-1])
     name = "xyz"[side.axis]
-    return f"{name} < {percentage}%" if side.sign < 0 else f"{name} > {100 - percentage}%"
+    rule = f"{name} < {percentage}%" if side.sign < 0 else f"{name} > {100 - percentage}%"
+    return rule, shares[percentage]

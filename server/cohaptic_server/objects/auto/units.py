@@ -17,7 +17,8 @@ def likely_scale(size: float) -> tuple[float, Remedy] | None:
         size: Longest side of the object's bounding box, in units of the file.
     """
     low, high = _LIKELY
-    if MIN_SIZE <= size <= high:
+    # A file of single precision may round a size at the limit.
+    if (1.0 - 1e-6) * MIN_SIZE <= size <= high:
         return None
     problem = f"in metres the object would be {size:.3g} m long"
     if size > MAX_SIZE:

@@ -13,6 +13,7 @@ from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.three_mf import look_into
 
+_HEAD = 2**16  # bytes that are read for the header of a file
 SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 
 
@@ -54,7 +55,10 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
             " as one mesh, for example as STL"
         )
     if not len(faces):
-        raise BodyError(f"{path}: there is no triangle in it ({len(x)} vertices)")
+        why = f"{len(x)} vertices"
+        if _has_strips(path):
+            why = "they are in strips, which are not read: export single triangles"
+        raise BodyError(f"{path}: there is no triangle in it ({why})")
     if faces.min() < 0 or faces.max() >= len(x):
         raise BodyError(f"{path}: a triangle names vertex {faces.max()} of {len(x)}")
     bad = ~np.isfinite(x).all(axis=1)
@@ -63,6 +67,13 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
             f"{path}: {bad.sum()} of {len(x)} vertices have a coordinate that is not a number"
         )
     return merge_vertices(x, faces)
+
+
+def _has_strips(path: Path) -> bool:
+    """Whether a PLY file says that its triangles are in strips."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    return path.suffix.lower() == ".ply" and b"element tristrips" in head.partition(b"end_header")[0]
 
 
 def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:

@@ -60,3 +60,11 @@ def test_a_table_is_held_at_its_feet() -> None:
     rule, words = likely_base(x, faces, ".stl")
     assert (rule[:3], words) == ("z <", "its feet are held")
     assert fixed_by_rule(rule, x).any()
+
+
+def test_a_plate_that_lies_flat_is_held_at_one_end() -> None:
+    """Held by its base, which is nearly half of its surface, it would give way nowhere."""
+    x, faces = box((1.0, 0.5, 0.03))
+    rule, words = likely_base(x, faces, ".stl")
+    assert (rule[:3], words) == ("x <", "it lies flat, so one end of it is held")
+    assert fixed_by_rule(rule, x).mean() < 0.3
