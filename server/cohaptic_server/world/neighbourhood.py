@@ -19,7 +19,7 @@ from cohaptic_server.world.packing import FIELDS, largest, pack
 
 MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
 SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
-_SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_surface.SUPPORT`)
+_SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_fit.SUPPORT`)
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
