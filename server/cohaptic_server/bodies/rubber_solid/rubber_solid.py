@@ -34,7 +34,7 @@ _MOVE = 0.2  # of the body's size, where that is less than `newton.MAX_MOVE`
 _BATCH = 32  # contacts in one solve
 # Time of a tick of two sliding hands with compiled loops, 99th percentile [s], on one and on more
 # processor cores, and its exponent in the number of nodes (docs/decisions/0029).
-_NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1300, 1800, 0.016, 1.35
+_NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1300, 1500, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
