@@ -73,7 +73,9 @@ def _has_strips(path: Path) -> bool:
     """Whether a PLY file says that its triangles are in strips."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
-    return path.suffix.lower() == ".ply" and b"element tristrips" in head.partition(b"end_header")[0]
+    return (
+        path.suffix.lower() == ".ply" and b"element tristrips" in head.partition(b"end_header")[0]
+    )
 
 
 def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
