@@ -20,10 +20,12 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
-from cohaptic_server.objects.tetrahedralise import ENVELOPE
 
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
 QUASI_STATIC = 0.2
+HANDS = 5.0  # Hz; up to which a hand moves on purpose
+# Of a period, what ticks may take in the median: the rest is for the wire and for slow ticks.
+_SHARE_OF_PERIOD = 0.6
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
 
@@ -87,7 +89,7 @@ class Inspection:
                 "frequency",
                 f"the lowest natural one is {self.frequency:.3g} Hz: hands slower than about"
                 f" {QUASI_STATIC * self.frequency:.2g} Hz feel the body as it is, faster ones would"
-                " feel its mass",
+                f" feel its mass{self._sways()}",
             ),
             (
                 "stiffness",
@@ -104,9 +106,27 @@ class Inspection:
                 "tick",
                 f"about {one:.2g} ms for {USERS[0]} user, {many:.2g} ms for {USERS[1]}, on this"
                 " machine now; columns of a new place come within"
-                f" {1e3 * self.cost.column_latency:.2g} ms",
+                f" {1e3 * self.cost.column_latency:.2g} ms{self._slow()}",
             ),
         ]
+
+    def _sways(self) -> str:
+        """What to do about a body that a hand would set swinging, if it had mass here."""
+        if self.frequency >= HANDS:
+            return ""
+        return (
+            ". A real one would sway, this one has no mass: hold more of it (--fix), or take a"
+            " stiffer one (--young)"
+        )
+
+    def _slow(self) -> str:
+        """What to do about ticks that take too long."""
+        if self.cost.ticks[1] < _SHARE_OF_PERIOD / 60.0:
+            return ""
+        return (
+            f". {USERS[1]} users at 60 Hz need ticks below {1e3 * _SHARE_OF_PERIOD / 60.0:.2g} ms:"
+            " take a coarser mesh (--edge), fewer users or a lower --simulation-hz"
+        )
 
     def _thin(self) -> str:
         radius = self.solid.contact_radius
@@ -184,9 +204,8 @@ def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
         phrases.append("turned outside out")
     enclosed = abs(prepared.surface.volume) * source.scale**3
     change = prepared.tets.volume / enclosed - 1.0
-    diagonal = float(np.linalg.norm(np.ptp(prepared.tets.vertices, axis=0)))
     phrases.append(
-        f"its tetrahedra follow it within {1e3 * ENVELOPE * diagonal:.2g} mm and its volume"
+        f"its tetrahedra follow it within {1e3 * prepared.deviation:.2g} mm and its volume"
         f" to {change:+.1%}"
     )
     return phrases

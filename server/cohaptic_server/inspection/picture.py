@@ -30,6 +30,8 @@ _VIEWS = (
 _LIGHT = np.array([-0.45, 0.65, 0.62])  # right, up, towards the eye
 _FIXED_COLOR = (0.80, 0.80, 0.79)
 _INK, _DIM = "#1F2937", "#6B7280"
+_TALL = 0.72  # height of a view over its width
+_MARGIN = 1.03  # round the object, in its size
 _FINE = 40_000  # triangles; a coarser surface is subdivided for smooth shading
 _ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colour scale
 
@@ -72,12 +74,12 @@ def draw(
     colors[fixed] = _FIXED_COLOR
     x, faces, normals, colors = _subdivided(mesh, colors)
     figure = Figure(figsize=(10.0, 7.4), facecolor="white")
-    size = 1.03 * float(np.linalg.norm(x - 0.5 * (x.min(axis=0) + x.max(axis=0)), axis=1).max())
+    size = _MARGIN * max(_half_width(x, azimuth, elevation) for _, azimuth, elevation in _VIEWS)
     for k, (name, azimuth, elevation) in enumerate(_VIEWS):
         axes = figure.add_axes((0.01 + 0.43 * (k % 2), 0.465 - 0.415 * (k // 2), 0.42, 0.41))
         _view(axes, x, faces, normals, colors, azimuth, elevation)
         axes.set_xlim(-size, size)
-        axes.set_ylim(-0.72 * size, 0.72 * size)
+        axes.set_ylim(-_TALL * size, _TALL * size)
         axes.text(0.02, 0.96, name, transform=axes.transAxes, color=_DIM, fontsize=9, va="top")
         if k == 2:
             _scale_bar(axes, size)
@@ -117,7 +119,7 @@ def _scale_bar(axes: Axes, size: float) -> None:
     """Draw a scale bar."""
     rounds = [m * 10.0**e for e in range(-4, 2) for m in (1, 2, 5)]
     length = max(r for r in rounds if r <= 0.6 * size)
-    y = -0.66 * size
+    y = -0.92 * _TALL * size
     axes.plot(
         [-0.95 * size, -0.95 * size + length], [y, y], color=_INK, lw=2, solid_capstyle="butt"
     )
@@ -138,11 +140,8 @@ def _view(
     from matplotlib.collections import TriMesh
     from matplotlib.tri import Triangulation
 
-    a, e = np.radians([azimuth, elevation])
-    eye = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
-    right = np.array([-np.sin(a), np.cos(a), 0.0])
-    frame = np.stack([right, np.cross(eye, right), eye])
-    seen = (x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T
+    frame = _frame(azimuth, elevation)
+    seen = _seen(x, frame)
     n = normals @ frame.T
     depth = seen[faces, 2].mean(axis=1)
     # A triangle at the outline has corners on either side of it.
@@ -161,6 +160,25 @@ def _view(
     axes.add_collection(picture)
     axes.set_aspect("equal")
     axes.set_axis_off()
+
+
+def _frame(azimuth: float, elevation: float) -> Floats:
+    """Right, up and towards the eye, unit vectors as rows, of a view from two angles [degrees]."""
+    a, e = np.radians([azimuth, elevation])
+    eye = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.stack([right, np.cross(eye, right), eye])
+
+
+def _seen(x: Floats, frame: Floats) -> Floats:
+    """Points as the eye sees them, from the middle of their box, shape (n, 3) [m]."""
+    return np.asarray((x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T)
+
+
+def _half_width(x: Floats, azimuth: float, elevation: float) -> float:
+    """Half of the width of a view in which all points are seen [m]."""
+    right, up, _ = np.abs(_seen(x, _frame(azimuth, elevation))).max(axis=0)
+    return float(max(right, up / _TALL))
 
 
 def _subdivided(mesh: SurfaceMesh, colors: Floats) -> tuple[Floats, Ints, Floats, Floats]:

@@ -7,6 +7,7 @@ import numpy as np
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.numeric import Floats, Ints, Mask
 
+_ROUND = 1e-9  # of barycentric coordinates, and of the body's size
 _SMOOTH = 0.82  # cosine of 35 degrees, between the normals of a vertex and of a face
 
 
@@ -24,13 +25,28 @@ def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
 
 
 def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
-    """Distance from each vertex straight through the body to the other side, shape (k,) [m]."""
-    steps = mesh.size * np.linspace(0.02, 2.0, 100)
-    inner = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]
-    nearest = np.asarray(mesh.quadrature.tree.query(inner)[1])
-    normals = face_area_vectors(mesh.vertices, mesh.faces)[nearest // mesh.split**2]
-    inside = np.einsum("ksi,ksi->ks", inner - mesh.quadrature.points[nearest], normals) < 0.0
-    return np.asarray(np.where(np.logical_and.accumulate(inside, axis=1), steps, 0.0).max(axis=1))
+    """Distance from each vertex straight through the body to the other side, shape (k,) [m].
+
+    A ray goes in against the vertex's normal, and comes out through the nearest triangle that it
+    meets from inside (Moeller, Trumbore 1997); infinite where it meets none.
+    """
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    found = np.full(len(vertices), np.inf)
+    for k, vertex in enumerate(vertices.tolist()):
+        along = -mesh.normals[vertex]
+        p = np.cross(along, v)
+        det = np.einsum("fi,fi->f", u, p)
+        # From inside the ray and a triangle's outward normal have one sense.
+        out = np.flatnonzero(det < 0.0)
+        offset = mesh.vertices[vertex] - a[out]
+        s = np.einsum("fi,fi->f", offset, p[out]) / det[out]
+        q = np.cross(offset, u[out])
+        t = (q @ along) / det[out]
+        far = np.einsum("fi,fi->f", v[out], q) / det[out]
+        hit = (s >= -_ROUND) & (t >= -_ROUND) & (s + t <= 1.0 + _ROUND) & (far > _ROUND * mesh.size)
+        found[k] = far[hit].min(initial=np.inf)
+    return found
 
 
 def is_smooth(mesh: SurfaceMesh) -> Mask:

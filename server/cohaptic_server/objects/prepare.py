@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.mesh.nearest import nearest_point
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
@@ -22,6 +24,7 @@ KINDS = SURFACES + VOLUMES
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
 MAX_FACTOR = 6e9  # bytes
 _FILLING = 1e-2  # s per triangle of a surface; 5 to 17 ms were measured
+_DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
 _MAX_VOLUME_LOSS = 0.2  # share of the enclosed volume that the tetrahedra may miss
 # Factor of blocks, measured (docs/decisions/0013): bytes and number of tetrahedra, for each order.
 _MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
@@ -62,12 +65,14 @@ class Prepared:
         surface: Report on the surface; None for a volume mesh.
         triangles: Number of triangles in the file.
         simplified: Number of triangles after simplification; 0 without any.
+        deviation: Largest distance of the surface in the file from that of the tetrahedra [m].
     """
 
     tets: TetMesh
     surface: SurfaceReport | None
     triangles: int = 0
     simplified: int = 0
+    deviation: float = 0.0
 
 
 def prepare(source: ObjectFile) -> Prepared:
@@ -118,6 +123,7 @@ def _prepare_surface(source: ObjectFile) -> Prepared:
     _check_size(path, x * source.scale, source.scale)
     if source.shell:
         x, faces = thicken(x, in_one_sense(x, faces), source.shell / source.scale)
+    original = x * source.scale
     # What is said of the file is said of the file: simplifying may make crossings of its own,
     # which filling untangles.
     report = examine(x, faces) if triangles <= MAX_TRIANGLES else None
@@ -135,7 +141,21 @@ def _prepare_surface(source: ObjectFile) -> Prepared:
     _check_volume(source, tets, report)
     advice = f"a larger --edge than {source.edge:g}"
     _check_cost(path, len(tets.tets), source.material.order, advice)
-    return Prepared(tets, report, triangles, simplified)
+    return Prepared(tets, report, triangles, simplified, _farthest(original, tets))
+
+
+def _farthest(x: Floats, tets: TetMesh) -> float:
+    """Largest distance of some points from the surface of the tetrahedra [m].
+
+    Args:
+        x: Points, shape (n, 3) [m]; if there are many, a part of them is taken.
+        tets: The tetrahedra.
+    """
+    faces = boundary(tets.tets)
+    used, renamed = np.unique(faces, return_inverse=True)
+    mesh = SurfaceMesh(tets.vertices[used], renamed.reshape(-1, 3))
+    taken = x[:: max(1, len(x) // _DEVIATION_SAMPLES)]
+    return max(float(np.linalg.norm(nearest_point(mesh, p) - p)) for p in taken)
 
 
 def check_file(path: Path) -> None:

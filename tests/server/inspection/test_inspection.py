@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.inspection.inspection import Inspection, describe_file, inspect_object
+from cohaptic_server.inspection.tick_cost import TickCost
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
@@ -61,3 +63,14 @@ def test_what_was_done_to_a_file_is_told(
     told = "; ".join(describe_file(WANTED, prepared))
     assert told.startswith("a surface of 1,200 triangles; ")
     assert words in told
+
+
+def test_a_body_that_would_sway_and_one_that_is_too_costly_come_with_advice() -> None:
+    steady = look((0.1, 0.1, 0.1), (3, 3, 3))
+    lines = dict(replace(steady, cost=TickCost((0.001, 0.002), 0.01)).lines(WANTED))
+    assert "--fix" not in lines["frequency"]
+    assert "--edge" not in lines["tick"]
+    poor = replace(steady, frequency=0.5, cost=TickCost((0.01, 0.11), 0.01))
+    lines = dict(poor.lines(WANTED))
+    assert "A real one would sway" in lines["frequency"]
+    assert "8 users at 60 Hz need ticks below 10 ms: take a coarser mesh (--edge)" in lines["tick"]

@@ -43,3 +43,17 @@ def test_a_picture_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
     with pytest.raises(BodyError, match="the picture cannot be written"):
         draw(tmp_path / "no" / "a.png", MESH, 1.0 + HEIGHT, HELD, title="", notes="")
+
+
+def test_nothing_of_a_tall_object_is_cut_off(tmp_path: Path) -> None:
+    matplotlib = pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    x = MESH.vertices * np.array([0.2, 0.2, 2.0])
+    draw(tmp_path / "a.png", SurfaceMesh(x, MESH.faces), 1.0 + HEIGHT, HELD, title="", notes="")
+    image = np.asarray(matplotlib.image.imread(tmp_path / "a.png"))[:, :, :3]
+    height, width = image.shape[:2]
+    # Along the upper and lower ends of the two views in the first row; their names are at the left.
+    for end in (0.465, 0.875):
+        rows = image[round((1.0 - end) * height) - 3 : round((1.0 - end) * height) + 3]
+        for left in (0.01, 0.44):
+            part = rows[:, round((left + 0.1) * width) : round((left + 0.42) * width)]
+            assert (part > 0.99).all()

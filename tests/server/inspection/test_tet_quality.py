@@ -36,7 +36,7 @@ def test_under_a_ball_its_middle_is_the_deepest() -> None:
     mesh = SurfaceMesh(*icosphere(3, 0.05))
     deep = depth_under(mesh, np.arange(0, len(mesh.vertices), 50))
     assert deep == pytest.approx(0.05, rel=0.12)
-    assert thickness(mesh, np.arange(40)) == pytest.approx(0.1, rel=0.05)
+    assert thickness(mesh, np.arange(40)) == pytest.approx(0.1, rel=0.02)
 
 
 def test_a_plate_is_half_of_its_thickness_deep() -> None:
@@ -48,7 +48,8 @@ def test_a_plate_is_half_of_its_thickness_deep() -> None:
     assert depth_under(mesh, inner) == pytest.approx(0.01, rel=0.35)
     smooth = np.flatnonzero(is_smooth(mesh))  # up to the edge, where a side is nearer
     through = thickness(mesh, smooth)
-    assert through.min() == pytest.approx(0.02, rel=0.15)
+    # Exactly, whatever the mesh; from its narrow sides it is as thick as it is wide.
+    assert sorted(set(through.round(9).tolist())) == [0.02, 0.2]
 
 
 def test_edges_and_tips_are_not_smooth() -> None:

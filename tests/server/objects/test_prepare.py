@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import KDTree
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import prepare
@@ -219,3 +221,19 @@ def test_nothing_held_is_refused_before_anything_is_read() -> None:
 def test_options_of_a_file_do_not_fit_the_balloon() -> None:
     with pytest.raises(SettingError, match="body is 'balloon'; it must be a file"):
         build_body("balloon", ObjectFile(Path("balloon"), "z < 10%"))
+
+
+def test_the_distance_from_the_file_is_measured(tmp_path: Path) -> None:
+    """Beside the distance from a dense cloud of points on the tetrahedra's surface."""
+    path = sphere(tmp_path / "ball.stl")
+    x, _ = read_surface(path)
+    share = np.linspace(0.0, 1.0, 15)
+    lattice = np.array([(a, b, 1.0 - a - b) for a in share for b in share if a + b <= 1.0 + 1e-9])
+    found: list[float] = []
+    for edge in (0.1, 0.4):
+        made = prepare.prepare(ObjectFile(path, edge=edge))
+        cloud = lattice @ made.tets.vertices[boundary(made.tets.tets)]
+        distance, _ = KDTree(cloud.reshape(-1, 3)).query(x)
+        assert made.deviation == pytest.approx(float(np.max(distance)), abs=5e-4)
+        found.append(made.deviation)
+    assert found[1] > 1e-3 > found[0]

@@ -28,7 +28,7 @@ from cohaptic_server.progress import Progress
 
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.
-_TETS_FORM = 5
+_TETS_FORM = 6
 _PARTS_FORM = 5
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -110,13 +110,15 @@ def _prepared_to(prepared: Prepared) -> Arrays:
         "tets": prepared.tets.tets,
         "report": np.array(report, dtype=np.float64),
         "triangles": np.array([prepared.triangles, prepared.simplified], dtype=np.int64),
+        "deviation": np.array([prepared.deviation]),
     }
 
 
 def _prepared_from(arrays: Arrays) -> Prepared:
     tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
     triangles, simplified = arrays["triangles"].tolist()
-    return Prepared(tets, _report_from(arrays["report"].tolist()), triangles, simplified)
+    (deviation,) = arrays["deviation"].tolist()
+    return Prepared(tets, _report_from(arrays["report"].tolist()), triangles, simplified, deviation)
 
 
 def _report_from(values: list[float]) -> SurfaceReport | None:
