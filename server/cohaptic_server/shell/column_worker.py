@@ -8,6 +8,7 @@ is made from the newest needs of the solid.
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import signal
 from multiprocessing.connection import Connection
@@ -25,6 +26,7 @@ from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.numeric import Ints
 
 BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
+_LOG = logging.getLogger(__name__)
 _PATIENCE = 2.0  # s for the process to end by itself, before it is killed
 
 
@@ -81,9 +83,14 @@ class ColumnWorker:
                     self._asked = request
         except (OSError, EOFError):
             self._dead = True
+            _LOG.warning(
+                "the process that solves for places newly touched has ended; from now on they are"
+                " felt through the far field, less exactly: start the server again when you can"
+            )
 
     def stop(self) -> None:
         """End the process, after its present batch or in the middle of it."""
+        self._dead = True
         self._pipe.close()
         self._process.join(_PATIENCE)
         if self._process.is_alive():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from multiprocessing import active_children
+
 import numpy as np
 import pytest
 
@@ -45,3 +47,27 @@ def test_a_worker_brings_what_a_tick_wants_until_nothing_is_wanted() -> None:
     worker.pump()  # it has stopped: nothing comes, and nothing is wrong
     body.respond(loads)
     assert body.columns.store.kept == kept
+
+
+def test_the_end_of_the_process_is_said_once_and_the_solid_goes_on(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
+    body = Solid(mesh, mesh.vertices[:, 2] < 0.01, SolidSettings(contact_radius=0.02))
+    v, w = pressure(body.mesh, np.array([0.0, 0.0, 0.1]), 0.02)
+    load = Load(v, w, np.array([0.0, 0.0, -1.0]), 1.0)
+    worker = ColumnWorker(body)
+    worker.start()
+    (process,) = (child for child in active_children() if child.name == "columns")
+    process.kill()
+    process.join(PATIENCE)
+    try:
+        for _ in range(3):
+            body.prefetch(np.arange(5))
+            compliance = body.respond([load]).compliance
+            worker.pump()
+    finally:
+        worker.stop()
+    assert compliance[0, 0] > 0.0
+    said = [record for record in caplog.records if "has ended" in record.getMessage()]
+    assert len(said) == 1
