@@ -54,36 +54,17 @@ def eliminate(
         0, or not if the matrix is not positive definite.
     """
     with cython.nogil:
-        failed = _eliminate(
-            begin, end, table, where, children, starts, places, blocks, updates, values, routines
-        )
-    return failed
-
-
-def _eliminate(
-    begin: int,
-    end: int,
-    table: Ints,
-    where: Ints,
-    children: Ints,
-    starts: Ints,
-    places: Ints,
-    blocks: Floats,
-    updates: AnyFloats,
-    values: AnyFloats,
-    routines: Ints,
-) -> int:
-    for k in range(begin, end):
-        load_front(k, table, where, children, starts, places, blocks, updates, values)
-        width, height, at = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2], table[k, 3]
-        # Where parts of the mesh do not touch, nothing is left for the separator between them.
-        if width > 0 and dense.cholesky(routines, values, at, width) != 0:
-            return 1
-        if height > 0:
-            if width > 0:
-                dense.divide_rows(routines, values, at, width, height)
-            dense.negative_square(routines, values, at, width, height, updates, table[k, 4])
-            add_updates(k, table, where, children, updates)
+        for k in range(begin, end):
+            load_front(k, table, where, children, starts, places, blocks, updates, values)
+            width, height, at = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2], table[k, 3]
+            # Where parts of the mesh do not touch, nothing is left for the separator between them.
+            if width > 0 and dense.cholesky(routines, values, at, width) != 0:
+                return 1
+            if height > 0:
+                if width > 0:
+                    dense.divide_rows(routines, values, at, width, height)
+                dense.negative_square(routines, values, at, width, height, updates, table[k, 4])
+                add_updates(k, table, where, children, updates)
     return 0
 
 

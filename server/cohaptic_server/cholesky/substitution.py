@@ -48,35 +48,20 @@ def forward(
         routines: Of `dense.routines`.
     """
     with cython.nogil:
-        _forward(begin, end, table, borders, shared, shift, values, x, scratch, routines)
-
-
-def _forward(
-    begin: int,
-    end: int,
-    table: Ints,
-    borders: Ints,
-    shared: int,
-    shift: int,
-    values: AnyFloats,
-    x: AnyFloats,
-    scratch: AnyFloats,
-    routines: Ints,
-) -> None:
-    for k in range(begin, end):
-        row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
-        nodes, border = table[k, 2], table[k, 5]
-        if width == 0:
-            continue
-        dense.forward(routines, values, at, width, x, row)
-        if nodes > 0:
-            dense.product(routines, values, at, width, 3 * nodes, x, row, scratch)
-            for p in range(nodes):
-                node = borders[border + p]
-                to = 3 * node + shift if node >= shared else 3 * node
-                for i in range(3):
-                    for c in range(x.shape[1]):
-                        x[to + i, c] -= scratch[3 * p + i, c]
+        for k in range(begin, end):
+            row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
+            nodes, border = table[k, 2], table[k, 5]
+            if width == 0:
+                continue
+            dense.forward(routines, values, at, width, x, row)
+            if nodes > 0:
+                dense.product(routines, values, at, width, 3 * nodes, x, row, scratch)
+                for p in range(nodes):
+                    node = borders[border + p]
+                    to = 3 * node + shift if node >= shared else 3 * node
+                    for i in range(3):
+                        for c in range(x.shape[1]):
+                            x[to + i, c] -= scratch[3 * p + i, c]
 
 
 def backward(
@@ -102,29 +87,16 @@ def backward(
         routines: As there.
     """
     with cython.nogil:
-        _backward(begin, end, table, borders, values, x, scratch, routines)
-
-
-def _backward(
-    begin: int,
-    end: int,
-    table: Ints,
-    borders: Ints,
-    values: AnyFloats,
-    x: AnyFloats,
-    scratch: AnyFloats,
-    routines: Ints,
-) -> None:
-    for back in range(end - begin):
-        k = end - 1 - back
-        row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
-        nodes, border = table[k, 2], table[k, 5]
-        if width == 0:
-            continue
-        if nodes > 0:
-            for p in range(nodes):
-                for i in range(3):
-                    for c in range(x.shape[1]):
-                        scratch[3 * p + i, c] = x[3 * borders[border + p] + i, c]
-            dense.subtract_product(routines, values, at, width, 3 * nodes, x, row, scratch)
-        dense.backward(routines, values, at, width, x, row)
+        for back in range(end - begin):
+            k = end - 1 - back
+            row, width, at = 3 * table[k, 0], 3 * (table[k, 1] - table[k, 0]), table[k, 3]
+            nodes, border = table[k, 2], table[k, 5]
+            if width == 0:
+                continue
+            if nodes > 0:
+                for p in range(nodes):
+                    for i in range(3):
+                        for c in range(x.shape[1]):
+                            scratch[3 * p + i, c] = x[3 * borders[border + p] + i, c]
+                dense.subtract_product(routines, values, at, width, 3 * nodes, x, row, scratch)
+            dense.backward(routines, values, at, width, x, row)

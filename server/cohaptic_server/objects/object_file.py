@@ -8,6 +8,7 @@ from pathlib import Path
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 
+MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
 MAX_TRIANGLES = 300_000  # of a surface; filling so many takes minutes
 
 

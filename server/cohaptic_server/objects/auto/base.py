@@ -66,14 +66,18 @@ def likely_base(x: Floats, faces: Ints, kind: str) -> tuple[str, str]:
 def flat_share(x: Floats, faces: Ints, side: Side) -> float:
     """Area of the faces that lie on a side of the bounding box, as a share of that side's area."""
     areas = face_area_vectors(x, faces)
-    centres = x[faces].mean(axis=1)[:, side.axis]
-    low, extent = float(x[:, side.axis].min()), float(np.ptp(x[:, side.axis]))
-    away = (centres - low) if side.sign < 0 else (low + extent - centres)
     outwards = side.sign * areas[:, side.axis]
     length = np.linalg.norm(areas, axis=1)
-    resting = (away <= _LAYER * extent) & (outwards > _FACING * length)
+    resting = (_away(x, faces, side) <= _LAYER) & (outwards > _FACING * length)
     width, depth = (np.ptp(x[:, axis]) for axis in range(3) if axis != side.axis)
     return float(outwards[resting].sum() / max(float(width * depth), 1e-300))
+
+
+def _away(x: Floats, faces: Ints, side: Side) -> Floats:
+    """Distance of each face's middle from a side, as a share of the extent, shape (m,)."""
+    along = x[:, side.axis]
+    share = (x[faces].mean(axis=1)[:, side.axis] - along.min()) / max(np.ptp(along), 1e-300)
+    return np.asarray(share if side.sign < 0 else 1.0 - share)
 
 
 def _sides() -> list[Side]:
@@ -83,10 +87,8 @@ def _sides() -> list[Side]:
 def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
     """The thinnest layer at a side with enough of the surface in it: a rule, and its share."""
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1)
-    centres = x[faces].mean(axis=1)[:, side.axis]
-    low, extent = float(x[:, side.axis].min()), float(np.ptp(x[:, side.axis]))
-    away = (centres - low) if side.sign < 0 else (low + extent - centres)
-    shares = {p: float(areas[away < 0.01 * p * extent].sum() / areas.sum()) for p in _PERCENTAGES}
+    away = _away(x, faces, side)
+    shares = {p: float(areas[away < 0.01 * p].sum() / areas.sum()) for p in _PERCENTAGES}
     enough = (p for p, share in shares.items() if share >= _LEAST_HELD)
     percentage = next(enough, _PERCENTAGES[-1])
     name = "xyz"[side.axis]

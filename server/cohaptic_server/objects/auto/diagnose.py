@@ -65,16 +65,16 @@ def _mended(
         words, option = f"simplified to {FEWER:,}", f"--simplify {FEWER}"
         remedies.append(Remedy(problem, words, option, needed=len(faces) > MAX_TRIANGLES))
     report = examine(x, faces)
-    problems = report.problems()
-    if report.components > 1:
-        problems.append(f"the surface is in {report.components} pieces")
     if report.open_edges and not source.shell and openness(x, faces) > SHEET:
         thickness = float(f"{_THICKNESS * size * source.scale:.2g}")
         source = replace(source, shell=thickness)
         words, option = f"made a shell {1e3 * thickness:.3g} mm thick", f"--shell {thickness:g}"
         remedies.append(Remedy("it is a sheet, open all round its rim", words, option))
     if source.shell:
-        problems = [problem for problem in problems if "is open" not in problem]
+        report = replace(report, open_edges=0)  # a shell has no rim any more
+    problems = report.problems()
+    if report.components > 1:
+        problems.append(f"the surface is in {report.components} pieces")
     if problems and not source.repair:
         source = replace(source, repair=True)
         words = "closed and untangled by fTetWild"

@@ -16,7 +16,7 @@ from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.objects.auto.diagnose import diagnose
 from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
 from cohaptic_server.objects.fix_rule import fixed_vertices
-from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
 from cohaptic_server.objects.prepare import (
     TooCostlyError,
     VolumeLostError,
@@ -30,7 +30,6 @@ from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from cohaptic_server.progress import Progress
 
-MAX_READ = 5_000_000  # triangles; more take minutes to be read at all
 MEMORY = 2e9  # bytes that `--auto` lets the preparation take at its peak
 _PEAK = 3.0  # bytes at the peak of a preparation over those of the factor
 _BASE = 3e8  # bytes of the program itself with its libraries

@@ -15,9 +15,9 @@ from typing import IO, NamedTuple, TypeAlias
 from xml.parsers import expat
 
 from cohaptic.errors import BodyError, one_line
+from cohaptic_server.objects.object_file import MAX_READ
 
 MAX_BYTES = 2**29  # unpacked; the XML of a million triangles takes a tenth of it
-MAX_BUILT = 5_000_000  # triangles to be read; with --simplify a scan may have so many
 _MAX_DEPTH = 50  # of objects within objects
 _MAX_NAMED = 100_000  # objects to be built, with all that lies in them, however little that is
 # Metres in each unit of the specification.
@@ -75,10 +75,10 @@ def look_into(path: Path) -> Model:
     if why:
         raise BodyError(f"{path}: {why}. Export it as one mesh, for example as STL")
     triangles, named = whole.built(path)
-    if triangles > MAX_BUILT or named > _MAX_NAMED:
+    if triangles > MAX_READ or named > _MAX_NAMED:
         raise BodyError(
             f"{path}: it would have {triangles:,} triangles in {named:,} objects; the limits are"
-            f" {MAX_BUILT:,} and {_MAX_NAMED:,}. Simplify it first"
+            f" {MAX_READ:,} and {_MAX_NAMED:,}. Simplify it first"
         )
     if whole.unit not in _METRES:
         raise BodyError(f"{path}: its unit is {whole.unit!r}; known are: {', '.join(_METRES)}")

@@ -104,7 +104,11 @@ def test_each_part_of_a_moving_tick_is_shared_by_two_cores(monkeypatch: pytest.M
     for module, name in ((refactor, "factor"), (rubber_tetrahedra, "elements")):
         original = module.both
 
-        def counting(*parts: Callable[[], object], name: str = name, both=original) -> object:  # type: ignore[no-untyped-def]
+        def counting(
+            *parts: Callable[[], object],
+            name: str = name,
+            both: Callable[..., object] = original,
+        ) -> object:
             work[name] += 1
             return both(*parts)
 
