@@ -19,11 +19,6 @@ pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills s
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 
 
-@pytest.fixture(autouse=True)
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-
-
 def torus(path: Path) -> Path:
     trimesh.creation.torus(  # pyright: ignore[reportUnknownMemberType]
         0.06, 0.025, major_sections=32, minor_sections=16

@@ -11,19 +11,14 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import fix_mesh
 from cohaptic_server.objects.fix_mesh import fixed_within, inside
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
+from tests.server.objects.files import write
 
 X = block((0.1, 0.1, 0.1), (5, 5, 5)).vertices
-
-
-def write(path: Path, x: Floats, faces: Ints) -> Path:
-    trimesh.Trimesh(x, faces, process=False).export(path)  # pyright: ignore[reportUnknownMemberType]
-    return path
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())

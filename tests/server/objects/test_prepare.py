@@ -14,7 +14,6 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
-from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import prepare
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.catalogue import build_body
@@ -22,19 +21,10 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.testing.blocks import block
+from tests.server.objects.files import write
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
-
-
-@pytest.fixture(autouse=True)
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-
-
-def write(path: Path, x: Floats, faces: Ints) -> Path:
-    trimesh.Trimesh(x, faces, process=False).export(path)  # pyright: ignore[reportUnknownMemberType]
-    return path
 
 
 def sphere(path: Path, radius: float = 0.05) -> Path:

@@ -5,28 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from cohaptic.errors import BodyError, CohapticError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto import resolve as module
 from cohaptic_server.objects.auto.resolve import find_problems, peak_bytes, resolve
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
+from tests.server.objects.files import write
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
-
-
-@pytest.fixture(autouse=True)
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-
-
-def write(path: Path, x: Floats, faces: Ints) -> Path:
-    trimesh.Trimesh(x, faces, process=False).export(path)  # pyright: ignore[reportUnknownMemberType]
-    return path
 
 
 def bowl(path: Path) -> Path:
