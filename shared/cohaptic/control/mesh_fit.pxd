@@ -30,7 +30,7 @@ cdef class MeshFit:
     cdef double[::1] vertices
     cdef int64_t[::1] near
     cdef Py_ssize_t gathered
-    cdef double deepest
+    cdef readonly double deepest
     cdef double center_x, center_y, center_z
 
     @cython.locals(k=Py_ssize_t, i=Py_ssize_t, fact=Py_ssize_t, at=Py_ssize_t, number=int64_t,

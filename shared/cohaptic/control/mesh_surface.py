@@ -8,9 +8,13 @@ neither depth nor normal steps where a probe slides over edges and vertices:
     w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,  r_k from the probe to p_k,  d its depth, roughly.
 
 The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere; n itself is
-then taken from the middle of the vertices to the foot of the probe by the bending between them. At
-the point where the patch was made it is set right: the depth there is 0 and the compliance the
-patch's own. Where the neighbourhood ends, plane or sphere of the same patch takes over.
+then taken from the middle of the vertices to the foot of the probe by the bending between them.
+
+A probe that is deep compared with how the surface bends sees too little of it: on a torn ball the
+sum was 9 % short of the depth at 14 mm. The server knows better where the patch was made: below the
+contact, along the normal, depth and compliance are the patch's own, and the vertices say only how
+they change beside that line (`line_error.py`). Where the neighbourhood ends, and near the line
+where its normal is another than the patch's, plane or sphere of the same patch takes over.
 
 The sums over vertices are in `mesh_fit.py`.
 """
@@ -21,6 +25,7 @@ from array import array
 from typing import Final
 
 from cohaptic.control.geometry import LocalSurface, Sight
+from cohaptic.control.line_error import LineError
 from cohaptic.control.mesh_fit import MeshFit, RestSurface
 from cohaptic.vec import Vec3, unit
 
@@ -37,16 +42,8 @@ class MeshSurface:
     def __init__(self, rest: RestSurface, base: LocalSurface, facts: array[float]) -> None:
         self._base: Final = base
         self._fit: Final = MeshFit(rest, facts, base.normal)
-        self._offset = 0.0
-        self._factor = 1.0
-        x, y, z = base.x_free
-        centre = self._fit.at(x, y, z, 0.0)
-        if centre is not None:
-            depth, _, _, _, c_ii, _ = centre
-            self._offset = -depth
-            if c_ii > 0.0:
-                # Far from 1 only next to fixed vertices, where the compliance falls to zero.
-                self._factor = min(4.0, max(0.25, base.c_ii / c_ii))
+        self._error: Final = LineError(self._fit, base)
+        self._error.at(base.x_free, 0.0)
 
     def look(self, probe: Vec3) -> Sight:
         """The surface as evaluated at `probe` [m]."""
@@ -57,12 +54,14 @@ class MeshSurface:
         depth, nx, ny, nz, c_ii, s = fit
         if s <= 0.0:
             return sight
+        trust, depth_error, c_factor = self._error.at(probe, sight.depth)
+        s *= trust
         n = sight.normal
         mixed = (n[0] + s * (nx - n[0]), n[1] + s * (ny - n[1]), n[2] + s * (nz - n[2]))
         return Sight(
-            sight.depth + s * (depth + self._offset - sight.depth),
+            sight.depth + s * (depth - depth_error - sight.depth),
             unit(mixed, n),
-            sight.c_ii + s * (c_ii * self._factor - sight.c_ii),
+            sight.c_ii + s * (c_ii * c_factor - sight.c_ii),
             sight.own_force,
             sight.u_others,
         )

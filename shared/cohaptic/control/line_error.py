@@ -1,0 +1,103 @@
+"""What the vertices of a mesh patch get wrong straight below its contact, by depth.
+
+There the server's plane is right, as the contact is the point from which the probe lies along the
+normal. The error is found at points of that line when they are needed, and between them by cubics
+through four neighbours (Catmull and Rom 1974), so that it is smooth to the first derivative.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from cohaptic.control.geometry import LocalSurface
+from cohaptic.control.mesh_fit import MeshFit
+from cohaptic.vec import Vec3, dot, sub
+
+# Distance of two points as a share of the deepest that a fit tells apart (`mesh_fit.DEEPEST`): 6 mm
+# on the balloon, a quarter of the support of its vertices, within which the error changes little.
+# The least, for the smallest objects, is what a hand cannot tell apart [m].
+_SPACING = 0.1
+_LEAST_SPACING = 0.0005
+_FURTHEST = 64  # points up or down: beyond them the last error counts, so that a patch stays small
+# Cosines of the angle between the vertices' normal and the patch's on the line. Above the first the
+# vertices are believed near the line too, below the second not at all: their normal then turns
+# under a probe that moves sideways as the server's does not, and with each patch the line's comes
+# back late; on a rim 13 mm deep a hand of 400 N/m swung sideways at 250 ms, and on a sphere not.
+# Below the last they are not believed anywhere: the probe sees the far side of a thin part.
+_ALIKE = 0.9986
+_TURNED = 0.985
+_STRANGE = 0.2
+# Distance from the line, in distances of two points, at which sphere or plane is no better.
+_NEAR = 2.5
+_MAX_FACTOR = 4.0  # far from 1 only next to held vertices, where the compliance falls to zero
+
+# Cosine of the normals, or trust in the vertices from 0 to 1; error of the depth [m]; factor of the
+# compliance. The normal has no error that persists: a surface whose normal is not the slope of its
+# depth makes energy under a hand that slides (13 % more of it than the passivity layer observes).
+Error = tuple[float, float, float]
+_NO_SURFACE: Final[Error] = (-1.0, 0.0, 1.0)
+
+
+def _smooth(share: float) -> float:
+    """From 0 to 1 as a share goes from 0 to 1, level at both ends."""
+    s = min(1.0, max(0.0, share))
+    return s * s * (3.0 - 2.0 * s)
+
+
+class LineError:
+    """The error of a fit on the line below a contact.
+
+    Args:
+        fit: Of the vertices.
+        base: Plane or sphere of the patch.
+    """
+
+    def __init__(self, fit: MeshFit, base: LocalSurface) -> None:
+        self._fit: Final = fit
+        self._base: Final = base
+        self._spacing: Final = max(_LEAST_SPACING, _SPACING * math.sqrt(fit.deepest))
+        self._points: Final[dict[int, Error]] = {}
+
+    def at(self, probe: Vec3, depth: float) -> Error:
+        """The error at a depth [m], and how far a probe [m] is to believe the vertices."""
+        place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
+        k = math.floor(place)
+        t = place - k
+        a, b, c, d = self._point(k - 1), self._point(k), self._point(k + 1), self._point(k + 2)
+        # Weights of the four; of t = 0 and 1 the second and the third alone.
+        u = 1.0 - t
+        wa, wd = -0.5 * t * u * u, -0.5 * u * t * t
+        wb = 1.0 + t * t * (1.5 * t - 2.5)
+        wc = 1.0 + u * u * (1.5 * u - 2.5)
+        alike = wa * a[0] + wb * b[0] + wc * c[0] + wd * d[0]
+        trust = _smooth((alike - _TURNED) / (_ALIKE - _TURNED))
+        if trust < 1.0:
+            away = sub(probe, self._base.x_free)
+            along = dot(away, self._base.normal)
+            beside = (dot(away, away) - along * along) / (_NEAR * self._spacing) ** 2
+            far = _smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
+            trust += (far - trust) * _smooth(beside)
+        return (
+            trust,
+            wa * a[1] + wb * b[1] + wc * c[1] + wd * d[1],
+            wa * a[2] + wb * b[2] + wc * c[2] + wd * d[2],
+        )
+
+    def _point(self, k: int) -> Error:
+        found = self._points.get(k)
+        if found is None:
+            found = self._points[k] = self._measured(k * self._spacing)
+        return found
+
+    def _measured(self, depth: float) -> Error:
+        x, n = self._base.x_free, self._base.normal
+        fit = self._fit.at(x[0] - depth * n[0], x[1] - depth * n[1], x[2] - depth * n[2], depth)
+        if fit is None:
+            return _NO_SURFACE
+        found, nx, ny, nz, c_ii, _ = fit
+        factor = 1.0
+        if c_ii > 0.0:
+            factor = min(_MAX_FACTOR, max(1.0 / _MAX_FACTOR, self._base.c_ii / c_ii))
+        alike = nx * n[0] + ny * n[1] + nz * n[2]
+        return (alike, found - depth, factor)
