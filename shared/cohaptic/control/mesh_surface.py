@@ -12,9 +12,9 @@ then taken from the middle of the vertices to the foot of the probe by the bendi
 
 A probe that is deep compared with how the surface bends sees too little of it: on a torn ball the
 sum was 9 % short of the depth at 14 mm. The server knows better where the patch was made: below the
-contact, along the normal, depth and compliance are the patch's own, and the vertices say only how
-they change beside that line (`line_error.py`). Where the neighbourhood ends, and near the line
-where its normal is another than the patch's, plane or sphere of the same patch takes over.
+contact, along the normal, depth, normal and compliance are the patch's own, and the vertices say
+only how they change beside that line (`line_error.py`). Where the neighbourhood ends, and near the
+line where its normal is another than the patch's, plane or sphere of the same patch takes over.
 
 The sums over vertices are in `mesh_fit.py`.
 """
@@ -54,10 +54,14 @@ class MeshSurface:
         depth, nx, ny, nz, c_ii, s = fit
         if s <= 0.0:
             return sight
-        trust, depth_error, c_factor = self._error.at(probe, sight.depth)
+        trust, depth_error, c_factor, tx, ty, tz = self._error.at(probe, sight.depth)
         s *= trust
         n = sight.normal
-        mixed = (n[0] + s * (nx - n[0]), n[1] + s * (ny - n[1]), n[2] + s * (nz - n[2]))
+        mixed = (
+            n[0] + s * (nx + tx - n[0]),
+            n[1] + s * (ny + ty - n[1]),
+            n[2] + s * (nz + tz - n[2]),
+        )
         return Sight(
             sight.depth + s * (depth - depth_error - sight.depth),
             unit(mixed, n),
