@@ -1,22 +1,43 @@
 """Factorises a sparse symmetric positive definite matrix for solves on a part of its nodes.
 
 Fronts without a retained node among them or their descendants are not kept once they are
-eliminated: no later solve needs them.
+eliminated: no later solve needs them. All arithmetic is done in place, in the array of the factor
+and in the updates that wait for their parents: `plan.py` knows before how much that is, and nothing
+of the size of a front exists beside it.
 """
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Callable
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
-from cohaptic_server.cholesky.dissection import Part, dissect
 from cohaptic_server.cholesky.factor import Factor, FactorFront
-from cohaptic_server.cholesky.symbolic import borders_of, dofs, graph_of
+from cohaptic_server.cholesky.plan import Plan, plan_of
+from cohaptic_server.cholesky.symbolic import dofs
 from cohaptic_server.numeric import Floats, Ints, Mask
+
+_ROWS = 128  # of an update that are added at once: numpy copies what an array of indices selects
+_PAGES = 2**18  # bytes; smaller arrays are the heap's
+
+
+class _Front(NamedTuple):
+    """The blocks of a front, which are worked on in place; of symmetric ones a half is right.
+
+    Args:
+        lower: Its own block, the lower half, by columns, shape (a, a).
+        carry: The border's, by rows, shape (b, a).
+        update: Of the border, the upper half, by rows, shape (b, b).
+    """
+
+    lower: Floats
+    carry: Floats
+    update: Floats
 
 
 def factorise(
@@ -24,6 +45,7 @@ def factorise(
     points: Floats,
     retained: Mask,
     progress: Callable[[float], None] = lambda share: None,
+    plan: Plan | None = None,
 ) -> Factor:
     """The Cholesky factor of a symmetric positive definite matrix of 3x3 blocks.
 
@@ -32,104 +54,112 @@ def factorise(
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
         progress: Receives the completed share of the arithmetic, from 0 to 1.
+        plan: That of the same matrix, points and nodes, if it is known already.
 
     Raises:
         BodyError: The matrix is not positive definite.
     """
-    graph = graph_of(matrix)
-    parts = _split_leaves(dissect(points, graph), retained)
-    fronts = _eliminate(matrix, parts, borders_of(graph, parts), retained, progress)
+    plan = plan or plan_of(matrix, points, retained)
+    fronts = _eliminate(matrix, plan, progress)
     front_of = np.empty(len(points), dtype=np.int64)
-    for k, part in enumerate(parts):
+    for k, part in enumerate(plan.parts):
         front_of[part.own] = k
     return Factor(fronts, front_of)
 
 
-def _split_leaves(parts: list[Part], retained: Mask) -> list[Part]:
-    """Cut leaves in two, their other nodes below the retained ones, so that no solve needs those.
-
-    Args:
-        parts: Children before their parents.
-        retained: Shape (n,).
-    """
-    out: list[Part] = []
-    index: list[int] = []
-    for part in parts:
-        own, children = part.own, tuple(index[child] for child in part.children)
-        if not children and 0 < retained[own].sum() < len(own):
-            out.append(Part(own[~retained[own]], ()))
-            own, children = own[retained[own]], (len(out) - 1,)
-        index.append(len(out))
-        out.append(Part(own, children))
-    return out
-
-
 def _eliminate(
-    matrix: sp.csr_array,
-    parts: list[Part],
-    borders: list[Ints],
-    retained: Mask,
-    progress: Callable[[float], None],
+    matrix: sp.csr_array, plan: Plan, progress: Callable[[float], None]
 ) -> list[FactorFront]:
-    sizes = [(3 * len(part.own), 3 * len(b)) for part, b in zip(parts, borders, strict=True)]
-    work = np.cumsum([a**3 / 3 + a * a * b + a * b * b for a, b in sizes])
-    parents = np.full(len(parts), -1)
-    for k, part in enumerate(parts):
-        for child in part.children:
-            parents[child] = k
     local = np.full(matrix.shape[0], -1, dtype=np.int64)
+    # One array, whose pages take memory as they are written: many would leave gaps among updates.
+    values, start = _zeros(plan.factor_bytes // 8), 0
     updates: dict[int, Floats] = {}
     fronts: list[FactorFront] = []
-    for k, (part, border_nodes) in enumerate(zip(parts, borders, strict=True)):
+    nothing: Floats = np.empty((0, 0))
+    for k, (part, border_nodes) in enumerate(zip(plan.parts, plan.borders, strict=True)):
         own, border = dofs(part.own), dofs(border_nodes)
-        dense = _assemble(matrix, own, border, local)
+        a, b = len(own), len(border)
+        kept = bool(plan.kept[k])
+        place = values[start : start + a * (a + b)] if kept else _zeros(a * (a + b))
+        start += len(place) if kept else 0
+        front = _Front(
+            place[: a * a].reshape((a, a), order="F"),
+            place[a * a :].reshape((b, a)),
+            _zeros(b * b).reshape((b, b)),
+        )
+        _assemble(front, matrix, own, border, local)
         for child in part.children:
-            rows = local[fronts[child].border]
-            dense[np.ix_(rows, rows)] += updates.pop(child)
+            _add(front, updates.pop(child), local[fronts[child].border])
         local[own] = local[border] = -1
-        lower, half, updates[k] = _partial_factor(dense, len(own))
-        keep = bool(retained[part.own].any()) or any(fronts[c].retained for c in part.children)
-        if keep:
-            carry = np.ascontiguousarray(_triangular_solve(lower, half.T, transposed=True).T)
-        else:
-            lower, carry = np.empty((0, 0)), np.empty((0, 0))
-        fronts.append(FactorFront(own, border, lower, carry, int(parents[k]), keep))
-        progress(float(work[k] / work[-1]))
+        _partial_factor(front)
+        updates[k] = front.update
+        lower, carry = (front.lower, front.carry) if kept else (nothing, nothing)
+        fronts.append(FactorFront(own, border, lower, carry, int(plan.parents[k]), kept))
+        progress(float(plan.work[k] / plan.work[-1]))
     return fronts
 
 
-def _assemble(matrix: sp.csr_array, own: Ints, border: Ints, local: Ints) -> Floats:
-    """The matrix' own columns of a front, shape (a + b, a + b); fills `local` for its unknowns."""
-    both = np.concatenate([own, border])
-    local[both] = np.arange(len(both))
-    dense = np.zeros((len(both), len(both)))
+def _assemble(front: _Front, matrix: sp.csr_array, own: Ints, border: Ints, local: Ints) -> None:
+    """Put the matrix' own columns of a front there; fills `local` for its unknowns."""
+    a = len(own)
+    local[own], local[border] = np.arange(a), a + np.arange(len(border))
     rows = matrix[own]
     at = local[rows.indices]
+    row = np.repeat(np.arange(a), np.diff(rows.indptr))
     # Unknowns of descendants are eliminated already; their updates contain them.
-    kept = at >= 0
-    row = np.repeat(np.arange(len(own)), np.diff(rows.indptr))
-    dense[at[kept], row[kept]] = rows.data[kept]
-    return dense
+    inside, beyond = (at >= 0) & (at < a), at >= a
+    front.lower[at[inside], row[inside]] = rows.data[inside]
+    front.carry[at[beyond] - a, row[beyond]] = rows.data[beyond]
 
 
-def _partial_factor(dense: Floats, a: int) -> tuple[Floats, Floats, Floats]:
-    """Eliminate the first `a` unknowns of a front.
+def _add(front: _Front, update: Floats, at: Ints) -> None:
+    """Add a child's update.
 
-    Returns:
-        Cholesky factor L11 (a, a), K21 L11^-T (b, a), and the update of the border (b, b).
+    Args:
+        front: The parent's.
+        update: Shape (c, c); its upper half counts.
+        at: Where the child's border is in the front, rising, shape (c,).
     """
-    try:
-        lower = np.asarray(
-            scipy.linalg.cholesky(dense[:a, :a], lower=True, check_finite=False), dtype=np.float64
-        )
-    except scipy.linalg.LinAlgError as error:
-        raise BodyError("the stiffness is not positive definite: the object can move") from error
-    half = _triangular_solve(lower, dense[a:, :a].T).T
-    return lower, half, dense[a:, a:] - half @ half.T
+    a = len(front.lower)
+    count = int((at < a).sum())
+    inner, outer = at[:count], at[count:] - a
+    for first in range(0, count, _ROWS):
+        some = slice(first, min(first + _ROWS, count))
+        # By columns the lower half is what by rows is the upper one.
+        front.lower.T[inner[some, None], inner] += update[some, :count]
+        front.carry[outer[:, None], inner[some]] += update[some, count:].T
+    for first in range(0, len(outer), _ROWS):
+        some = slice(first, min(first + _ROWS, len(outer)))
+        front.update[outer[some, None], outer] += update[count:][some, count:]
 
 
-def _triangular_solve(lower: Floats, right: Floats, *, transposed: bool = False) -> Floats:
-    x = scipy.linalg.solve_triangular(
-        lower, right, lower=True, trans=1 if transposed else 0, check_finite=False
-    )
-    return np.asarray(x, dtype=np.float64)
+def _partial_factor(front: _Front) -> None:
+    """Eliminate a front's own unknowns: L11, K21 K11^-1, and what that leaves of the border."""
+    lower, right = front.lower, front.carry.T
+    potrf, trsm, syrk = _routines()
+    _, failed = potrf(lower, lower=1, clean=1, overwrite_a=1)
+    if failed:
+        raise BodyError("the stiffness is not positive definite: the object can move")
+    if not len(front.update):
+        return
+    # All arrays are by columns for BLAS, which then writes where they are.
+    trsm(1.0, lower, right, lower=1, overwrite_b=1)
+    syrk(-1.0, right, beta=1.0, c=front.update.T, trans=1, lower=1, overwrite_c=1)
+    trsm(1.0, lower, right, lower=1, trans_a=1, overwrite_b=1)
+
+
+def _zeros(count: int) -> Floats:
+    """So many zeros, which take memory as they are written and give it back when they are let go.
+
+    Numpy takes some from a heap, in which what is let go stays as a gap: 0.15 of a large factor.
+    """
+    if 8 * count < _PAGES:
+        return np.zeros(count)
+    return np.frombuffer(mmap.mmap(-1, 8 * count), dtype=np.float64)
+
+
+def _routines() -> tuple[Any, Any, Any]:
+    double = np.empty(0)
+    potrf = cast(Any, scipy.linalg.get_lapack_funcs("potrf", (double,)))
+    trsm, syrk = cast(Any, scipy.linalg.get_blas_funcs(("trsm", "syrk"), (double,)))
+    return potrf, trsm, syrk

@@ -265,7 +265,7 @@ def dofs(nodes: Ints) -> Ints:
 def graph_of(matrix: sp.csr_array) -> sp.csr_array:
     """The graph of coupled nodes of a matrix of 3x3 blocks, shape (n, n)."""
     n = matrix.shape[0] // 3
-    rows = np.repeat(np.arange(3 * n), np.diff(matrix.indptr))[: matrix.nnz] // 3
+    rows = np.repeat(np.arange(3 * n, dtype=np.int32) // 3, np.diff(matrix.indptr))
     ones = np.ones(matrix.nnz, dtype=np.int8)
     graph = sp.csr_array(sp.coo_array((ones, (rows, matrix.indices // 3)), shape=(n, n)))
     return graph

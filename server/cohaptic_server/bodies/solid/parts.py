@@ -14,6 +14,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factorise import factorise
+from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Mask
 from cohaptic_server.progress import Progress
@@ -68,14 +69,27 @@ def factor_of(
     shape: SolidShape,
     settings: SolidSettings,
     progress: Callable[[float], None] = lambda share: None,
+    accept: Callable[[Plan, int], None] = lambda plan, matrix: None,
 ) -> Factor:
-    """The factor of a solid's stiffness over the free nodes."""
-    K = stiffness_of(shape, settings)
+    """The factor of a solid's stiffness over the free nodes.
+
+    Args:
+        shape: Nodes and surface.
+        settings: Material.
+        progress: Receives the completed share.
+        accept: Called before the arithmetic with what it will take, and the bytes of the matrix;
+            may raise.
+    """
+    matrix = stiffness_of(shape, settings)
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
+    matrix = sp.csr_array(matrix[dof][:, dof])
     on_surface = np.zeros(len(shape.nodes), dtype=np.bool_)
     on_surface[shape.surface] = True
-    return factorise(sp.csr_array(K[dof][:, dof]), shape.nodes[free], on_surface[free], progress)
+    points, retained = shape.nodes[free], on_surface[free]
+    plan = plan_of(matrix, points, retained)
+    accept(plan, matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes)
+    return factorise(matrix, points, retained, progress, plan)
 
 
 def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:

@@ -72,7 +72,8 @@ def _quadratic_means() -> Floats:
 
 def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
     """Sum element blocks (m, a, 3, a, 3) into a sparse (3 n, 3 n)."""
-    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
+    # Indices of four bytes, which any matrix that fits into memory has, take half of the memory.
+    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1).astype(np.int32)
     rows = np.repeat(dof, dof.shape[1], axis=1).ravel()
     columns = np.tile(dof, (1, dof.shape[1])).ravel()
     matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))

@@ -1,0 +1,104 @@
+"""What a factorisation will do, from the pattern of the matrix alone: order, memory, arithmetic.
+
+The bytes are exact and known before the first product: each front's blocks have their place in one
+array, and the updates that exist at a time follow from the order of elimination (Liu 1992).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from cohaptic_server.cholesky.dissection import Part, dissect
+from cohaptic_server.cholesky.symbolic import borders_of, graph_of
+from cohaptic_server.numeric import Floats, Ints, Mask
+
+_DOUBLE = 8  # bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The fronts of a factorisation, children before their parents, and what they cost.
+
+    Args:
+        parts: Nodes that each front eliminates, and its children.
+        borders: Nodes of ancestors that each front is coupled to, in order of elimination.
+        kept: Whether a front or a descendant has a retained node, shape (fronts,).
+        parents: Index of each front's parent, -1 at the root, shape (fronts,).
+        work: Floating-point operations up to the end of each front, shape (fronts,).
+        factor_bytes: Memory of the factor.
+        peak_bytes: Largest memory of factor, updates and the front in work, at one time; the matrix
+            itself not counted.
+    """
+
+    parts: list[Part]
+    borders: list[Ints]
+    kept: Mask
+    parents: Ints
+    work: Floats
+    factor_bytes: int
+    peak_bytes: int
+
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of the whole factorisation."""
+        return float(self.work[-1])
+
+
+def plan_of(matrix: sp.csr_array, points: Floats, retained: Mask) -> Plan:
+    """Order the elimination, and count.
+
+    Args:
+        matrix: Symmetric, of 3x3 blocks, shape (3 n, 3 n); only its pattern counts.
+        points: Position of each node, shape (n, 3) [m].
+        retained: Nodes that forces act on and whose displacement is observed, shape (n,).
+    """
+    graph = graph_of(matrix)
+    parts = _split_leaves(dissect(points, graph), retained)
+    borders = borders_of(graph, parts)
+    kept = np.zeros(len(parts), dtype=np.bool_)
+    parents = np.full(len(parts), -1, dtype=np.int64)
+    for k, part in enumerate(parts):
+        kept[k] = retained[part.own].any() or any(kept[child] for child in part.children)
+        for child in part.children:
+            parents[child] = k
+    own = np.array([3 * len(part.own) for part in parts], dtype=np.float64)
+    border = np.array([3 * len(b) for b in borders], dtype=np.float64)
+    # Factor of the own block, the border's block solved by it twice, and half of the update.
+    work = np.cumsum(own**3 / 3.0 + 2.0 * own**2 * border + own * border**2)
+    factor, peak = _memory(parts, own, border, kept)
+    return Plan(parts, borders, kept, parents, work, factor, peak)
+
+
+def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple[int, int]:
+    """Bytes of the factor, and the most at one time."""
+    updates = border**2
+    factor = live = peak = 0.0
+    for k, part in enumerate(parts):
+        blocks = own[k] * (own[k] + border[k])
+        live += updates[k]
+        peak = max(peak, factor + blocks + live)
+        live -= sum(updates[child] for child in part.children)
+        factor += blocks if kept[k] else 0.0
+    return int(_DOUBLE * factor), int(_DOUBLE * peak)
+
+
+def _split_leaves(parts: list[Part], retained: Mask) -> list[Part]:
+    """Cut leaves in two, their other nodes below the retained ones, so that no solve needs those.
+
+    Args:
+        parts: Children before their parents.
+        retained: Shape (n,).
+    """
+    out: list[Part] = []
+    index: list[int] = []
+    for part in parts:
+        own, children = part.own, tuple(index[child] for child in part.children)
+        if not children and 0 < retained[own].sum() < len(own):
+            out.append(Part(own[~retained[own]], ()))
+            own, children = own[retained[own]], (len(out) - 1,)
+        index.append(len(out))
+        out.append(Part(own, children))
+    return out
