@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor import Factor, FactorFront
 from cohaptic_server.cholesky.plan import Plan, plan_of
-from cohaptic_server.cholesky.symbolic import dofs
+from cohaptic_server.cholesky.symbolic import dofs, graph_of
 from cohaptic_server.numeric import Floats, Ints, Mask
 
 _ROWS = 128  # of an update that are added at once: numpy copies what an array of indices selects
@@ -59,7 +59,7 @@ def factorise(
     Raises:
         BodyError: The matrix is not positive definite.
     """
-    plan = plan or plan_of(matrix, points, retained)
+    plan = plan or plan_of(graph_of(matrix), points, retained)
     fronts = _eliminate(matrix, plan, progress)
     front_of = np.empty(len(points), dtype=np.int64)
     for k, part in enumerate(plan.parts):

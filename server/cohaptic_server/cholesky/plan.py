@@ -12,10 +12,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from cohaptic_server.cholesky.dissection import Part, dissect
-from cohaptic_server.cholesky.symbolic import borders_of, graph_of
+from cohaptic_server.cholesky.symbolic import borders_of
 from cohaptic_server.numeric import Floats, Ints, Mask
 
 _DOUBLE = 8  # bytes
+_BLOCK = 9 * (8 + 4)  # bytes of a block of a sparse matrix, its indices included
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,8 @@ class Plan:
         factor_bytes: Memory of the factor.
         peak_bytes: Largest memory of factor, updates and the front in work, at one time; the matrix
             itself not counted.
+        matrix_bytes: Memory of the matrix, in rows.
+        press_operations: Floating-point operations of a press on each retained node, one at a time.
     """
 
     parts: list[Part]
@@ -40,6 +43,8 @@ class Plan:
     work: Floats
     factor_bytes: int
     peak_bytes: int
+    matrix_bytes: int
+    press_operations: float
 
     @property
     def operations(self) -> float:
@@ -47,15 +52,14 @@ class Plan:
         return float(self.work[-1])
 
 
-def plan_of(matrix: sp.csr_array, points: Floats, retained: Mask) -> Plan:
+def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
     """Order the elimination, and count.
 
     Args:
-        matrix: Symmetric, of 3x3 blocks, shape (3 n, 3 n); only its pattern counts.
+        graph: Of the nodes whose 3x3 blocks are not zero, each with itself, shape (n, n).
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
     """
-    graph = graph_of(matrix)
     parts = _split_leaves(dissect(points, graph), retained)
     borders = borders_of(graph, parts)
     kept = np.zeros(len(parts), dtype=np.bool_)
@@ -69,7 +73,13 @@ def plan_of(matrix: sp.csr_array, points: Floats, retained: Mask) -> Plan:
     # Factor of the own block, the border's block solved by it twice, and half of the update.
     work = np.cumsum(own**3 / 3.0 + 2.0 * own**2 * border + own * border**2)
     factor, peak = _memory(parts, own, border, kept)
-    return Plan(parts, borders, kept, parents, work, factor, peak)
+    presses = np.array([int(retained[part.own].sum()) for part in parts])
+    path = 3.0 * own * (own + 2.0 * border)  # of one press in x, y and z
+    for k in range(len(parts) - 2, -1, -1):
+        path[k] += path[parents[k]]
+    matrix = _BLOCK * graph.nnz
+    pressed = float(presses @ path)
+    return Plan(parts, borders, kept, parents, work, factor, peak, matrix, pressed)
 
 
 def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple[int, int]:

@@ -136,7 +136,7 @@ def analyse(
         leaf: Largest number of nodes that is not cut any further.
     """
     n = len(points)
-    graph = _graph_of_elements(elements, n)
+    graph = graph_of_elements(elements, n)
     parts = dissect(points, graph, leaf) if root is None else _around(root, points, graph, leaf)
     order = np.concatenate([part.own for part in parts])
     place = np.empty(n, dtype=np.int64)
@@ -237,8 +237,13 @@ def _places_of_updates(
     return places, size
 
 
-def _graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
-    """The graph of nodes that share an element, each node with itself, shape (n, n)."""
+def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
+    """The graph of nodes that share an element, each node with itself, shape (n, n).
+
+    Args:
+        elements: Nodes of each element, negative if fixed, shape (m, k).
+        n: Number of nodes.
+    """
     k = elements.shape[1]
     row, column = np.repeat(elements, k, axis=1).ravel(), np.tile(elements, (1, k)).ravel()
     kept = (row >= 0) & (column >= 0)

@@ -13,6 +13,7 @@ from rich.table import Table
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
+from cohaptic_server.cli.peak_memory import peak_memory
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.inspection.inspection import Inspection, inspect_object
@@ -44,11 +45,15 @@ def prepare(
     start = clock.now()
     with progress_bar(f"preparing {file.name}") as progress:
         source = resolved(file, options, progress, print)
-        solid = build(source, progress).solid
+        built = build(source, progress)
+    solid, peak = built.solid, peak_memory()
+    memory = "" if peak is None else f", {peak / 1e9:.2f} GB of memory at the most"
+    if memory and built.cost is not None:
+        memory += f" ({built.cost.memory / 1e9:.2f} expected)"
     print(
         f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
         f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
-        f" {clock.now() - start:.1f} s"
+        f" {clock.now() - start:.1f} s{memory}"
     )
 
 

@@ -12,8 +12,9 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.object_file import MAX_MEMORY, MAX_TIME, ObjectFile
 
+AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # bytes and s; what `--auto` keeps to
 _SOLID = SolidSettings()
 
 
@@ -54,6 +55,20 @@ class ObjectOptions:
     shell: Annotated[
         float, typer.Option(help="Thickness that an open sheet is given [m]; 0 for a volume.")
     ] = 0.0
+    max_memory: Annotated[
+        float | None,
+        typer.Option(
+            help="Most memory that preparing it may take [GB].",
+            show_default=f"{MAX_MEMORY / 1e9:g}; {AUTO_MEMORY / 1e9:g} with --auto",
+        ),
+    ] = None
+    max_time: Annotated[
+        float | None,
+        typer.Option(
+            help="Longest time that filling it may take [s].",
+            show_default=f"{MAX_TIME:g}; {AUTO_TIME:g} with --auto",
+        ),
+    ] = None
     auto: Annotated[
         bool,
         typer.Option(
@@ -68,6 +83,7 @@ class ObjectOptions:
         Raises:
             SettingError: An option is out of its range.
         """
+        memory = AUTO_MEMORY if self.auto else MAX_MEMORY
         return ObjectFile(
             path,
             self.fix,
@@ -78,6 +94,8 @@ class ObjectOptions:
             self.fix_mesh,
             self.simplify,
             self.shell,
+            memory if self.max_memory is None else 1e9 * self.max_memory,
+            (AUTO_TIME if self.auto else MAX_TIME) if self.max_time is None else self.max_time,
         )
 
 

@@ -11,7 +11,12 @@ from dataclasses import dataclass
 
 from threadpoolctl import threadpool_limits
 
+from cohaptic.clock import SystemClock
+from cohaptic_server.bodies.solid.parts import plan_of_solid
+from cohaptic_server.bodies.solid.shape import shape_of
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.cholesky.plan import Plan
+from cohaptic_server.objects.cost import Cost, check_memory, cost_of, multiplications
 from cohaptic_server.objects.fix_rule import check_fix_given, fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
@@ -26,10 +31,12 @@ class Built:
     Args:
         solid: The body.
         prepared: Its tetrahedra, and the report on the surface in the file.
+        cost: What factoring was expected to take; None if that was stored.
     """
 
     solid: Solid
     prepared: Prepared
+    cost: Cost | None = None
 
 
 def build(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Built:
@@ -45,14 +52,49 @@ def build(source: ObjectFile, progress: Progress = lambda phase, share: None) ->
     """
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    prepared = load_or_prepare(source)
+    prepared = load_or_prepare(source, progress)
     fixed = fixed_vertices(source, prepared.tets.vertices)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):
-        parts = load_or_make_parts(prepared.tets, fixed, source.material, progress)
+        costs: list[Cost] = []
+
+        def accept(plan: Plan) -> None:
+            costs.append(cost_of(plan, multiplications(SystemClock())))
+            check_cost(source, prepared, costs[0])
+
+        def told(phase: str, share: float) -> None:
+            words = f", {costs[0].words()}" if costs and phase != "storing" else ""
+            progress(phase + words, share)
+
+        parts = load_or_make_parts(prepared.tets, fixed, source.material, told, accept)
     name = source.path.stem[:40]
-    return Built(Solid(prepared.tets, fixed, source.material, name=name, parts=parts), prepared)
+    solid = Solid(prepared.tets, fixed, source.material, name=name, parts=parts)
+    return Built(solid, prepared, *costs)
+
+
+def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:
+    """What it takes to make a solid of some tetrahedra.
+
+    Raises:
+        BodyError: Too little of it is held.
+        SettingError: The rule that says what is held does not fit it.
+    """
+    fixed = fixed_vertices(source, prepared.tets.vertices)
+    plan = plan_of_solid(shape_of(prepared.tets, fixed, source.material))
+    return cost_of(plan, multiplications(SystemClock()))
+
+
+def check_cost(source: ObjectFile, prepared: Prepared, cost: Cost) -> None:
+    """Check that an object can be factored within its memory.
+
+    Raises:
+        TooCostlyError: It takes more.
+    """
+    edge = None if prepared.surface is None else source.edge
+    order = source.material.order
+    what = f"{source.path}: {len(prepared.tets.tets):,} tetrahedra of order {order}"
+    check_memory(cost, source.max_memory, what, edge, order)
 
 
 def build_solid(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Solid:

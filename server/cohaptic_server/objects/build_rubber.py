@@ -40,7 +40,7 @@ def build_rubber_solid(
     """
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    tets = _affordable_tets(source, period)
+    tets = _affordable_tets(source, period, progress)
     fixed = fixed_vertices(source, tets.vertices)
     name = source.path.stem[:40]
     solid = RubberSolid(tets, fixed, source.material, name, damping=damping)
@@ -49,13 +49,13 @@ def build_rubber_solid(
     return solid
 
 
-def _affordable_tets(source: ObjectFile, period: float) -> TetMesh:
+def _affordable_tets(source: ObjectFile, period: float, progress: Progress) -> TetMesh:
     is_volume = source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
     nodes = 0
     for edge in edges:
-        tets = load_or_prepare(replace(source, edge=edge)).tets
+        tets = load_or_prepare(replace(source, edge=edge), progress).tets
         nodes = len(quadratic(tets)[0]) if source.material.order == 2 else len(tets.vertices)
         if tick_seconds(nodes) <= period:
             return tets

@@ -9,6 +9,8 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 
 MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
+MAX_MEMORY = 6e9  # bytes
+MAX_TIME = 1800.0  # s
 MAX_TRIANGLES = 300_000  # of a surface; filling so many takes minutes
 
 
@@ -26,6 +28,8 @@ class ObjectFile:
         fix_mesh: Closed surface in the same units; vertices inside it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
         shell: Thickness that an open sheet is given [m]; 0 takes the surface for that of a volume.
+        max_memory: Most memory that preparing it may take, the program included [bytes].
+        max_time: Longest time that filling it may take [s].
 
     Raises:
         SettingError: An option is out of its range.
@@ -40,6 +44,8 @@ class ObjectFile:
     fix_mesh: Path | None = None
     simplify: int = 0
     shell: float = 0.0
+    max_memory: float = MAX_MEMORY
+    max_time: float = MAX_TIME
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
@@ -50,6 +56,10 @@ class ObjectFile:
             raise SettingError("--simplify", self.simplify, f"0, or from 100 to {MAX_TRIANGLES:,}")
         if self.shell != 0.0 and not 1e-4 <= self.shell <= 1.0:
             raise SettingError("--shell", self.shell, "0, or from 0.0001 to 1 m")
+        if not 0.5e9 <= self.max_memory <= 1e13:
+            raise SettingError("--max-memory", f"{self.max_memory / 1e9:g} GB", "from 0.5 to 10000")
+        if not 1.0 <= self.max_time <= 1e6:
+            raise SettingError("--max-time", f"{self.max_time:g} s", "from 1 to 1e6 s")
 
     def to_arguments(self) -> list[str]:
         """Options of the command line that describe the same object, without the path itself."""
@@ -59,5 +69,7 @@ class ObjectFile:
         arguments += ["--contact-radius", repr(material.contact_radius)]
         arguments += ["--scale", repr(self.scale), "--edge", repr(self.edge)]
         arguments += ["--simplify", str(self.simplify), "--shell", repr(self.shell)]
+        arguments += ["--max-memory", repr(self.max_memory / 1e9)]
+        arguments += ["--max-time", repr(self.max_time)]
         arguments += ["--fix-mesh", str(self.fix_mesh)] if self.fix_mesh else ["--fix", self.fix]
         return arguments + (["--repair"] if self.repair else [])

@@ -11,7 +11,9 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
+from cohaptic_server.objects.fill_process import FillLimitError
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
@@ -19,28 +21,13 @@ from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_server.objects.surface.surface_file import SURFACES, read_surface
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, tetrahedralise
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.progress import Progress
 
 KINDS = SURFACES + VOLUMES
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
-MAX_FACTOR = 6e9  # bytes
-_FILLING = 1e-2  # s per triangle of a surface; 5 to 17 ms were measured
+_TETS_PER_TRIANGLE = 3.0  # of a surface too fine for its edge; 2.3 on a noisy scan
 _DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
 _MAX_VOLUME_LOSS = 0.2  # share of the enclosed volume that the tetrahedra may miss
-# Factor of blocks, measured (docs/decisions/0013): bytes and number of tetrahedra, for each order.
-_MEASURED = {1: (393e6, 105_456), 2: (951e6, 20_250)}
-
-
-class TooCostlyError(BodyError):
-    """So many tetrahedra cannot be factored here.
-
-    Args:
-        words: The error.
-        tets: Their number.
-    """
-
-    def __init__(self, words: str, tets: int) -> None:
-        super().__init__(words)
-        self.tets = tets
 
 
 class VolumeLostError(BodyError):
@@ -75,11 +62,12 @@ class Prepared:
     deviation: float = 0.0
 
 
-def prepare(source: ObjectFile) -> Prepared:
+def prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
     """Read a file, check it and fill its surface with tetrahedra.
 
     Args:
         source: The file and its options.
+        progress: Called with the phase and the share of it that is done.
 
     Raises:
         BodyError: The file is no object that can be touched.
@@ -87,26 +75,12 @@ def prepare(source: ObjectFile) -> Prepared:
     check_file(source.path)
     if source.path.suffix.lower() in VOLUMES:
         return _prepare_volume(source)
-    return _prepare_surface(source)
-
-
-def factor_bytes(tets: int, order: int) -> float:
-    """Estimated memory for the Cholesky factor of a compact object [bytes].
-
-    Nested dissection of a volume mesh has O(n^(4/3)) entries (George 1973).
-
-    Args:
-        tets: Number of tetrahedra.
-        order: Order of the elements, 1 or 2.
-    """
-    measured, count = _MEASURED[order]
-    return float(measured * (tets / count) ** (4.0 / 3.0))
+    return _prepare_surface(source, progress)
 
 
 def _prepare_volume(source: ObjectFile) -> Prepared:
     path = source.path
     x, cells = read_volume(path)
-    _check_cost(path, len(cells), source.material.order, "")
     _check_size(path, x[np.unique(cells)] * source.scale, source.scale)
     try:
         return Prepared(TetMesh.checked(x * source.scale, cells), None)
@@ -114,8 +88,9 @@ def _prepare_volume(source: ObjectFile) -> Prepared:
         raise BodyError(f"{path}: {error}") from error
 
 
-def _prepare_surface(source: ObjectFile) -> Prepared:
+def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
     path = source.path
+    progress("reading and checking", 0.0)
     if not source.simplify:
         _check_count(path, count_triangles(path))  # reading millions of triangles takes minutes
     x, faces = read_surface(path)
@@ -124,24 +99,49 @@ def _prepare_surface(source: ObjectFile) -> Prepared:
     if source.shell:
         x, faces = thicken(x, in_one_sense(x, faces), source.shell / source.scale)
     original = x * source.scale
-    # What is said of the file is said of the file: simplifying may make crossings of its own,
-    # which filling untangles.
+    # What is said of the file is said of the file: where even the slowest way of simplifying it
+    # makes crossings of its own, filling untangles them.
     report = examine(x, faces) if triangles <= MAX_TRIANGLES else None
     if source.simplify and len(faces) > source.simplify:
+        progress("simplifying", 0.0)
         x, faces = simplify(x, faces, source.simplify)
         simplified = len(faces)
     _check_count(path, len(faces))
+    # A file of more triangles is only known as it is after it was simplified.
+    culprit = "" if report else f"after --simplify {source.simplify}, which may have made this, "
     report = report or examine(x, faces)
-    _check_surface(path, report, source.repair)
-    outwards = facing_outwards(x, faces)
-    try:
-        tets = tetrahedralise(x * source.scale, outwards, source.edge, largest=source.repair)
-    except BodyError as error:
-        raise BodyError(f"{path}: {error}") from error
+    _check_surface(f"{path}: {culprit}", report, source.repair)
+    tets = _filled(source, x, facing_outwards(x, faces), report, progress)
     _check_volume(source, tets, report)
-    advice = f"a larger --edge than {source.edge:g}"
-    _check_cost(path, len(tets.tets), source.material.order, advice)
     return Prepared(tets, report, triangles, simplified, _farthest(original, tets))
+
+
+def _filled(
+    source: ObjectFile, x: Floats, faces: Ints, report: SurfaceReport, progress: Progress
+) -> TetMesh:
+    """The tetrahedra of a surface in units of the file, within its time and memory."""
+    expected = tetrahedra_expected(x, faces, report.volume, source.edge)
+    phase = f"filling, {about(filling_seconds(len(faces), expected))}"
+    progress(phase, 0.0)
+    try:
+        return tetrahedralise(
+            x * source.scale,
+            faces,
+            source.edge,
+            largest=source.repair,
+            memory=source.max_memory,
+            seconds=source.max_time,
+            progress=lambda share: progress(phase, share),
+        )
+    except FillLimitError as error:
+        coarser = f"--edge {min(0.5, 1.5 * source.edge):.2g}"
+        fewer = f"--simplify {max(1000, len(faces) // 4)}"
+        raise FillLimitError(
+            f"{source.path}: {error}. Take {fewer} or {coarser}, or raise --max-memory or"
+            " --max-time"
+        ) from error
+    except BodyError as error:
+        raise BodyError(f"{source.path}: {error}") from error
 
 
 def _farthest(x: Floats, tets: TetMesh) -> float:
@@ -175,24 +175,10 @@ def check_file(path: Path) -> None:
         raise BodyError(f"{path}: the file is empty")
 
 
-def _check_cost(path: Path, tets: int, order: int, advice: str) -> None:
-    needed = factor_bytes(tets, order)
-    if needed <= MAX_FACTOR:
-        return
-    ways = [advice] if advice else []
-    if order == 2:
-        ways.append("--order 1")
-    raise TooCostlyError(
-        f"{path}: {tets:,} tetrahedra of order {order} need about {needed / 1e9:.3g} GB; the limit"
-        f" is {MAX_FACTOR / 1e9:g} GB. Take {' or '.join(ways or ['a coarser mesh'])}",
-        tets,
-    )
-
-
 def _check_count(path: Path, count: int) -> None:
     if count <= MAX_TRIANGLES:
         return
-    hours = count * _FILLING / 3600.0
+    hours = filling_seconds(count, _TETS_PER_TRIANGLE * count) / 3600.0
     raise BodyError(
         f"{path}: {count:,} triangles; the limit is {MAX_TRIANGLES:,}, and filling so many would"
         f" take about {hours:.2g} hours. Let them be simplified with --simplify 20000: an object"
@@ -228,17 +214,16 @@ def _check_size(path: Path, x: Floats, scale: float) -> None:
     )
 
 
-def _check_surface(path: Path, report: SurfaceReport, repair: bool) -> None:
+def _check_surface(of: str, report: SurfaceReport, repair: bool) -> None:
     if report.flat:
-        raise BodyError(f"{path}: the surface encloses no volume ({report.volume:.3g})")
+        raise BodyError(f"{of}the surface encloses no volume ({report.volume:.3g})")
     problems = report.problems()
     if problems and not repair:
         raise BodyError(
-            f"{path}: {'; '.join(problems)}. Mend it, or let it be closed and untangled with"
-            " --repair"
+            f"{of}{'; '.join(problems)}. Mend it, or let it be closed and untangled with --repair"
         )
     if report.components > 1 and not repair:
         raise BodyError(
-            f"{path}: the surface is in {report.components} pieces; it must be one. A hollow object"
+            f"{of}the surface is in {report.components} pieces; it must be one. A hollow object"
             " needs --repair"
         )

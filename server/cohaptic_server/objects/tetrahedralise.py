@@ -6,14 +6,16 @@ tetrahedra lies within `envelope` of the input surface.
 
 from __future__ import annotations
 
-import contextlib
-import tempfile
+import importlib.util
+import math
+from collections.abc import Callable
 
 import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.fill_process import fill
 
 ENVELOPE = 1e-3  # share of the bounding box's diagonal, for edges up to 0.05 of it
 _MAX_ENVELOPE = 0.04  # share of the diagonal
@@ -32,7 +34,16 @@ def envelope(edge: float) -> float:
     return min(_MAX_ENVELOPE, ENVELOPE * max(1.0, (edge / 0.05) ** 2))
 
 
-def tetrahedralise(x: Floats, faces: Ints, edge: float, *, largest: bool = False) -> TetMesh:
+def tetrahedralise(
+    x: Floats,
+    faces: Ints,
+    edge: float,
+    *,
+    largest: bool = False,
+    memory: float = math.inf,
+    seconds: float = math.inf,
+    progress: Callable[[float], None] = lambda share: None,
+) -> TetMesh:
     """Fill a surface with tetrahedra.
 
     Args:
@@ -40,32 +51,25 @@ def tetrahedralise(x: Floats, faces: Ints, edge: float, *, largest: bool = False
         faces: Triangles of the surface, shape (m, 3).
         edge: Target edge length, as a share of the bounding box's diagonal.
         largest: Of several pieces keep the one that has most of the volume, if one has.
+        memory: Most that filling may take [bytes].
+        seconds: Longest time of it [s].
+        progress: Receives the share that is done.
 
     Raises:
+        FillLimitError: It takes more memory or time.
         BodyError: pytetwild is not installed, or returned no tetrahedron, or several pieces.
     """
-    try:
-        from pytetwild.pytetwild import tetrahedralize
-    except ImportError as error:
+    if importlib.util.find_spec("pytetwild") is None:
         raise BodyError(
             "filling a surface with tetrahedra needs pytetwild; install it with:"
             " pip install 'cohaptic[objects]'"
-        ) from error
-    # One thread: another core may be at work for users. fTetWild does not make the same mesh twice
-    # (a torus had 2,463 to 2,648 tetrahedra in four runs), which is why the store keeps it.
-    # pytetwild leaves a file in the working folder.
-    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
-        vertices, found = tetrahedralize(
-            x,
-            np.asarray(faces, dtype=np.int32),
-            edge_length_fac=edge,
-            epsilon=envelope(edge),
-            num_threads=1,
-            quiet=True,
         )
-    if not len(found):
+    # fTetWild does not make the same mesh twice, which is why the store keeps it: it seeds a
+    # shuffle from the system's source of random numbers, and nothing sets that (decision 33).
+    options = {"edge_length_fac": edge, "epsilon": envelope(edge)}
+    x, tets = fill(x, faces, options, memory=memory, seconds=seconds, progress=progress)
+    if not len(tets):
         raise BodyError("no tetrahedron fits inside the surface: is there an inside?")
-    x, tets = np.asarray(vertices, dtype=np.float64), np.asarray(found, dtype=np.int64)
     return TetMesh.checked(x, largest_piece(x, tets) if largest else tets)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from cohaptic_server.cholesky import factorise as module
 from cohaptic_server.cholesky.plan import plan_of
+from cohaptic_server.cholesky.symbolic import graph_of
 from cohaptic_server.numeric import Floats
 from tests.server.cholesky.block_problem import on_surface, problem
 
@@ -14,7 +15,7 @@ from tests.server.cholesky.block_problem import on_surface, problem
 def test_the_bytes_of_the_factor_are_known_before_it() -> None:
     matrix, points = problem()
     for retained in (on_surface(points), np.ones(len(points), dtype=np.bool_)):
-        plan = plan_of(matrix, points, retained)
+        plan = plan_of(graph_of(matrix), points, retained)
         assert plan.factor_bytes == module.factorise(matrix, points, retained).bytes
         assert plan.factor_bytes <= plan.peak_bytes
         assert (np.diff(plan.work) > 0.0).all()
@@ -24,7 +25,7 @@ def test_no_more_memory_is_taken_than_was_planned(monkeypatch: pytest.MonkeyPatc
     """Beside the factor, of which the plan counts what is written by then."""
     matrix, points = problem()
     retained = on_surface(points)
-    plan = plan_of(matrix, points, retained)
+    plan = plan_of(graph_of(matrix), points, retained)
     taken = [0, 0]  # now, and at most [bytes]
     zeros = module._zeros  # pyright: ignore[reportPrivateUsage]
 

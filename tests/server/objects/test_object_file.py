@@ -33,6 +33,8 @@ def test_its_arguments_name_every_option_once() -> None:
         "--edge": "0.07",
         "--simplify": "0",
         "--shell": "0.0",
+        "--max-memory": "6.0",
+        "--max-time": "1800.0",
         "--fix": "z < 5%",
     }
     bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl")).to_arguments()

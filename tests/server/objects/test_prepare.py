@@ -14,7 +14,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
-from cohaptic_server.objects import prepare
+from cohaptic_server.objects import cost, prepare
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
@@ -183,11 +183,13 @@ def test_millions_of_triangles_are_refused_with_the_number(
 def test_a_solid_too_large_for_memory_is_refused_with_the_estimate(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(prepare, "MAX_FACTOR", 1e6)
+    monkeypatch.setattr(cost, "_PROGRAM", 0.6e9)
     path = sphere(tmp_path / "ball.stl")
-    said = r"tetrahedra of order 2 need about .* GB; the limit is 0\.001 GB. Take a larger --edge"
-    with pytest.raises(BodyError, match=said + r" than 0\.2 or --order 1"):
-        build_solid(ObjectFile(path, "z < 20%", edge=0.2))
+    said = r"tetrahedra of order 2 would take 0\.7.* GB to prepare; the limit is 0\.5 GB\. Take"
+    with pytest.raises(
+        BodyError, match=said + r" --edge 0\.\d+ or --order 1 or --max-memory 0\.\d"
+    ):
+        build_solid(ObjectFile(path, "z < 20%", edge=0.2, max_memory=0.5e9))
 
 
 @pytest.mark.parametrize(

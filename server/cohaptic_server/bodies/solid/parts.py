@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +16,7 @@ from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.cholesky.plan import Plan, plan_of
+from cohaptic_server.cholesky.symbolic import graph_of_elements
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Mask
 from cohaptic_server.progress import Progress
@@ -35,11 +37,67 @@ class SolidParts:
     far_field: FarField
 
 
+class KeptFactor(Protocol):
+    """Where a factor in double precision outlives an interruption."""
+
+    def load(self) -> Factor | None:
+        """The factor; None where there is none."""
+        ...
+
+    def save(self, factor: Factor) -> None:
+        """Keep it."""
+        ...
+
+
+def plan_of_solid(shape: SolidShape) -> Plan:
+    """What factoring a solid will take, from its elements alone."""
+    free = np.flatnonzero(~shape.fixed)
+    index = np.full(len(shape.nodes), -1, dtype=np.int64)
+    index[free] = np.arange(len(free))
+    graph = graph_of_elements(index[shape.elements], len(free))
+    return plan_of(graph, shape.nodes[free], _on_surface(shape)[free])
+
+
+def factor_of(
+    shape: SolidShape,
+    settings: SolidSettings,
+    progress: Callable[[float], None] = lambda share: None,
+    plan: Plan | None = None,
+) -> Factor:
+    """The factor of a solid's stiffness over the free nodes.
+
+    Args:
+        shape: Nodes and surface.
+        settings: Material.
+        progress: Receives the completed share.
+        plan: That of `plan_of_solid`, if it is known already.
+    """
+    free = np.flatnonzero(~shape.fixed)
+    dof = (3 * free[:, None] + np.arange(3)).ravel()
+    matrix = sp.csr_array(stiffness_of(shape, settings)[dof][:, dof])
+    points, retained = shape.nodes[free], _on_surface(shape)[free]
+    return factorise(matrix, points, retained, progress, plan or plan_of_solid(shape))
+
+
+def _on_surface(shape: SolidShape) -> Mask:
+    on_surface = np.zeros(len(shape.nodes), dtype=np.bool_)
+    on_surface[shape.surface] = True
+    return on_surface
+
+
+def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:
+    """Stiffness of all nodes, none of them fixed, shape (3 nodes, 3 nodes) [N/m]."""
+    n = len(shape.nodes)
+    return stiffness(shape.tets, shape.elements, n, settings.young, settings.nu)
+
+
 def make_parts(
     tets: TetMesh,
     fixed: Mask,
     settings: SolidSettings,
     progress: Progress = lambda phase, share: None,
+    accept: Callable[[Plan], None] = lambda plan: None,
+    factored: KeptFactor | None = None,
 ) -> SolidParts:
     """Factor the stiffness and build the far field.
 
@@ -48,13 +106,21 @@ def make_parts(
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
         progress: Receives the phase and its completed share.
+        accept: Called with what factoring takes, before it begins; may raise.
+        factored: Has the factor of an interrupted preparation, or is given it.
 
     Raises:
         BodyError: Nothing is fixed, too little, or everything.
     """
     progress("factoring", 0.0)
     shape = shape_of(tets, fixed, settings)
-    factor = factor_of(shape, settings, lambda share: progress("factoring", share))
+    factor = None if factored is None else factored.load()
+    if factor is None:
+        plan = plan_of_solid(shape)
+        accept(plan)
+        factor = factor_of(shape, settings, lambda share: progress("factoring", share), plan)
+        if factored is not None:
+            factored.save(factor)
     far_field = build_far_field(
         shape.mesh,
         shape.contact_radius,
@@ -63,36 +129,3 @@ def make_parts(
         lambda share: progress("pressing", share),
     )
     return SolidParts(shape, factor, far_field)
-
-
-def factor_of(
-    shape: SolidShape,
-    settings: SolidSettings,
-    progress: Callable[[float], None] = lambda share: None,
-    accept: Callable[[Plan, int], None] = lambda plan, matrix: None,
-) -> Factor:
-    """The factor of a solid's stiffness over the free nodes.
-
-    Args:
-        shape: Nodes and surface.
-        settings: Material.
-        progress: Receives the completed share.
-        accept: Called before the arithmetic with what it will take, and the bytes of the matrix;
-            may raise.
-    """
-    matrix = stiffness_of(shape, settings)
-    free = np.flatnonzero(~shape.fixed)
-    dof = (3 * free[:, None] + np.arange(3)).ravel()
-    matrix = sp.csr_array(matrix[dof][:, dof])
-    on_surface = np.zeros(len(shape.nodes), dtype=np.bool_)
-    on_surface[shape.surface] = True
-    points, retained = shape.nodes[free], on_surface[free]
-    plan = plan_of(matrix, points, retained)
-    accept(plan, matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes)
-    return factorise(matrix, points, retained, progress, plan)
-
-
-def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:
-    """Stiffness of all nodes, none of them fixed, shape (3 nodes, 3 nodes) [N/m]."""
-    n = len(shape.nodes)
-    return stiffness(shape.tets, shape.elements, n, settings.young, settings.nu)

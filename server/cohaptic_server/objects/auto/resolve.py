@@ -15,14 +15,11 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.objects.auto.diagnose import diagnose
 from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
+from cohaptic_server.objects.build import expected_cost
+from cohaptic_server.objects.cost import edge_that_fits
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
-from cohaptic_server.objects.prepare import (
-    TooCostlyError,
-    VolumeLostError,
-    check_file,
-    factor_bytes,
-)
+from cohaptic_server.objects.prepare import VolumeLostError, check_file
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface.simplify import count_triangles
@@ -30,13 +27,10 @@ from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from cohaptic_server.progress import Progress
 
-MEMORY = 2e9  # bytes that `--auto` lets the preparation take at its peak
-_PEAK = 3.0  # bytes at the peak of a preparation over those of the factor
-_BASE = 3e8  # bytes of the program itself with its libraries
 _ATTEMPTS = 6  # at a mesh that is coarse enough
 # Options that are chosen, beside the order of the elements.
 _CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell")
-_FORM = 1  # raised when the findings or their remedies change
+_FORM = 2  # raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
@@ -74,22 +68,20 @@ def resolve(
     progress: Progress = lambda phase, share: None,
     *,
     scale_given: bool = False,
-    memory: float = MEMORY,
 ) -> Diagnosis:
-    """Options with which a file can be touched within some memory, kept for the next start.
+    """Options with which a file can be touched within its memory, kept for the next start.
 
     Args:
         source: The file and the options that the user gave.
         progress: Called with the phase.
         scale_given: Whether the scale is the user's own word, and must stay.
-        memory: Largest use of memory at the peak of the preparation [bytes].
 
     Raises:
         BodyError: There is no way to touch what is in the file.
         SettingError: An option does not fit it.
     """
     check_file(source.path)
-    options = repr((_FORM, scale_given, memory, *astuple(source))).encode()
+    options = repr((_FORM, scale_given, *astuple(source))).encode()
     path = entry_path(options, source.path.read_bytes())
     kept = load_entry(path, "findings", mapped=False)
     if kept is not None:
@@ -97,36 +89,24 @@ def resolve(
     progress("looking at the file", 0.0)
     found = find_problems(source, scale_given=scale_given)
     progress("tetrahedra", 0.0)
-    found = _within(found, memory)
+    found = _within(found, progress)
     save_entry(path, "findings", {"text": np.frombuffer(_to_text(found).encode(), np.uint8)})
     return found
 
 
-def peak_bytes(tets: int, order: int) -> float:
-    """Estimated memory at the peak of a preparation [bytes].
-
-    Args:
-        tets: Number of tetrahedra.
-        order: Order of the elements, 1 or 2.
-    """
-    return _BASE + _PEAK * factor_bytes(tets, order)
-
-
-def _within(found: Diagnosis, memory: float) -> Diagnosis:
-    """The same with a mesh that can be factored within some memory [bytes]."""
-    source = found.source
+def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
+    """The same with a mesh that can be factored within the memory that it may take."""
+    source, memory = found.source, found.source.max_memory
     mesh, volume = list[Remedy](), list[Remedy]()
     for _ in range(_ATTEMPTS):
         try:
-            count = len(load_or_prepare(source).tets.tets)
-        except TooCostlyError as error:
-            count = error.tets
+            prepared = load_or_prepare(source, progress)
         except VolumeLostError as error:
             source = replace(source, repair=True)
             problem = f"the tetrahedra have {error.share:.0%} of the volume that it encloses"
             volume = [Remedy(problem, "taken as they are", "--repair")]
             continue
-        needed = peak_bytes(count, source.material.order)
+        count, needed = len(prepared.tets.tets), expected_cost(source, prepared).memory
         if needed <= memory:
             return Diagnosis(source, (*found.remedies, *volume, *mesh))
         problem = f"{count:,} tetrahedra would take about {needed / 1e9:.2g} GB to prepare"
@@ -136,9 +116,7 @@ def _within(found: Diagnosis, memory: float) -> Diagnosis:
             source = replace(source, material=replace(source.material, order=1))
             mesh = [Remedy(problem, "made of linear ones, which are less exact", "--order 1")]
             continue
-        # The factor grows with the fourth power of the number of elements along a side.
-        ratio = (needed - _BASE) / max(1.0, memory - _BASE)
-        edge = float(f"{min(0.5, 1.1 * source.edge * ratio**0.25):.2g}")
+        edge = edge_that_fits(source.edge, needed, memory)
         source = replace(source, edge=edge)
         mesh = [Remedy(problem, "made coarser", f"--edge {edge:g}")]
     raise BodyError(

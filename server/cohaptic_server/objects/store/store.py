@@ -6,7 +6,7 @@ influence them; parts of a solid under the tetrahedra, the fixed vertices and th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -19,10 +19,12 @@ from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky import factor_file
+from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared, prepare
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
+from cohaptic_server.objects.store.checkpoint import Checkpoint
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
@@ -39,11 +41,12 @@ def is_prepared(source: ObjectFile) -> bool:
     return source.path.is_file() and _tets_path(source).is_file()
 
 
-def load_or_prepare(source: ObjectFile) -> Prepared:
+def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
     """Load the tetrahedra of a file from the store, or prepare and store them.
 
     Args:
         source: The file and its options.
+        progress: Called with the phase and the share of it that is done.
 
     Raises:
         BodyError: The file is no object that can be touched.
@@ -58,13 +61,17 @@ def load_or_prepare(source: ObjectFile) -> Prepared:
             return _prepared_from(arrays)
         except (KeyError, TypeError, ValueError, BodyError) as error:
             warn_unusable(label, error)
-    prepared = prepare(source)
+    prepared = prepare(source, progress)
     save_entry(path, label, _prepared_to(prepared))
     return prepared
 
 
 def load_or_make_parts(
-    tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, progress: Progress
+    tets: TetMesh,
+    fixed: npt.NDArray[np.bool_],
+    settings: SolidSettings,
+    progress: Progress,
+    accept: Callable[[Plan], None] = lambda plan: None,
 ) -> SolidParts:
     """Load the heavy parts of a solid from the store, or make and store them.
 
@@ -73,6 +80,7 @@ def load_or_make_parts(
         fixed: Which of its vertices do not move, shape (n,).
         settings: Material and discretisation.
         progress: Called with the phase and the share of it that is done.
+        accept: Called with what factoring takes, before it begins; may raise.
 
     Raises:
         BodyError: The fixed vertices leave a rigid motion, or nothing free.
@@ -89,10 +97,13 @@ def load_or_make_parts(
             return SolidParts(shape_of(tets, fixed, settings), factor, far_field)
         except (KeyError, ValueError, IndexError, BodyError) as error:
             warn_unusable("factor", error)
-    parts = make_parts(tets, fixed, settings, progress)
+    # Whoever is interrupted while the surface is pressed finds the factor the next time.
+    factored = Checkpoint(path)
+    parts = make_parts(tets, fixed, settings, progress, accept, factored)
     progress("storing", 0.0)
     factor_arrays = _with_prefix("factor/", factor_file.to_arrays(parts.factor))
     save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.far_field.to_arrays()))
+    factored.remove()
     return parts
 
 

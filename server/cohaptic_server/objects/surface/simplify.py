@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import struct
 from pathlib import Path
@@ -12,9 +13,12 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.three_mf import look_into
 
 _HEAD = 2**16  # bytes that are read for the header of a file
+_HASTE = (7, 5, 4, 3)  # of the descent, as fast-simplification counts it; 7 is its default
+_TOO_MANY = 1.2  # of the triangles that are wanted
 
 
 def count_triangles(path: Path) -> int:
@@ -78,6 +82,10 @@ def _count_in_glb(head: bytes) -> int:
 def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     """Simplify a surface by quadric error metrics (Garland, Heckbert 1997).
 
+    In haste it folds a clean surface onto itself, up to 23 crossing triangles of 4,000. Each result
+    is therefore examined, and a slower descent tried; of all the one with the fewest defects is
+    taken.
+
     Args:
         x: Vertices, shape (n, 3).
         faces: Triangles, shape (m, 3).
@@ -86,6 +94,21 @@ def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     Raises:
         BodyError: fast-simplification is not installed.
     """
+    best, least = (x, faces), math.inf
+    for haste in _HASTE:
+        found = _collapsed(x, faces, count, haste)
+        if len(found[1]) > _TOO_MANY * count and math.isfinite(least):
+            break  # a slower descent ends even earlier
+        report = examine(*found)
+        defects = report.open_edges + report.nonmanifold_edges + report.intersecting
+        if defects < least:
+            best, least = found, defects
+        if not defects:
+            break
+    return best
+
+
+def _collapsed(x: Floats, faces: Ints, count: int, haste: int) -> tuple[Floats, Ints]:
     try:
         import fast_simplification
     except ImportError as error:
@@ -96,7 +119,10 @@ def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     low, size = x.min(axis=0), float(np.ptp(x, axis=0).max()) or 1.0
     collapse_edges: Any = fast_simplification.simplify
     points, triangles = collapse_edges(
-        ((x - low) / size).astype(np.float32), faces.astype(np.int32), target_count=count
+        ((x - low) / size).astype(np.float32),
+        faces.astype(np.int32),
+        target_count=count,
+        agg=haste,
     )
     simplified = low + size * np.asarray(points, dtype=np.float64)
     return simplified, np.asarray(triangles, dtype=np.int64)

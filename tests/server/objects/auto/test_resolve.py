@@ -8,9 +8,10 @@ import pytest
 
 from cohaptic.errors import BodyError, CohapticError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.objects import cost
 from cohaptic_server.objects.auto import resolve as module
-from cohaptic_server.objects.auto.resolve import find_problems, peak_bytes, resolve
-from cohaptic_server.objects.build import build
+from cohaptic_server.objects.auto.resolve import find_problems, resolve
+from cohaptic_server.objects.build import build, expected_cost
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from tests.server.objects.files import write
@@ -46,17 +47,22 @@ def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyP
         resolve(replace(source, edge=0.2))
 
 
-def test_a_mesh_is_made_as_coarse_as_memory_asks_for(tmp_path: Path) -> None:
-    source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 10%")
-    fine = len(load_or_prepare(source).tets.tets)
-    enough = peak_bytes(fine // 2, 2)
-    found = resolve(source, memory=enough)
+def test_a_mesh_is_made_as_coarse_as_memory_asks_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = 0.499e9  # bytes; a small object then has the last two megabytes
+    monkeypatch.setattr(cost, "_PROGRAM", program)
+    monkeypatch.setattr(cost, "_PRESSING", 0.0)
+    path = write(tmp_path / "ball.stl", *icosphere(3, 0.05))
+    source = ObjectFile(path, "z < 10%", max_memory=program + 8e6)
+    assert expected_cost(source, load_or_prepare(source)).memory > source.max_memory
+    found = resolve(source)
     assert found.source.edge > source.edge
     assert found.remedies[-1].option == f"--edge {found.source.edge:g}"
-    coarse = len(load_or_prepare(found.source).tets.tets)
-    assert peak_bytes(coarse, 2) <= enough
+    coarse = load_or_prepare(found.source)
+    assert expected_cost(found.source, coarse).memory <= source.max_memory
     with pytest.raises(BodyError, match="no mesh of it fits into"):
-        resolve(source, memory=peak_bytes(1, 2))
+        resolve(replace(source, max_memory=program + 1e6))
 
 
 def test_a_slip_in_a_rule_is_told_before_filling(

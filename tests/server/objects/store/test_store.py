@@ -35,15 +35,14 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[ObjectFile]:
     """Records each object that is made anew; filling a surface is replaced by a stand-in."""
     calls: list[ObjectFile] = []
 
-    def prepare(source: ObjectFile) -> Prepared:
+    def prepare(source: ObjectFile, progress: Progress) -> Prepared:
+        del progress
         calls.append(source)
         return Prepared(BLOCK, REPORT, 96, 80)
 
-    def make_parts(
-        tets: TetMesh, held: Flags, settings: SolidSettings, progress: Progress
-    ) -> SolidParts:
+    def make_parts(*arguments: Any) -> SolidParts:
         calls.append(ObjectFile(Path()))
-        return solid_parts.make_parts(tets, held, settings, progress)
+        return solid_parts.make_parts(*arguments)
 
     monkeypatch.setattr(store, "prepare", prepare)
     monkeypatch.setattr(store, "make_parts", make_parts)

@@ -3,17 +3,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import trimesh
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import prepare as prepare_module
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import prepare
 from cohaptic_server.objects.surface.checks import examine
-from cohaptic_server.objects.surface.simplify import count_triangles, simplify
+from cohaptic_server.objects.surface.simplify import (
+    _collapsed,  # pyright: ignore[reportPrivateUsage]
+    count_triangles,
+    simplify,
+)
+from tests.server.objects.files import write
 
 BALL = icosphere(3, 0.05)
 
@@ -55,7 +62,7 @@ def test_millions_are_refused_before_they_are_read(
         raise AssertionError(f"{path} was read")
 
     monkeypatch.setattr(prepare_module, "read_surface", read)
-    said = r"5,000,000 triangles; the limit is 300,000, .* about 14 hours\. .*--simplify 20000"
+    said = r"5,000,000 triangles; the limit is 300,000, .* about 2\.8 hours\. .*--simplify 20000"
     with pytest.raises(BodyError, match=said):
         prepare(ObjectFile(path, "z < 10%"))
 
@@ -81,3 +88,35 @@ def test_at_the_users_word_they_are_simplified(
 def test_fewer_than_make_an_object_are_refused() -> None:
     with pytest.raises(SettingError, match="--simplify is 12; it must be 0, or from 100 to 300,"):
         ObjectFile(Path("a.stl"), simplify=12)
+
+
+@pytest.mark.parametrize("count", [2000, 4000])
+def test_a_clean_surface_stays_clean(count: int) -> None:
+    """In haste a noisy ball folds onto itself."""
+    x, faces = icosphere(5, 0.05)
+    out = np.random.default_rng(0).normal(1.0, 0.01, len(x))
+    x = x * out[:, None]
+    assert not examine(x, faces).problems()
+    hasty = _collapsed(x, faces, count, 7)
+    assert examine(*hasty).problems(), "the default would do"
+    found = simplify(x, faces, count)
+    assert len(found[1]) <= 1.2 * count
+    before, after = (examine(*one) for one in (hasty, found))
+    assert after.intersecting + after.nonmanifold_edges < 0.5 * (
+        before.intersecting + before.nonmanifold_edges
+    )
+
+
+def test_a_surface_too_large_to_be_checked_is_not_blamed_for_what_simplifying_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    x, faces = icosphere(3, 0.05)
+    path = write(tmp_path / "ball.stl", x, faces)
+    monkeypatch.setattr(prepare_module, "MAX_TRIANGLES", 1000)
+
+    def torn(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
+        return x, faces[:count]
+
+    monkeypatch.setattr(prepare_module, "simplify", torn)
+    with pytest.raises(BodyError, match=r"after --simplify 900, which may have made this, the sur"):
+        prepare(ObjectFile(path, edge=0.2, simplify=900))

@@ -1,0 +1,156 @@
+"""fTetWild in a process of its own, which can be watched, stopped and kept within its memory.
+
+In the process of the caller it holds Python's lock until it is done: no bar moves, no Ctrl-C is
+heard, and where it fails it takes the caller with it. Here the caller reads what it prints, ends it
+at once, and on Linux the system keeps it within its memory. If the caller is killed, the next line
+that it prints ends it too (not on Windows, where it runs to its end); its folder then stays behind.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any, cast
+
+import numpy as np
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import BodyError
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.fill_log import FillLog
+
+_EVERY = 0.1  # s between two looks at the process
+_OUT_OF_MEMORY = 3  # exit status
+_INPUT, _OUTPUT = "surface.npz", "tetrahedra.npz"
+_VERBOSE = 2  # level of fTetWild's log that has its phases
+
+
+class FillLimitError(BodyError):
+    """Filling was stopped at a limit of memory or time."""
+
+
+def fill(
+    x: Floats,
+    faces: Ints,
+    options: dict[str, float],
+    *,
+    memory: float = math.inf,
+    seconds: float = math.inf,
+    progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Floats, Ints]:
+    """Vertices and tetrahedra that fTetWild makes of a surface.
+
+    Args:
+        x: Vertices, shape (n, 3) [m].
+        faces: Triangles, shape (m, 3).
+        options: Of `pytetwild.tetrahedralize`.
+        memory: Most that it may take [bytes]; kept by the system, on Linux.
+        seconds: Longest time [s].
+        progress: Receives the share that is done, about ten times a second.
+
+    Raises:
+        FillLimitError: It would take more memory or time.
+        BodyError: fTetWild failed.
+    """
+    with tempfile.TemporaryDirectory(prefix="cohaptic-fill-") as scratch:
+        folder = Path(scratch)
+        np.savez(folder / _INPUT, x=x, faces=faces)
+        command = [sys.executable, "-m", __name__, scratch, str(memory), json.dumps(options)]
+        path = os.pathsep.join(entry for entry in sys.path if entry)
+        with subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            cwd=folder,  # fTetWild leaves files where it runs
+            env=os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1"},
+            text=True,
+            errors="replace",
+        ) as process:
+            words = _watch(process, seconds, progress)
+        if process.returncode == _OUT_OF_MEMORY or "bad_alloc" in words:
+            raise FillLimitError(f"filling it needs more than {memory / 1e9:.3g} GB")
+        if process.returncode or not (folder / _OUTPUT).is_file():
+            how = f"signal {-process.returncode}" if process.returncode < 0 else words or "no word"
+            raise BodyError(f"fTetWild could not fill the surface (it ended with {how})")
+        with np.load(folder / _OUTPUT) as found:
+            return np.array(found["x"], np.float64), np.array(found["tets"], np.int64)
+
+
+def _watch(
+    process: subprocess.Popen[str], seconds: float, progress: Callable[[float], None]
+) -> str:
+    """Report while a process runs, and end it; the last line of its errors."""
+    log, last = FillLog(), [""]
+
+    def read() -> None:
+        for line in cast(IO[str], process.stdout):
+            log.read(line.strip())
+
+    def read_errors() -> None:
+        for line in cast(IO[str], process.stderr):
+            last[0] = line.strip() or last[0]
+
+    readers = [threading.Thread(target=read, daemon=True) for read in (read, read_errors)]
+    for reader in readers:
+        reader.start()
+    clock = SystemClock()
+    begin = clock.now()
+    try:
+        while _runs(process):
+            progress(log.share)
+            if clock.now() - begin > seconds:
+                raise FillLimitError(f"filling it takes more than {seconds:g} s")
+    finally:
+        process.kill()
+        for reader in readers:
+            reader.join()
+    progress(1.0)
+    return last[0]
+
+
+def _runs(process: subprocess.Popen[str]) -> bool:
+    """Whether a process runs, after a moment in which it may end."""
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(_EVERY)
+        return False
+    return True
+
+
+def main(folder: Path, memory: float, options: dict[str, float]) -> None:
+    """What the process does: read a surface, fill it, write the tetrahedra."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the caller, who ends this process
+    if sys.platform != "win32":
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # ends it where nobody reads any more
+    from pytetwild.pytetwild import tetrahedralize
+
+    with np.load(folder / _INPUT) as given:
+        x, faces = given["x"], np.asarray(given["faces"], dtype=np.int32)
+    if sys.platform == "linux" and math.isfinite(memory):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_DATA, (int(memory), int(memory)))
+    chosen: dict[str, Any] = {**options, "num_threads": 1, "quiet": False, "loglevel": _VERBOSE}
+    try:
+        found_x, tets = tetrahedralize(x, faces, **chosen)
+    except (MemoryError, RuntimeError) as error:
+        # Where memory is at its limit a thread cannot be started either, which has other words.
+        if isinstance(error, RuntimeError) and "temporarily unavailable" not in str(error):
+            raise
+        os._exit(_OUT_OF_MEMORY)
+    part = folder / f"part-{_OUTPUT}"
+    np.savez(part, x=found_x, tets=tets)
+    os.replace(part, folder / _OUTPUT)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), float(sys.argv[2]), json.loads(sys.argv[3]))

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_server.objects.fill_log import FillLog
+
+PASS = ["edge splitting done!", "edge collapsing done!", "edge swapping done!"]
+LINES = [
+    "bbox_diag_length = 0.245561",
+    "collapsing 0.126907",
+    "[float-tetwild] [info] triangle insertion start, #f = 2952, #v = 2812, #t = 15242",
+    "[float-tetwild] [info] mark_surface_fs done",
+    "initializing...",
+    "edge collapsing done!",
+    *[line for k in range(4) for line in (f"//////////////// pass {k} ////////////////", *PASS)],
+    "//////////////// postprocessing ////////////////",
+    "edge collapsing done!",
+    "Tetrahedralization completed. Extracting mesh data...",
+]
+
+
+def test_a_run_goes_forward_with_each_of_its_steps() -> None:
+    log = FillLog()
+    shares = [log.read(line) for line in LINES]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[1], log.passes) == (0.0, 0.09, 4)
+    passes = shares[6:-3]
+    assert len(set(passes)) == len(passes)
+    assert 0.9 < shares[-3] <= shares[-1] < 1.0
+
+
+@given(st.lists(st.sampled_from([*LINES, "", "success = 3(8355)", "nonsense"]), max_size=400))
+def test_whatever_it_prints_the_share_never_falls_and_never_ends_before_the_end(
+    lines: list[str],
+) -> None:
+    log = FillLog()
+    shares = [log.read(line) for line in lines]
+    assert shares == sorted(shares)
+    assert all(0.0 <= share < 1.0 for share in shares)

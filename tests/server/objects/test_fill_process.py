@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.tetrahedra import volumes
+from cohaptic_server.objects.fill_process import FillLimitError, fill
+
+pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+OPTIONS = {"edge_length_fac": 0.1, "epsilon": 1e-3}
+BALL = icosphere(3, 0.05)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_a_ball_is_filled_and_nothing_is_left_behind(folder: Path) -> None:
+    shares: list[float] = []
+    x, tets = fill(*BALL, OPTIONS, progress=shares.append)
+    volume = float(np.abs(volumes(x, tets)).sum())
+    assert volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.03)
+    assert shares == sorted(shares)
+    assert len(set(shares)) > 3
+    assert shares[-1] == 1.0
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux keeps a process in its memory")
+def test_it_cannot_take_more_memory_than_it_may() -> None:
+    with pytest.raises(FillLimitError, match=r"filling it needs more than 0\.05 GB"):
+        fill(*BALL, {**OPTIONS, "edge_length_fac": 0.015}, memory=5e7)
+
+
+def test_it_is_stopped_at_its_time(folder: Path) -> None:
+    with pytest.raises(FillLimitError, match=r"filling it takes more than 0\.5 s"):
+        fill(*BALL, {**OPTIONS, "edge_length_fac": 0.005}, seconds=0.5)
+    assert list(folder.iterdir()) == []
+
+
+def test_an_interruption_ends_it_at_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[subprocess.Popen[str]] = []
+    popen = subprocess.Popen
+
+    def recorded(*arguments: object, **options: object) -> subprocess.Popen[str]:
+        started.append(popen(*arguments, **options))  # type: ignore[call-overload]
+        return started[0]
+
+    def interrupt(share: float) -> None:
+        if share > 0.0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(subprocess, "Popen", recorded)
+    with pytest.raises(KeyboardInterrupt):
+        fill(*BALL, {**OPTIONS, "edge_length_fac": 0.01}, progress=interrupt)
+    assert started[0].returncode is not None
+    with pytest.raises(ProcessLookupError):
+        os.kill(started[0].pid, 0)
+    assert list(folder.iterdir()) == []
+
+
+def test_what_fails_in_it_is_a_sentence_here() -> None:
+    with pytest.raises(BodyError, match=r"could not fill the surface \(it ended with TypeError"):
+        fill(*BALL, {**OPTIONS, "no_such_option": 1.0})

@@ -1,0 +1,134 @@
+"""What a preparation was said to take, beside what the system counts; and its interruption."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic_server.cli.progress_bar import INTERRUPTED
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.testing.blocks import block
+from tests.server.objects.files import write
+
+pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory")
+
+ROOT = Path(__file__).parents[2]
+SAID = re.compile(r"([\d.]+) GB of memory at the most \(([\d.]+) expected\)")
+
+
+def started(file: Path, *options: str, store: Path) -> subprocess.Popen[str]:
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    return subprocess.Popen(
+        [sys.executable, "-m", "cohaptic", "body", "prepare", str(file), *options],
+        env=os.environ | {"COHAPTIC_CACHE": str(store), "PYTHONPATH": path, "COLUMNS": "200"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ball(folder: Path) -> tuple[Path, list[str]]:
+    return write(folder / "ball.stl", *icosphere(3, 0.05)), ["--fix", "z < 10%"]
+
+
+def surface(name: str, by: tuple[float, float, float], folder: Path) -> Path:
+    x, faces = icosphere(3, 0.05)
+    return write(folder / name, x * np.array(by), faces)
+
+
+def volume(size: tuple[float, float, float], cells: tuple[int, int, int], folder: Path) -> Path:
+    mesh, path = block(size, cells), folder / "block.vtu"
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    return path
+
+
+SHAPES: dict[str, tuple[Callable[[Path], Path], list[str]]] = {
+    "ball": (lambda folder: surface("ball.stl", (1, 1, 1), folder), ["--fix", "z < 10%"]),
+    "fine ball": (
+        lambda folder: surface("ball.stl", (1, 1, 1), folder),
+        ["--fix", "z < 10%", "--edge", "0.045"],
+    ),
+    "rod": (lambda folder: surface("rod.ply", (0.15, 0.15, 2), folder), ["--fix", "z < 10%"]),
+    "plate": (lambda folder: surface("plate.obj", (1.5, 1.5, 0.1), folder), ["--fix", "x < 10%"]),
+    "cube": (lambda folder: volume((0.1, 0.1, 0.1), (11, 11, 11), folder), ["--fix", "z <= 0%"]),
+    "linear": (
+        lambda folder: volume((0.1, 0.1, 0.1), (26, 26, 26), folder),
+        ["--fix", "z <= 0%", "--order", "1"],
+    ),
+    "beam": (lambda folder: volume((0.05, 0.05, 0.4), (5, 5, 40), folder), ["--fix", "z <= 0%"]),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_no_more_memory_is_taken_than_was_said_before(name: str, tmp_path: Path) -> None:
+    make, options = SHAPES[name]
+    process = started(make(tmp_path), *options, store=tmp_path / "store")
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    found = SAID.search(out)
+    assert found, out
+    taken, expected = float(found[1]), float(found[2])
+    print(f"{name}: {taken:.2f} GB of {expected:.2f}")
+    assert 0.5 * expected <= taken <= expected
+
+
+def entries(store: Path) -> list[str]:
+    return sorted(path.name for path in store.glob("*.arrays")) if store.is_dir() else []
+
+
+def wait_for(process: subprocess.Popen[str], count: int, store: Path) -> None:
+    """Until so many results are stored, or the process has ended."""
+    clock = SystemClock()
+    end = clock.now() + 120.0
+    while len(entries(store)) < count:
+        assert process.poll() is None, process.communicate()
+        assert clock.now() < end
+        os.sched_yield()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("finished", [0, 1, 2])
+def test_the_next_start_goes_on_after_what_was_finished(
+    number: signal.Signals, finished: int, tmp_path: Path
+) -> None:
+    """Stopped while it is filled, with the tetrahedra stored, and with the factor stored."""
+    file, options = ball(tmp_path)
+    options += ["--edge", "0.06"]
+    store = tmp_path / "store"
+    process = started(file, *options, store=store)
+    if finished:
+        wait_for(process, finished, store)
+    else:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        while children.exists() and not children.read_text():
+            assert process.poll() is None
+    kept = entries(store)
+    assert len(kept) == finished
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    if number == signal.SIGINT:
+        assert (process.returncode, out, err.strip()) == (130, "", INTERRUPTED)
+    else:
+        assert process.returncode == -signal.SIGKILL
+    again = started(file, *options, store=store)
+    out, err = again.communicate(timeout=300)
+    assert again.returncode == 0, err
+    assert "tetrahedra" in out
+    left = entries(store)
+    assert len(left) == 2  # tetrahedra, and what makes a solid of them
+    if finished:
+        assert len(set(kept) & set(left)) == 1  # the tetrahedra; a factor alone is not kept
+    # A factor that was stored is not made again: nothing was expected of it.
+    assert ("expected" in out) == (finished < 2)
