@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -101,3 +102,25 @@ class Factor:
                 path.add(k)
                 k = self.fronts[k].parent
         return sorted(path)
+
+
+class FactorReader(Protocol):
+    """Where a factor is; it can be given to a process that is started."""
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the factor in single precision."""
+        ...
+
+    def read(self) -> Factor:
+        """The factor, mapped and not copied.
+
+        Raises:
+            BodyError: What is there is no intact factor.
+            OSError: It cannot be read.
+        """
+        ...
+
+    def problem(self) -> str:
+        """Why what `read` returned is not to be relied on any more; empty while it is."""
+        ...

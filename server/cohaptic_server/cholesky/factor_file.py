@@ -1,4 +1,9 @@
-"""A Cholesky factor as named arrays, for a file, and back."""
+"""A Cholesky factor as named arrays, for a file or for memory that two processes share, and back.
+
+Its numbers lie in one flat array in single precision, front after front: `lower` column by column,
+as LAPACK takes it without a copy, then `carry` row by row. Single precision halves the memory and
+the time of a solve; what has to be found in double precision is found before.
+"""
 
 from __future__ import annotations
 
@@ -10,27 +15,51 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor import Factor, FactorFront
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Ints, Narrow
 
 
 def to_arrays(factor: Factor) -> dict[str, npt.NDArray[Any]]:
-    """All arrays of a factor by name, for `from_arrays`; the blocks are not copied."""
+    """All arrays of a factor by name, for `from_arrays`."""
+    values = np.empty(count_values(factor), dtype=np.float32)
+    copy_values(factor, values)
+    return {**indices_of(factor), "values": values}
+
+
+def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of `to_arrays` but for the numbers."""
     fronts = factor.fronts
     table = [[len(f.own), len(f.border), f.parent, f.retained] for f in fronts]
-    arrays: dict[str, npt.NDArray[Any]] = {
+    return {
         "fronts": np.array(table, dtype=np.int64),
         "front_of": factor.front_of,
         "own": np.concatenate([front.own for front in fronts]),
         "border": np.concatenate([front.border for front in fronts]),
     }
-    for k, front in enumerate(fronts):
-        if front.retained:
-            arrays[f"lower{k}"], arrays[f"carry{k}"] = front.lower, front.carry
-    return arrays
+
+
+def count_values(factor: Factor) -> int:
+    """How many numbers a factor has."""
+    return sum(front.lower.size + front.carry.size for front in factor.fronts)
+
+
+def stored_bytes(fronts: npt.NDArray[Any]) -> int:
+    """Memory of the numbers of a stored factor, by its array `fronts`."""
+    table = np.asarray(fronts, dtype=np.int64).reshape(-1, 4)
+    own, border, kept = table[:, 0], table[:, 1], table[:, 3] != 0
+    return 4 * int((own * (own + border))[kept].sum())
+
+
+def copy_values(factor: Factor, out: Narrow) -> None:
+    """Round the numbers of a factor into `out`, shape (count_values,)."""
+    start = 0
+    for front in factor.fronts:
+        for block in (front.lower.T, front.carry):
+            out[start : start + block.size].reshape(block.shape)[...] = block
+            start += block.size
 
 
 def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
-    """The factor of `to_arrays`; its blocks may be read-only, or mapped from a file.
+    """The factor of `to_arrays` on its numbers, which may be read-only, or mapped from a file.
 
     Raises:
         BodyError: The arrays do not fit together.
@@ -55,19 +84,27 @@ def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[FactorFro
     table = np.asarray(arrays["fronts"], dtype=np.int64).reshape(-1, 4)
     owns = np.split(np.asarray(arrays["own"], dtype=np.int64), np.cumsum(table[:, 0])[:-1])
     borders = np.split(np.asarray(arrays["border"], dtype=np.int64), np.cumsum(table[:, 1])[:-1])
-    nothing: Floats = np.empty((0, 0))
+    values = np.asarray(arrays["values"], dtype=np.float32).reshape(-1)
+    if stored_bytes(table) != values.nbytes:
+        raise ValueError(f"{len(values)} numbers do not fill its fronts")
     fronts: list[FactorFront] = []
+    start = 0
+    rows: list[list[int]] = table.tolist()
     for k, (own, border) in enumerate(zip(owns, borders, strict=True)):
-        a, b, parent, kept = table[k].tolist()
-        lower, carry = (arrays[f"lower{k}"], arrays[f"carry{k}"]) if kept else (nothing, nothing)
-        shapes = ((a, a), (b, a)) if kept else ((0, 0), (0, 0))
-        if (len(own), len(border), lower.shape, carry.shape) != (a, b, *shapes):
-            raise ValueError(f"front {k} has blocks of {lower.shape} and {carry.shape}")
+        wide, high, parent, retained = rows[k]
+        if (len(own), len(border)) != (wide, high):
+            raise ValueError(f"front {k} has {len(own)} unknowns and {len(border)} in its border")
         if parent != -1 and not k < parent < len(owns):
             raise ValueError(f"front {k} has front {parent} above it")
         if not (_within(own, size) and _within(border, size)):
             raise ValueError(f"front {k} has places outside of the matrix")
-        fronts.append(FactorFront(own, border, lower, carry, parent, bool(kept)))
+        if not retained:
+            wide, high = 0, 0
+        middle, end = start + wide * wide, start + wide * (wide + high)
+        lower = values[start:middle].reshape(wide, wide).T
+        carry = values[middle:end].reshape(high, wide)
+        fronts.append(FactorFront(own, border, lower, carry, parent, bool(retained)))
+        start = end
     return fronts
 
 

@@ -1,68 +1,70 @@
 """A Cholesky factor in single precision in memory that a second process maps instead of copying.
 
-Sending a factor of 1 GB to a process takes seconds and holds it twice. Here its numbers lie in
-shared memory; what travels are the few megabytes of indices that say where.
+Sending a factor of 1 GB to a process takes seconds and holds it twice. Here all of it lies in
+shared memory, and what travels is where. A process that is started gets little in any case: one
+that dies before it has read what is sent to it would leave the sender waiting for ever.
 """
 
 from __future__ import annotations
 
 from multiprocessing.context import SpawnContext
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cohaptic_server.cholesky.factor import Factor
-from cohaptic_server.cholesky.factor_file import from_arrays, to_arrays
-
-
-class _Block(NamedTuple):
-    """Where a dense block lies among the shared numbers.
-
-    Args:
-        start: Index of its first number.
-        shape: Rows and columns.
-        by_columns: Whether its columns, and not its rows, lie together.
-    """
-
-    start: int
-    shape: tuple[int, int]
-    by_columns: bool
+from cohaptic_server.cholesky.factor_file import (
+    copy_values,
+    count_values,
+    from_arrays,
+    indices_of,
+)
+from cohaptic_server.numeric import Ints, Narrow
 
 
 class SharedFactor:
-    """The numbers of a factor in shared memory; it can be given to a process that is started.
+    """A factor in shared memory.
 
     Args:
         factor: Any precision; its numbers are copied once.
         context: Of the process that shall map them.
+
+    Attributes:
+        bytes: Memory of its numbers.
 
     Raises:
         OSError: There is not enough shared memory.
     """
 
     def __init__(self, factor: Factor, context: SpawnContext) -> None:
-        arrays = to_arrays(factor)
-        self._indices = {k: a for k, a in arrays.items() if a.dtype.kind != "f"}
-        blocks = {k: a for k, a in arrays.items() if a.dtype.kind == "f"}
-        self._values = context.RawArray("f", max(1, sum(a.size for a in blocks.values())))
-        self._blocks: dict[str, _Block] = {}
-        start = 0
-        for name, values in blocks.items():
-            # LAPACK copies a block that lies the other way round at every solve.
-            by_columns = bool(values.flags.f_contiguous and not values.flags.c_contiguous)
-            rows, columns = values.shape
-            self._blocks[name] = _Block(start, (rows, columns), by_columns)
-            self._block(self._blocks[name])[:] = values
-            start += values.size
+        indices = indices_of(factor)
+        self._indices = {name: shared_ints(array, context) for name, array in indices.items()}
+        self._values: Any = context.RawArray("f", max(1, count_values(factor)))
+        self.bytes = 4 * count_values(factor)
+        copy_values(factor, self._numbers())
 
-    def factor(self) -> Factor:
+    def read(self) -> Factor:
         """The factor on the shared numbers, which are not copied."""
-        views = {name: self._block(block) for name, block in self._blocks.items()}
-        return from_arrays({**self._indices, **views})
+        indices = {name: as_ints(shared) for name, shared in self._indices.items()}
+        return from_arrays({**indices, "values": self._numbers()})
 
-    def _block(self, block: _Block) -> npt.NDArray[Any]:
-        numbers = np.frombuffer(self._values, dtype=np.float32)
-        rows, columns = block.shape
-        flat = numbers[block.start : block.start + rows * columns]
-        return flat.reshape(block.shape, order="F" if block.by_columns else "C")
+    def problem(self) -> str:
+        """Nobody but these two processes can change it."""
+        return ""
+
+    def _numbers(self) -> Narrow:
+        return np.frombuffer(self._values, dtype=np.float32)[: self.bytes // 4]
+
+
+def shared_ints(array: Ints, context: SpawnContext) -> tuple[Any, tuple[int, ...]]:
+    """A copy of an array in shared memory, and its shape."""
+    shared = context.RawArray("q", max(1, array.size))
+    np.frombuffer(shared, dtype=np.int64)[: array.size] = array.ravel()
+    return shared, array.shape
+
+
+def as_ints(shared: tuple[Any, tuple[int, ...]]) -> Ints:
+    """The array of `shared_ints`, not copied."""
+    memory, shape = shared
+    count = int(np.prod(shape))
+    return np.frombuffer(memory, dtype=np.int64)[:count].reshape(shape)

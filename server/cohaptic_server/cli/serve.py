@@ -108,6 +108,7 @@ def serve(
             damping=damping,
             period=1.0 / simulation_hz,
             progress=progress,
+            late=True,  # a process of its own solves with the factor
         )
     asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
 
@@ -115,11 +116,11 @@ def serve(
 async def _serve(body: Body, settings: ServerSettings) -> None:
     elastic = body.elastic if isinstance(body, Viscous) else body
     worker = ColumnWorker(elastic) if isinstance(elastic, Solid) else None
-    server = CohapticServer(body, settings)
     try:
-        # Before anybody can come: starting a process takes longer than a tick has.
+        # First: the process gets ready while this one does, and hands need not wait for it.
         if worker is not None:
             worker.start()
+        server = CohapticServer(body, settings, None if worker is None else worker.green_block)
         url = await server.start()
         await _run(server, url, settings, None if worker is None else worker.pump)
     finally:

@@ -22,7 +22,9 @@ from cohaptic_server.numeric import Floats, Ints
 
 _HEAD = struct.Struct("<f")
 _UNITS = 2**15 - 1
-_SIGNATURE = 8  # vertices that are pressed together for the name
+_SIGNATURE = (
+    8  # vertices that are pressed together to tell a body: all functions depend on all of it
+)
 
 
 class GreenSource(Protocol):
@@ -37,8 +39,8 @@ class GreenSource(Protocol):
         """Displacement of all vertices per unit force on one, along x, y, z, (3, n, 3) [m/N]."""
         ...
 
-    def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """The same for forces of the given sizes on several vertices at once, (3, n, 3) [m]."""
+    def identity(self) -> bytes:
+        """What distinguishes bodies of the same mesh: stiffness, support."""
         ...
 
 
@@ -72,10 +74,16 @@ class Superposition:
 
     def green(self, vertex: int) -> Floats:
         """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
-        return self.spread(np.array([vertex]), np.ones(1))
+        return self._spread(np.array([vertex]), np.ones(1))
 
-    def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """The same for forces of the given sizes on several vertices at once [m]."""
+    def identity(self) -> bytes:
+        """The displacement by forces on a few vertices, found in one solve."""
+        n = len(self.mesh.vertices)
+        vertices = np.unique(np.linspace(0, n - 1, _SIGNATURE).astype(np.int64))
+        return encode_block(self._spread(vertices, np.arange(1.0, len(vertices) + 1.0)))
+
+    def _spread(self, vertices: Ints, weights: Floats) -> Floats:
+        """Displacement for forces of the given sizes on vertices, shape (3, n, 3) [m]."""
         loads = [Load(vertices, weights, axis, 0.0) for axis in np.eye(3)]
         return self._body.respond(loads).fields
 
@@ -97,12 +105,13 @@ class SolidGreen:
 
     def green(self, vertex: int) -> Floats:
         """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
-        return self.spread(np.array([vertex]), np.ones(1))
+        forces = np.eye(3)[None]
+        return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
 
-    def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """The same for forces of the given sizes on several vertices at once [m]."""
-        forces = weights[:, None, None] * np.eye(3)
-        return self._solid.columns.respond(vertices, forces).reshape(3, -1, 3)
+    def identity(self) -> bytes:
+        """The far field, from before any start: every solve would read a factor of a gigabyte."""
+        far_field = self._solid.far_field
+        return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()
 
 
 def green_source(body: Body) -> GreenSource | None:
@@ -133,16 +142,9 @@ def decode_block(data: bytes) -> Floats:
 
 
 def model_name(source: GreenSource) -> str:
-    """Hash of the resting mesh and of a sum of a few vertices' functions, 32 hexadecimal digits.
-
-    Stiffness, support and size change all functions, so a few of them identify the body. They are
-    found in one solve: each reads a factor of up to a gigabyte, and nobody can come before.
-    """
-    mesh = source.mesh
-    n = len(mesh.vertices)
+    """Hash of the resting mesh and of what tells the body from others, 32 hexadecimal digits."""
     content = hashlib.sha256()
-    content.update(mesh.vertices.astype("<f4").tobytes())
-    content.update(mesh.faces.astype("<u4").tobytes())
-    vertices = np.unique(np.linspace(0, n - 1, _SIGNATURE).astype(np.int64))
-    content.update(encode_block(source.spread(vertices, np.arange(1.0, len(vertices) + 1.0))))
+    content.update(source.mesh.vertices.astype("<f4").tobytes())
+    content.update(source.mesh.faces.astype("<u4").tobytes())
+    content.update(source.identity())
     return content.hexdigest()[:32]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
 from cohaptic_server.numeric import Floats, Ints
 
@@ -14,6 +13,9 @@ def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
     Returns:
         Vertices (n, 3) [m] and faces (m, 3); n is 42, 162, 642, 2562 for 1 to 4 subdivisions.
     """
+    # Not with the module: a third of a second, which a server of another body does not need.
+    import trimesh
+
     sphere = trimesh.creation.icosphere(  # pyright: ignore[reportUnknownMemberType]
         subdivisions=subdivisions, radius=radius
     )

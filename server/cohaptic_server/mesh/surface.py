@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.search.contact_search import ContactSearch
@@ -15,6 +15,10 @@ from cohaptic_server.mesh.search.near import NearTree, point_tree
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
 from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
+
+# Imported where it is used: it takes 0.3 s, and a server's own searches are others.
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
 # On a mesh of more than FINE faces a contact covers so many that their centroids suffice.
@@ -43,6 +47,8 @@ class Quadrature:
     @cached_property
     def tree(self) -> cKDTree:
         """Search tree over `points`, for many places at once."""
+        from scipy.spatial import cKDTree
+
         return cKDTree(self.points)
 
 
@@ -112,6 +118,8 @@ class SurfaceMesh:
     @cached_property
     def tree(self) -> cKDTree:
         """Search tree over `vertices`, for many places at once."""
+        from scipy.spatial import cKDTree
+
         return cKDTree(self.vertices)
 
     @cached_property

@@ -78,7 +78,7 @@ def boundary(tets: Ints) -> Ints:
     """Faces that belong to one tetrahedron only, counter-clockwise from outside, shape (f, 3)."""
     faces = tets[:, np.array(_FACES)].reshape(-1, 3)
     key = np.sort(faces, axis=1)
-    _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+    _, first, counts = np.unique(_numbered(key), return_index=True, return_counts=True)
     return np.asarray(faces[np.sort(first[counts == 1])], dtype=np.int64)
 
 
@@ -90,7 +90,8 @@ def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
         corners and six middles in the order of `EDGES`, shape (m, 10).
     """
     pairs = np.sort(mesh.tets[:, np.array(EDGES)].reshape(-1, 2), axis=1)
-    edges, index = np.unique(pairs, axis=0, return_inverse=True)
+    _, first, index = np.unique(_numbered(pairs), return_index=True, return_inverse=True)
+    edges = pairs[first]
     middles = mesh.vertices[edges].mean(axis=1)
     numbers = len(mesh.vertices) + index.reshape(-1, 6)
     return np.concatenate([mesh.vertices, middles]), np.concatenate([mesh.tets, numbers], axis=1)
@@ -105,11 +106,25 @@ def quadratic_boundary(elements: Ints) -> Ints:
     )
     between = elements[:, middles].reshape(-1, 3)
     key = np.sort(faces, axis=1)
-    _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+    _, first, counts = np.unique(_numbered(key), return_index=True, return_counts=True)
     outer = np.sort(first[counts == 1])
     (a, b, c), (ab, bc, ca) = faces[outer].T, between[outer].T
     quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
+
+
+def _numbered(rows: Ints) -> Ints:
+    """A number for each row of vertices (m, k), in the rows' order: sorted in a tenth of the time.
+
+    Three vertices of a mesh of two million still fit; a mesh that is factored has a tenth of that.
+    """
+    n = int(rows.max(initial=0)) + 1
+    if n ** rows.shape[1] > np.iinfo(np.int64).max:
+        return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    numbers = rows[:, 0]
+    for k in range(1, rows.shape[1]):
+        numbers = numbers * n + rows[:, k]
+    return numbers
 
 
 def pieces(tets: Ints, n: int) -> Ints:

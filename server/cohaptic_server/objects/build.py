@@ -39,12 +39,18 @@ class Built:
     cost: Cost | None = None
 
 
-def build(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Built:
+def build(
+    source: ObjectFile,
+    progress: Progress = lambda phase, share: None,
+    *,
+    late: bool = False,
+) -> Built:
     """Build the solid body of a file; the slow steps are loaded from the store if they are there.
 
     Args:
         source: The file and its options.
         progress: Called with the phase and the share of it that is done.
+        late: Whether a stored factor is read when it is first needed, and not now.
 
     Raises:
         BodyError: The file is no object that can be touched.
@@ -67,7 +73,7 @@ def build(source: ObjectFile, progress: Progress = lambda phase, share: None) ->
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
             progress(phase + words, share)
 
-        parts = load_or_make_parts(prepared.tets, fixed, source.material, told, accept)
+        parts = load_or_make_parts(prepared.tets, fixed, source.material, told, accept, late=late)
     name = source.path.stem[:40]
     solid = Solid(prepared.tets, fixed, source.material, name=name, parts=parts)
     return Built(solid, prepared, *costs)
@@ -97,6 +103,11 @@ def check_cost(source: ObjectFile, prepared: Prepared, cost: Cost) -> None:
     check_memory(cost, source.max_memory, what, edge, order)
 
 
-def build_solid(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Solid:
+def build_solid(
+    source: ObjectFile,
+    progress: Progress = lambda phase, share: None,
+    *,
+    late: bool = False,
+) -> Solid:
     """The solid of `build`."""
-    return build(source, progress).solid
+    return build(source, progress, late=late).solid

@@ -41,6 +41,7 @@ def build_body(
     damping: float = 0.0,
     period: float = 1.0 / 60.0,
     progress: Progress = lambda phase, share: None,
+    late: bool = False,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.
 
@@ -51,6 +52,7 @@ def build_body(
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
         period: Period of the simulation, within which a nonlinear solid must be solved [s].
         progress: Called with the phase of preparing a file, and the share of it that is done.
+        late: As for `build`.
 
     Raises:
         SettingError: The name is not in the catalogue, or an option does not fit the body.
@@ -77,5 +79,5 @@ def build_body(
     source = replace(options or ObjectFile(path), path=path)
     if nonlinear:
         return build_rubber_solid(source, period=period, damping=damping, progress=progress)
-    elastic = build_solid(source, progress)
+    elastic = build_solid(source, progress, late=late)
     return Viscous(elastic, damping) if damping else elastic

@@ -1,33 +1,43 @@
-"""A process of lowest priority that solves for the columns that a solid is missing.
+"""Solves beside the tick: columns that a solid is missing, and Green's functions for pages.
 
-It is a process and not a thread: a thread of low priority that is preempted while it holds Python's
-global lock would hold up the tick. Requests and answers are a few bytes in a pipe, so that neither
-side blocks; the columns themselves are in shared memory. There is one request at a time, and each
-is made from the newest needs of the solid.
+A process of lowest priority does it, and not a thread: a thread of low priority that is preempted
+while it holds Python's global lock would hold up the tick. Requests and answers are a few bytes in
+a pipe, so that neither side blocks; what is found is in shared memory. There is one request at a
+time, and each is made from the newest needs of the solid. Until the process is ready, and should it
+end, the solid answers from its far field.
 """
 
 from __future__ import annotations
 
 import logging
 import multiprocessing
-import signal
-from multiprocessing.connection import Connection
-from typing import Any
+import threading
+from collections import deque
+from concurrent.futures import Future
 
-import numpy as np
-import numpy.typing as npt
-from threadpoolctl import threadpool_limits
-
-from cohaptic.runtime.scheduling import stand_back
+from cohaptic.errors import CohapticError
+from cohaptic.runtime.interrupt import uninterrupted
 from cohaptic_server.bodies.solid.column_store import Column
-from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of, solve_columns
+from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.shared_factor import SharedFactor
-from cohaptic_server.numeric import Ints
+from cohaptic_server.shell.column_process import (
+    Inbox,
+    Task,
+    as_bytes,
+    as_values,
+    solve_until_closed,
+)
 
 BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
 _LOG = logging.getLogger(__name__)
 _PATIENCE = 2.0  # s for the process to end by itself, before it is killed
+_TURN = 4  # solves, of which one is a page's where hands want all of them
+
+
+class Unsolved(CohapticError):
+    """There is nobody who could solve for it."""
 
 
 class ColumnWorker:
@@ -35,95 +45,131 @@ class ColumnWorker:
 
     Args:
         body: Until a column is there, it answers from its far field.
+
+    Raises:
+        OSError: There is not enough shared memory.
     """
 
     def __init__(self, body: Solid) -> None:
-        body.in_background()
+        body.in_background(fill=False)
         self._body = body
-        self._asked: ColumnRequest | None = None
-        self._dead = False
-        rows = len(body.columns.places.order)
+        self._asked: ColumnRequest | Future[bytes] | None = None
+        self._blocks: deque[tuple[int, Future[bytes]]] = deque()  # one per thread that waits
+        self._since_block = 0
+        self._ready = self._dead = False
         context = multiprocessing.get_context("spawn")
-        self._rows = context.RawArray("q", rows)
-        self._values = context.RawArray("f", BATCH * rows * 9)
-        self._pipe, theirs = context.Pipe()
-        # Single precision halves the time of a solve. Both processes use the same numbers, and the
-        # body's own are given up: it solves for nothing any more.
-        factor = SharedFactor(body.columns.factor, context)
-        body.columns.factor = factor.factor()
+        columns = body.columns
+        # What was made in this process and not stored is given up here: it solves for nothing more.
+        if isinstance(columns.given, Factor):
+            columns.given = SharedFactor(columns.given, context)
+        self._inbox = Inbox.of(columns.nodes, BATCH * len(columns.places.order), context)
+        self._pipe, self._theirs = context.Pipe()
         self._process = context.Process(
-            target=_work,
-            args=(theirs, factor, body.columns.nodes, self._rows, self._values),
+            target=solve_until_closed,
+            args=(self._theirs, columns.given, self._inbox),
             name="columns",
             daemon=True,
         )
-        self._theirs = theirs
+        # The memory for columns: beside the rest of a start, and none is asked for before.
+        self._filling = threading.Thread(target=columns.store.fill, daemon=True)
 
     def start(self) -> None:
-        """Start the process."""
-        self._process.start()
+        """Start the process; it becomes ready beside the server."""
+        self._filling.start()
+        with uninterrupted():  # Ctrl-C is for the server, which ends it
+            self._process.start()
         self._theirs.close()
 
     def pump(self) -> None:
-        """Deliver solved columns and request missing ones; called before each tick, does not block.
-
-        If the process has died, the solid goes on with its far field.
-        """
+        """Deliver what was solved and request more; called before each tick, does not block."""
         if self._dead:
             return
         try:
-            if self._asked is not None and self._pipe.poll():
-                self._body.deliver(self._found(self._asked, self._pipe.recv()))
-                self._asked = None
+            if self._pipe.poll():
+                self._take(self._pipe.recv())
             # Columns that the body has not taken yet still lie in the shared memory.
-            elif self._asked is None and not self._body.pending:
-                request = self._body.request(BATCH)
-                if request is not None:
-                    self._pipe.send((request.vertices.tolist(), self._place(request)))
-                    self._asked = request
+            if self._ready and self._asked is None and not self._body.pending:
+                self._ask()
         except (OSError, EOFError):
-            self._dead = True
-            _LOG.warning(
-                "the process that solves for places newly touched has ended; from now on they are"
-                " felt through the far field, less exactly: start the server again when you can"
+            self._process.join(0.0)
+            code = self._process.exitcode
+            self._lose(
+                "has ended" + (f" by signal {-code}" if code is not None and code < 0 else "")
             )
+
+    def green_block(self, vertex: int) -> bytes:
+        """Green's functions of a vertex for pages, `encode_block` of them; waits for the process.
+
+        Called in a thread beside the tick's.
+
+        Raises:
+            Unsolved: The process has ended.
+        """
+        found: Future[bytes] = Future()
+        self._blocks.append((vertex, found))
+        if self._dead:
+            self._give_up()
+        return found.result()
 
     def stop(self) -> None:
         """End the process, after its present batch or in the middle of it."""
         self._dead = True
+        self._give_up()
         self._pipe.close()
-        self._process.join(_PATIENCE)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        if self._process.pid is not None:
+            self._process.join(_PATIENCE)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join()
 
-    def _place(self, request: ColumnRequest) -> int:
-        """Write the rows of a request where the process reads them; their number."""
-        rows = self._body.columns.places.vertices(request.places)
-        _view(self._rows, np.int64)[: len(rows)] = rows
-        return len(rows)
+    def _take(self, answer: int | str) -> None:
+        """A count of numbers or bytes that were found, or in words why there will be none."""
+        asked, self._asked = self._asked, None
+        if isinstance(answer, str):
+            if answer:
+                self._lose(f"cannot go on: {answer}")
+            self._ready = True
+        elif isinstance(asked, ColumnRequest):
+            self._body.deliver(self._found(asked, answer))
+        elif asked is not None:
+            asked.set_result(as_bytes(self._inbox.values)[:answer].tobytes())
+
+    def _ask(self) -> None:
+        if self._filling.is_alive():
+            return
+        request = self._body.request(BATCH)
+        if self._blocks and (request is None or self._since_block >= _TURN - 1):
+            vertex, found = self._blocks.popleft()
+            self._asked, self._since_block = found, 0
+            self._pipe.send(Task([vertex], 0))
+        elif request is not None:
+            rows = self._body.columns.places.vertices(request.places)
+            self._inbox.put_rows(rows)
+            self._asked, self._since_block = request, self._since_block + 1
+            self._pipe.send(Task(request.vertices.tolist(), len(rows)))
 
     def _found(self, request: ColumnRequest, count: int) -> list[Column]:
         """The columns of a request with `count` values; nothing is copied."""
-        return columns_of(request, _view(self._values, np.float32)[:count])
+        return columns_of(request, as_values(self._inbox.values)[:count])
 
+    def _lose(self, what: str) -> None:
+        self._dead = True
+        self._give_up()
+        _LOG.warning(
+            "the process that solves for places newly touched %s; from now on they are felt through"
+            " the far field, less exactly: start the server again when you can",
+            what,
+        )
 
-def _view(shared: Any, kind: type[Any]) -> npt.NDArray[Any]:
-    return np.frombuffer(shared, dtype=kind)
-
-
-def _work(pipe: Connection, shared: SharedFactor, nodes: Ints, rows: Any, values: Any) -> None:
-    """Main function of the process: answer requests until the pipe closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
-    stand_back()
-    factor = shared.factor()
-    with threadpool_limits(limits=1):
-        while True:
+    def _give_up(self) -> None:
+        """Tell whoever waits for Green's functions that none will come."""
+        if isinstance(self._asked, Future):
+            self._blocks.append((0, self._asked))
+            self._asked = None
+        while self._blocks:
             try:
-                vertices, count = pipe.recv()
-                observed = _view(rows, np.int64)[:count]
-                found = solve_columns(factor, nodes, np.array(vertices), observed)
-                _view(values, np.float32)[: found.size] = found.ravel()
-                pipe.send(found.size)
-            except (OSError, EOFError):
+                _, found = self._blocks.popleft()
+            except IndexError:  # taken by another thread just now
                 return
+            if not found.done():
+                found.set_exception(Unsolved("the process that solves for columns has ended"))

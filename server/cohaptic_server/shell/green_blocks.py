@@ -1,16 +1,17 @@
 """Green's functions, solved one at a time beside the tick and cached.
 
-A solve on a large solid takes longer than a tick. It runs in a thread of its own, for which the
-request waits and the tick does not.
+A solve on a large solid takes longer than a tick. A thread of its own solves, or waits for the
+process that does (`column_worker.py`); the request waits for it and the tick does not.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections import OrderedDict
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from cohaptic_server.http.green_functions import GreenSource, encode_block
+from cohaptic_server.shell.column_worker import Unsolved
 
 _KEPT_BYTES = 64 * 2**20
 _MAX_WAITING = 64  # solves that are queued; more than the vertices under one hand
@@ -20,15 +21,16 @@ class GreenBlocks:
     """Cache of encoded blocks by vertex; the least recently used are dropped first.
 
     Args:
-        source: Of the functions.
+        solve: Finds the block of a vertex, in another thread than the tick's; raises `Unsolved`
+            where nobody can any more.
         kept_bytes: Size of the cache.
 
     Attributes:
         solved: Number of blocks solved so far.
     """
 
-    def __init__(self, source: GreenSource, kept_bytes: int = _KEPT_BYTES) -> None:
-        self._source = source
+    def __init__(self, solve: Callable[[int], bytes], kept_bytes: int = _KEPT_BYTES) -> None:
+        self._solve = solve
         self._kept_bytes = kept_bytes
         self._kept: OrderedDict[int, bytes] = OrderedDict()
         self._solving: dict[int, asyncio.Future[bytes]] = {}
@@ -36,7 +38,7 @@ class GreenBlocks:
         self.solved = 0
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
-        """Block of a vertex; None if it was not solved within `patience` [s]."""
+        """Block of a vertex; None if it was not solved within `patience` [s], or cannot be."""
         if vertex in self._kept:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]
@@ -51,15 +53,12 @@ class GreenBlocks:
         waiting = asyncio.shield(self._solving[vertex])
         try:
             return await asyncio.wait_for(waiting, patience)
-        except TimeoutError:
+        except (TimeoutError, Unsolved):
             return None
 
     def close(self) -> None:
         """Cancel queued solves and accept no more."""
         self._thread.shutdown(wait=False, cancel_futures=True)
-
-    def _solve(self, vertex: int) -> bytes:
-        return encode_block(self._source.green(vertex))
 
     def _keep(self, vertex: int, done: asyncio.Future[bytes]) -> None:
         del self._solving[vertex]

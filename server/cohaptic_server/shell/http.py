@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request as HttpRequest
@@ -9,7 +11,7 @@ from websockets.http11 import Response
 
 from cohaptic.clock import Clock
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.http.green_functions import green_source, model_name
+from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.http.origins import may_connect
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.routes import Answer, BlockNeeded, Request, Site, green_block, text
@@ -28,19 +30,26 @@ class Web:
         body: Whose Green's functions are served.
         settings: Of the server.
         clock: Of the server.
+        solve: Finds a vertex's block of the functions; the body itself does if not given.
 
     Attributes:
         model: Name of the body's Green's functions; None if it has none.
         ticked: Time of the last tick [s].
     """
 
-    def __init__(self, body: Body, settings: ServerSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        body: Body,
+        settings: ServerSettings,
+        clock: Clock,
+        solve: Callable[[int], bytes] | None = None,
+    ) -> None:
         source = green_source(body)
         self.model = None if source is None else model_name(source)
         self.ticked = clock.now()
         self._clock = clock
         self._settings = settings
-        self._blocks = None if source is None else GreenBlocks(source)
+        self._blocks = None if source is None else GreenBlocks(solve or _solver(source))
         self._site = Site(load_page(), self.model, len(body.mesh.vertices))
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
@@ -73,6 +82,10 @@ class Web:
         """Cancel the solves that are queued."""
         if self._blocks is not None:
             self._blocks.close()
+
+
+def _solver(source: GreenSource) -> Callable[[int], bytes]:
+    return lambda vertex: encode_block(source.green(vertex))
 
 
 def _response(answer: Answer) -> Response:

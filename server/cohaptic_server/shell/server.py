@@ -43,6 +43,7 @@ class CohapticServer:
     Args:
         body: The deformable object.
         settings: Of the server.
+        solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
 
     Attributes:
         room: The users.
@@ -51,11 +52,16 @@ class CohapticServer:
         meters: Of the ticks since the start, or since somebody put fresh ones here.
     """
 
-    def __init__(self, body: Body, settings: ServerSettings) -> None:
+    def __init__(
+        self,
+        body: Body,
+        settings: ServerSettings,
+        solve: Callable[[int], bytes] | None = None,
+    ) -> None:
         self.settings = settings
         self.clock = SystemClock()
         self.room = Room(body, settings)
-        self.web = Web(body, settings, self.clock)
+        self.web = Web(body, settings, self.clock, solve)
         self.audience = Audience(self.room, self.web.model)
         self.lobby = Lobby(self.room, self.audience)
         self.meters = TickMeters()

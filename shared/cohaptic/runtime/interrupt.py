@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import selectors
 import signal
 import sys
 import threading
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Generator
 from typing import Any
 
 
@@ -54,3 +55,19 @@ async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool =
         await task
     except asyncio.CancelledError:
         pass
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Generator[None, None, None]:
+    """A process that is started within never hears of Ctrl-C, not even before its first line.
+
+    This process hears of it afterwards. Windows has no such mask.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -25,13 +25,13 @@ def factor() -> Factor:
 
 
 def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> None:
-    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).factor()
+    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).read()
     assert (shared.solve(NODES, FORCES) == in_single(factor).solve(NODES, FORCES)).all()
     assert shared.bytes == factor.bytes // 2
 
 
 def test_blocks_lie_as_they_did(factor: Factor) -> None:
-    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).factor()
+    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).read()
     for ours, theirs in zip(factor.fronts, shared.fronts, strict=True):
         assert theirs.lower.flags.f_contiguous == ours.lower.flags.f_contiguous
         assert theirs.carry.flags.c_contiguous == ours.carry.flags.c_contiguous
@@ -47,8 +47,8 @@ def test_another_process_maps_it(factor: Factor) -> None:
     theirs.close()
     found = ours.recv()
     process.join(30.0)
-    assert (found == shared.factor().solve(NODES, FORCES)).all()
+    assert (found == shared.read().solve(NODES, FORCES)).all()
 
 
 def _answer(pipe: Connection, shared: SharedFactor) -> None:
-    pipe.send(shared.factor().solve(NODES, FORCES))
+    pipe.send(shared.read().solve(NODES, FORCES))

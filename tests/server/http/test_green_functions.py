@@ -14,6 +14,7 @@ from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.spring import Spring
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.http.green_functions import (
     GreenSource,
     decode_block,
@@ -22,7 +23,7 @@ from cohaptic_server.http.green_functions import (
     model_name,
 )
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.testing.blocks import block
 
@@ -92,22 +93,26 @@ def test_the_name_is_the_bodys_content() -> None:
     assert all(len(model) == 32 for model in others)
 
 
-def test_the_name_of_a_solid_takes_one_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a large factor each takes a second, and a server listens only afterwards."""
+def test_the_name_of_a_solid_takes_no_solve_and_not_even_its_factor() -> None:
+    """Each reads a factor of up to gigabytes, and a server listens only afterwards."""
     body = solid()
+    _ = body.far_field
+
+    class Untouched:
+        bytes = body.factor_bytes
+
+        def read(self) -> Factor:
+            raise AssertionError("the factor was read")
+
+        def problem(self) -> str:
+            return ""
+
+    body.columns.given = Untouched()
     source = green_source(body)
     assert source is not None
-    solves: list[int] = []
-    solve = body.columns.factor.solve
-
-    def counted(nodes: Ints, forces: Floats, at: Ints | None = None) -> Floats:
-        solves.append(len(nodes))
-        return np.asarray(solve(nodes, forces, at), dtype=np.float64)
-
-    monkeypatch.setattr(body.columns.factor, "solve", counted)
-    model_name(source)
-    assert len(solves) == 1
-    assert solves[0] > 1  # though not of one vertex alone
+    same = green_source(solid())
+    assert same is not None
+    assert model_name(source) == model_name(same)
 
 
 greens = hnp.arrays(
@@ -146,8 +151,8 @@ class Held:
         self.at_once -= 1
         return self._source.green(vertex)
 
-    def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        return self._source.spread(vertices, weights)
+    def identity(self) -> bytes:
+        return self._source.identity()
 
 
 def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon) -> None:
@@ -156,7 +161,7 @@ def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon)
     held = Held(source)
 
     async def play() -> None:
-        blocks = GreenBlocks(held)
+        blocks = GreenBlocks(lambda vertex: encode_block(held.green(vertex)))
         asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in (1, 2, 1, 3)]
         # The loop goes on while the first is being solved.
         for _ in range(20):
@@ -182,7 +187,7 @@ def test_what_waits_and_what_is_kept_is_bounded(small_balloon: Balloon) -> None:
     size = len(encode_block(source.green(0)))
 
     async def play() -> None:
-        blocks = GreenBlocks(held, kept_bytes=3 * size)
+        blocks = GreenBlocks(lambda vertex: encode_block(held.green(vertex)), kept_bytes=3 * size)
         asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in range(80)]
         for _ in range(20):
             await asyncio.sleep(0)

@@ -43,6 +43,8 @@ class ColumnStore:
         places: Their places.
         budget: Memory for columns [bytes].
         reach: Distance from a vertex up to which its column is kept [m]; all of it if not given.
+        fill: Whether the system gives the slab's memory at once. If not, `fill` has to be called
+            before the first column comes: a tick has no time to wait for it.
 
     Attributes:
         places: As given.
@@ -55,7 +57,13 @@ class ColumnStore:
     """
 
     def __init__(
-        self, points: Floats, places: Places, budget: int, reach: float | None = None
+        self,
+        points: Floats,
+        places: Places,
+        budget: int,
+        reach: float | None = None,
+        *,
+        fill: bool = True,
     ) -> None:
         n = len(points)
         self.places, self._points = places, points
@@ -70,17 +78,23 @@ class ColumnStore:
         self._length = max(len(found) for found in self._kept_places)
         self.column_bytes = _PLACE_BYTES * self._length
         self.capacity = max(min(MIN_CAPACITY, n), min(budget // self.column_bytes, n))
-        self._whole = reach is None
         self._allocate()
+        # Whole columns are not filled: the system gives memory as they come.
+        if fill and reach is not None:
+            self.fill()
+
+    def fill(self) -> None:
+        """Have the system give the memory of the slab, which holds no column yet.
+
+        Hundreds of megabytes take half a second. It can be done in a thread beside ticks: it does
+        not hold the interpreter's lock, and reads and writes nothing else.
+        """
+        self._slab.fill(0.0)
 
     def _allocate(self) -> None:
         n = len(self._points)
         self.slot: Ints = np.full(n, -1, dtype=np.int64)
-        # Whole columns are not filled: the system gives memory as they come. For the others a tick
-        # has no time to wait for it.
         self._slab: Narrow = np.empty((self.capacity, 9 * PLACE * self._length), dtype=np.float32)
-        if not self._whole:
-            self._slab.fill(0.0)
         self.kernel = NearFieldKernel(self._points, self.places.rank, self._slab, self._position)
         self.share: Floats = np.zeros(self.capacity)
         self._vertex = np.full(self.capacity, -1, dtype=np.int64)  # of each slot

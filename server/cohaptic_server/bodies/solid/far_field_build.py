@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.cholesky.factor import Factor
@@ -114,6 +113,8 @@ def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Int
     blurs again keeps its moments. Where every vertex is a sample, each is interpolated from itself
     alone.
     """
+    from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
+
     x = mesh.vertices
     k = min(_NEIGHBOURS, len(samples))
     # An array of neighbours, so that a single one still has an axis.

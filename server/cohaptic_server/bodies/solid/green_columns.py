@@ -15,7 +15,7 @@ import numpy as np
 
 from cohaptic_server.bodies.solid.column_store import Column, ColumnStore
 from cohaptic_server.bodies.solid.places import Places
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factor import Factor, FactorReader
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
 _BATCH = 16  # vertices in one solve: more of them cost less each, and take more memory
@@ -38,21 +38,24 @@ class GreenColumns:
     """The columns of one solid: the factor that gives them and the store that keeps them.
 
     Args:
-        factor: Factor of the stiffness over the free nodes.
+        factor: Factor of the stiffness over the free nodes, or where it can be read once it is
+            needed.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
         points: The surface vertices, shape (n, 3) [m].
         budget: Memory for columns [bytes].
 
     Attributes:
-        factor: As given.
+        given: The factor as given; it can be exchanged while nobody solves.
         nodes: As given.
         places: The order of the rows of a column.
         store: The columns that are known.
         solved: Number of columns solved for so far.
     """
 
-    def __init__(self, factor: Factor, nodes: Ints, points: Floats, budget: int) -> None:
-        self.factor = factor
+    def __init__(
+        self, factor: Factor | FactorReader, nodes: Ints, points: Floats, budget: int
+    ) -> None:
+        self.given = factor
         self.nodes = nodes
         self.places = Places(points)
         self._points, self._budget = points, budget
@@ -61,9 +64,26 @@ class GreenColumns:
         self._free = np.flatnonzero(nodes >= 0)
         self._rows = (3 * nodes[self._free, None] + np.arange(3)).ravel()
 
-    def keep(self, reach: float) -> None:
-        """Begin with an empty store, whose columns end at a distance from their vertices [m]."""
-        self.store = ColumnStore(self._points, self.places, self._budget, reach)
+    @property
+    def factor(self) -> Factor:
+        """The factor; it is read at its first use.
+
+        Raises:
+            BodyError: The stored one is damaged.
+            OSError: It cannot be read.
+        """
+        if not isinstance(self.given, Factor):
+            self.given = self.given.read()
+        return self.given
+
+    def keep(self, reach: float, *, fill: bool = True) -> None:
+        """Begin with an empty store, whose columns end at a distance from their vertices [m].
+
+        Args:
+            reach: The distance.
+            fill: As for `ColumnStore`.
+        """
+        self.store = ColumnStore(self._points, self.places, self._budget, reach, fill=fill)
 
     def ensure(self, vertices: Iterable[int]) -> None:
         """Solve at once for the missing columns of `vertices`; all of these stay, even beyond the

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.solid.stiffness import stiffness
-from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factor import Factor, FactorReader
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.cholesky.symbolic import graph_of_elements
@@ -28,12 +28,12 @@ class SolidParts:
 
     Args:
         shape: Nodes and surface.
-        factor: Factor of the stiffness over the free nodes.
+        factor: Factor of the stiffness over the free nodes, or where it can be read.
         far_field: Compliance between samples of the surface.
     """
 
     shape: SolidShape
-    factor: Factor
+    factor: Factor | FactorReader
     far_field: FarField
 
 

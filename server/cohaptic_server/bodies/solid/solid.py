@@ -95,11 +95,17 @@ class Solid:
             )
         return self._far_field
 
-    def in_background(self) -> None:
-        """From now on a tick does not wait for columns: the server delivers the `missing` ones."""
+    def in_background(self, *, fill: bool = True) -> None:
+        """From now on a tick does not wait for columns: the server delivers the `missing` ones.
+
+        Args:
+            fill: Whether memory for columns is there at once; else `columns.store.fill` has to be
+                called before the first one is delivered.
+        """
         # A contact reads its columns up to where they do not count, and all under itself.
         size = self._contact_size()
-        self.columns.keep(size + max(size, FAR_FIELD_START * self.far_field.spacing))
+        reach = size + max(size, FAR_FIELD_START * self.far_field.spacing)
+        self.columns.keep(reach, fill=fill)
         self._at_once = False
 
     def _contact_size(self) -> float:

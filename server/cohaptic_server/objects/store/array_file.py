@@ -5,8 +5,8 @@
     data                                   each array at a multiple of 64 bytes
 
 A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
-memory is read, and a server reads all of the data at the first touch anyway. Loading runs no code
-from the file. A folder of .npy files was measured beside it (docs/decisions/0021).
+memory is read. Loading runs no code from the file. A folder of .npy files was measured beside it
+(docs/decisions/0023).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Mapping
+from io import BufferedReader
 from math import prod
 from pathlib import Path
 from typing import IO, Any
@@ -76,44 +77,71 @@ def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
         raise
 
 
-def load_arrays(path: Path, *, mapped: bool = True) -> dict[str, Array]:
+def load_arrays(path: Path, *, mapped: bool = True, under: str = "") -> dict[str, Array]:
     """Load the arrays of a file that `save_arrays` wrote, by name.
 
     Args:
         path: Path of the file.
         mapped: Whether the arrays are read-only views of the mapped file, or copies.
+        under: Only those whose names begin so, without it; the others are not looked at.
 
     Raises:
         OSError: The file cannot be read.
         BodyError: The file is of another form, or damaged.
     """
     with path.open("rb") as file:
-        size = os.fstat(file.fileno()).st_size
-        start = file.read(_START.size)
-        if len(start) < _START.size:
-            raise BodyError(f"{path}: {size} bytes are too few")
-        magic, length, crc, _ = _START.unpack(start)
-        if magic != _MAGIC or length > size:
-            raise BodyError(f"{path}: not a file of arrays of this form")
-        header = file.read(length)
-        if zlib.crc32(header) != crc:
-            raise BodyError(f"{path}: its header is damaged")
-        index: dict[str, Any] = json.loads(header)
-        data_start = _aligned(_START.size + length)
-        if size != data_start + index["bytes"]:
-            raise BodyError(f"{path}: {size} bytes, of {data_start + index['bytes']}")
+        return read_arrays(file, path, mapped=mapped, under=under)
+
+
+def read_arrays(
+    file: BufferedReader, path: Path, *, mapped: bool = True, under: str = ""
+) -> dict[str, Array]:
+    """`load_arrays` of a file that is open at its beginning; `path` is for errors."""
+    index, data_start = _index(file, path)
+    index = {k.removeprefix(under): entry for k, entry in index.items() if k.startswith(under)}
+    whole = None
+    if mapped:
+        # Views are of the mapping: a file that is cut while they are read ends this process.
         whole = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    if hasattr(mmap, "MADV_WILLNEED"):
-        whole.madvise(mmap.MADV_WILLNEED)
+        if hasattr(mmap, "MADV_WILLNEED"):
+            whole.madvise(mmap.MADV_WILLNEED)
     arrays: dict[str, Array] = {}
-    for name, (kind, shape, order, offset, checksums) in index["arrays"].items():
-        count = prod(shape)
-        array: Array = np.frombuffer(whole, np.dtype(kind), count, data_start + offset)
+    for name, (kind, shape, order, offset, checksums) in index.items():
+        count, start = prod(shape), data_start + offset
+        if whole is not None:
+            array: Array = np.frombuffer(whole, np.dtype(kind), count, start)
+        else:
+            array = np.empty(count, np.dtype(kind))
+            file.seek(start)
+            if file.readinto(array.view(np.uint8).data) != array.nbytes:
+                raise BodyError(f"{path}: array {name!r} is cut off")
         if _checksums(array.view(np.uint8)) != checksums:
             raise BodyError(f"{path}: array {name!r} is damaged")
-        array = array.reshape(shape, order=order)
-        arrays[name] = array if mapped else array.copy(order="K")
+        arrays[name] = array.reshape(shape, order=order)
     return arrays
+
+
+def _index(file: BufferedReader, path: Path) -> tuple[dict[str, Any], int]:
+    """The description of each array, and the place in the file from which they lie.
+
+    Raises:
+        BodyError: The file is of another form, or damaged.
+    """
+    size = os.fstat(file.fileno()).st_size
+    start = file.read(_START.size)
+    if len(start) < _START.size:
+        raise BodyError(f"{path}: {size} bytes are too few")
+    magic, length, crc, _ = _START.unpack(start)
+    if magic != _MAGIC or length > size:
+        raise BodyError(f"{path}: not a file of arrays of this form")
+    header = file.read(length)
+    if zlib.crc32(header) != crc:
+        raise BodyError(f"{path}: its header is damaged")
+    content: dict[str, Any] = json.loads(header)
+    data_start = _aligned(_START.size + length)
+    if size != data_start + content["bytes"]:
+        raise BodyError(f"{path}: {size} bytes, of {data_start + content['bytes']}")
+    return content["arrays"], data_start
 
 
 def _write(file: IO[bytes], header: bytes, arrays: list[Array]) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy.typing as npt
 from platformdirs import user_cache_path
 
+from cohaptic.clock import SystemClock
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
@@ -45,7 +46,7 @@ def entry_path(*content: bytes) -> Path:
 
 
 def load_entry(
-    path: Path, label: str, *, mapped: bool = True
+    path: Path, label: str, *, mapped: bool = True, under: str = ""
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Load the arrays of an entry; None if there is no entry, or no intact one.
 
@@ -53,16 +54,21 @@ def load_entry(
         path: Path from `entry_path`.
         label: Name of the content in a warning.
         mapped: As in `load_arrays`.
+        under: As there.
     """
     try:
-        arrays = load_arrays(path, mapped=mapped)
+        arrays = load_arrays(path, mapped=mapped, under=under)
     except FileNotFoundError:
         return None
     except (OSError, BodyError, ValueError, KeyError, TypeError) as error:
         warn_unusable(label, error)
         return None
+    # The time of the last use decides which entries are deleted first. That of the last change
+    # stays: it says whether a file has been written to while it is mapped.
+    clock = SystemClock()
+    used = round(1e9 * (clock.now() + clock.to_wall()))
     with contextlib.suppress(OSError):
-        os.utime(path)  # the time of the last use decides which entries are deleted first
+        os.utime(path, ns=(used, path.stat().st_mtime_ns))
     return arrays
 
 
@@ -121,7 +127,7 @@ def make_room(folder: Path, needed: int) -> None:
     suffixes = (SUFFIX, ".part", ".npz")  # .part: half written; .npz: of earlier versions
     files = [(path.stat(), path) for suffix in suffixes for path in folder.glob(f"*{suffix}")]
     total = sum(stat.st_size for stat, _ in files)
-    for stat, path in sorted(files, key=lambda entry: entry[0].st_mtime):
+    for stat, path in sorted(files, key=lambda entry: entry[0].st_atime):
         if total + needed <= limit:
             break
         path.unlink(missing_ok=True)

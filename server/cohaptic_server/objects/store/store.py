@@ -19,19 +19,23 @@ from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky import factor_file
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared, prepare
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
 from cohaptic_server.objects.store.checkpoint import Checkpoint
+from cohaptic_server.objects.store.stored_factor import PREFIX, StoredFactor
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.
 _TETS_FORM = 6
-_PARTS_FORM = 5
+_PARTS_FORM = 6
+
+_FAR = "twin/"  # of the far field's arrays in an entry
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -72,6 +76,8 @@ def load_or_make_parts(
     settings: SolidSettings,
     progress: Progress,
     accept: Callable[[Plan], None] = lambda plan: None,
+    *,
+    late: bool = False,
 ) -> SolidParts:
     """Load the heavy parts of a solid from the store, or make and store them.
 
@@ -81,6 +87,8 @@ def load_or_make_parts(
         settings: Material and discretisation.
         progress: Called with the phase and the share of it that is done.
         accept: Called with what factoring takes, before it begins; may raise.
+        late: Whether a stored factor is left where it is, for a process of its own to read and
+            check. Otherwise a damaged one is made anew here.
 
     Raises:
         BodyError: The fixed vertices leave a rigid motion, or nothing free.
@@ -89,22 +97,49 @@ def load_or_make_parts(
     path = entry_path(
         repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes()
     )
-    arrays = load_entry(path, "factor")
-    if arrays is not None:
-        try:
-            factor = factor_file.from_arrays(_without_prefix("factor/", arrays))
-            far_field = FarField.from_arrays(_without_prefix("twin/", arrays))
-            return SolidParts(shape_of(tets, fixed, settings), factor, far_field)
-        except (KeyError, ValueError, IndexError, BodyError) as error:
-            warn_unusable("factor", error)
+    found = _load_parts(path, tets, fixed, settings, late=late)
+    if found is not None:
+        return found
     # Whoever is interrupted while the surface is pressed finds the factor the next time.
     factored = Checkpoint(path)
     parts = make_parts(tets, fixed, settings, progress, accept, factored)
     progress("storing", 0.0)
-    factor_arrays = _with_prefix("factor/", factor_file.to_arrays(parts.factor))
-    save_entry(path, "factor", factor_arrays | _with_prefix("twin/", parts.far_field.to_arrays()))
+    assert isinstance(parts.factor, Factor)
+    factor_arrays = _with_prefix(PREFIX, factor_file.to_arrays(parts.factor))
+    save_entry(path, "factor", _with_prefix(_FAR, parts.far_field.to_arrays()) | factor_arrays)
+    del factor_arrays
     factored.remove()
-    return parts
+    # Whoever has made a factor goes on with the one that later starts have.
+    return _load_parts(path, tets, fixed, settings, late=late) or parts
+
+
+def _load_parts(
+    path: Path,
+    tets: TetMesh,
+    fixed: npt.NDArray[np.bool_],
+    settings: SolidSettings,
+    *,
+    late: bool,
+) -> SolidParts | None:
+    """The parts in an entry; None if there is none, or no intact one."""
+    # Copies of what a tick reads: it shall not depend on what becomes of the file.
+    far = load_entry(path, "factor", mapped=False, under=_FAR)
+    if far is None:
+        return None
+    try:
+        shape, far_field = shape_of(tets, fixed, settings), FarField.from_arrays(far)
+        if late:
+            fronts = load_entry(path, "factor", mapped=False, under=f"{PREFIX}fronts")
+            if fronts is None:
+                return None
+            count = factor_file.stored_bytes(fronts[""])
+            return SolidParts(shape, StoredFactor(path, count), far_field)
+        arrays = load_entry(path, "factor", under=PREFIX)
+        if arrays is not None:
+            return SolidParts(shape, factor_file.from_arrays(arrays), far_field)
+    except (KeyError, ValueError, IndexError, BodyError) as error:
+        warn_unusable("factor", error)
+    return None
 
 
 def _tets_path(source: ObjectFile) -> Path:
@@ -141,7 +176,3 @@ def _report_from(values: list[float]) -> SurfaceReport | None:
 
 def _with_prefix(prefix: str, arrays: Mapping[str, npt.NDArray[Any]]) -> Arrays:
     return {prefix + name: array for name, array in arrays.items()}
-
-
-def _without_prefix(prefix: str, arrays: Arrays) -> Arrays:
-    return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}

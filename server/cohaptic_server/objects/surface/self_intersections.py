@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from cohaptic_server.numeric import Floats, Ints, cross
 
@@ -42,6 +41,8 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
     size = float(np.ptp(x, axis=0).max())
     for k in np.unique(size_class).tolist():
         large = np.flatnonzero(size_class == k)
+        from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
+
         tree = cKDTree(center[large])
         others = np.flatnonzero(size_class <= k)
         for start in range(0, len(others), _BLOCK):

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
-import trimesh
 
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
@@ -90,6 +89,8 @@ def thicken(x: Floats, faces: Ints, thickness: float) -> tuple[Floats, Ints]:
 
 def in_one_sense(x: Floats, faces: Ints) -> Ints:
     """The triangles, turned so that neighbours have one sense of rotation, shape (m, 3)."""
+    import trimesh  # not with the module: a prepared object starts without it
+
     mesh: Any = trimesh.Trimesh(x, faces, process=False)
     trimesh.repair.fix_winding(mesh)  # type: ignore[no-untyped-call]  # pyright: ignore[reportUnknownMemberType]
     return np.asarray(mesh.faces, dtype=np.int64)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
@@ -30,6 +29,8 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     """
     said = look_into(path) if path.suffix.lower() == ".3mf" else None
     unit = 1.0 if said is None else said.metres
+    import trimesh  # not with the module: a prepared object starts without it
+
     trimesh_log = logging.getLogger("trimesh")
     was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
     try:

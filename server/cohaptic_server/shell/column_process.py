@@ -1,0 +1,117 @@
+"""The process of `column_worker.py`: what it is given when it starts, and what it does then."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext
+from typing import Any, NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from cohaptic.errors import BodyError
+from cohaptic.runtime.scheduling import stand_back
+from cohaptic_server.bodies.solid.green_columns import solve_columns
+from cohaptic_server.cholesky.factor import Factor, FactorReader
+from cohaptic_server.cholesky.shared_factor import as_ints, shared_ints
+from cohaptic_server.http.green_functions import encode_block
+from cohaptic_server.numeric import Ints, Narrow
+
+
+class Task(NamedTuple):
+    """What is to be solved for.
+
+    Args:
+        vertices: Vertices with the unit forces.
+        rows: How many of the rows in the inbox count; 0 for the block of one vertex for pages.
+    """
+
+    vertices: list[int]
+    rows: int
+
+
+@dataclass(frozen=True, eq=False)
+class Inbox:
+    """Memory that both processes see; their pipe carries a few bytes.
+
+    Args:
+        nodes: Index of each surface vertex among the free nodes, as from `shared_ints`.
+        rows: Vertices whose displacement counts.
+        values: What was found.
+    """
+
+    nodes: tuple[Any, tuple[int, ...]]
+    rows: Any
+    values: Any
+
+    @classmethod
+    def of(cls, nodes: Ints, rows: int, context: SpawnContext) -> Inbox:
+        """Room for so many rows, in all columns of a batch together."""
+        return cls(
+            shared_ints(nodes, context),
+            context.RawArray("q", rows),
+            context.RawArray("f", 9 * rows),
+        )
+
+    def put_rows(self, rows: Ints) -> None:
+        """Write the rows of a task."""
+        np.frombuffer(self.rows, dtype=np.int64)[: len(rows)] = rows
+
+    def rows_of(self, task: Task) -> Ints:
+        """The rows of a task."""
+        return np.frombuffer(self.rows, dtype=np.int64)[: task.rows]
+
+
+def as_values(shared: Any) -> Narrow:
+    """Shared memory as numbers."""
+    return np.frombuffer(shared, dtype=np.float32)
+
+
+def as_bytes(shared: Any) -> Any:
+    """Shared memory as bytes."""
+    return np.frombuffer(shared, dtype=np.uint8)
+
+
+def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> None:
+    """Main function of the process: answer tasks until the pipe closes.
+
+    The first answer is empty words: the factor is there and intact. Words are why it ends.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
+    stand_back()
+    try:
+        with threadpool_limits(limits=1):
+            try:
+                factor = reader.read()
+            except (BodyError, OSError) as error:
+                pipe.send(str(error))
+                return
+            pipe.send("")
+            nodes = as_ints(inbox.nodes)
+            while True:
+                task: Task = pipe.recv()
+                # Looked at before, as reading behind the end of a file that was cut ends a process,
+                # and after, as what was solved meanwhile may be of either content.
+                count = 0 if reader.problem() else _solve(factor, nodes, task, inbox)
+                problem = reader.problem()
+                pipe.send(problem or count)
+                if problem:
+                    return
+    except (OSError, EOFError):
+        return
+
+
+def _solve(factor: Factor, nodes: Ints, task: Task, inbox: Inbox) -> int:
+    """Solve for a task; returns how many numbers, or bytes of a block, were written."""
+    vertices = np.array(task.vertices)
+    if task.rows:
+        found = solve_columns(factor, nodes, vertices, inbox.rows_of(task))
+        as_values(inbox.values)[: found.size] = found.ravel()
+        return int(found.size)
+    whole = solve_columns(factor, nodes, vertices, np.arange(len(nodes)))
+    green = whole.reshape(-1, 3, 3).transpose(1, 0, 2).astype(np.float64)
+    block = np.frombuffer(encode_block(green), dtype=np.uint8)
+    as_bytes(inbox.values)[: len(block)] = block
+    return len(block)
