@@ -1,121 +1,146 @@
-"""Time that a server takes to load an object from a file, with an empty store and a full one.
+"""Time and memory to serve an object from a file: prepared once, then started from the store.
 
-    python benchmarks/object_start.py [FILE] [--fix "z < 15%"] [--edge 0.05] [--json FILE]
+    python benchmarks/object_start.py [FILE] [--fix "z < 15%"] [--edge 0.05] [--starts 3] [--json FILE]
 
-Every start is a process of its own: `body` is from its first line to a solid that answers, `all`
-with Python and its libraries. The store is a folder that is gone afterwards. The first start after
-another one finds the file in the system's memory; one after days reads it from the disk.
-
-The row `floor` is what the start with an empty store cannot do without, by libraries alone: one run
-of fTetWild on the same surface, and one factorisation of the same stiffness by SuperLU (scipy,
-which has no other direct solver; unsymmetric, so with twice the arithmetic of Cholesky). The
-tetrahedra are those of the store, since fTetWild makes others each time.
+Preparing is `cohaptic body prepare` with an empty store, a folder that is gone afterwards. A start
+is `cohaptic serve` from its first line to `listening`, and from there to the first force of a hand:
+a `cohaptic touch` that was started before and waits. `cold` starts find the entries of the store
+dropped from the system's memory (Linux). Memory is the largest of each process; a factor's file
+counts with the process that maps it. Processor time tells a start from a busy machine.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import json
 import os
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-import scipy.sparse as sp
-from pytetwild.pytetwild import tetrahedralize
-from scipy.sparse.linalg import splu
-
 import json_report
-from cohaptic_server.bodies.solid.parts import stiffness_of
-from cohaptic_server.bodies.solid.shape import shape_of
-from cohaptic_server.objects.build import build_solid
-from cohaptic_server.objects.fix_rule import fixed_vertices
-from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.store.store import load_or_prepare
-from cohaptic_server.objects.surface.surface_file import read_surface
-from cohaptic_server.objects.tetrahedralise import envelope
 
 ORGAN = Path(__file__).parents[1] / "examples/organ.ply"
-
-
-def start(path: Path, fix: str, edge: float) -> None:
-    """One start: build the object, and solve for its first response."""
-    begin = time.perf_counter()
-    solid = build_solid(ObjectFile(path, fix, edge=edge))
-    solid.in_background()
-    solid.respond([])
-    print(
-        f"{time.perf_counter() - begin:.2f} {len(solid.shape.tets.tets)}"
-        f" {len(solid.mesh.vertices)} {solid.factor_bytes / 1e6:.0f}"
-    )
-
-
-def floor(path: Path, fix: str, edge: float) -> None:
-    """Print the seconds of one run of fTetWild, and of one factorisation by SuperLU."""
-    source = ObjectFile(path, fix, edge=edge)
-    x, faces = read_surface(path)
-    begin = time.perf_counter()
-    tetrahedralize(
-        x, faces.astype(np.int32), edge_length_fac=edge, epsilon=envelope(edge), num_threads=1
-    )
-    filled = time.perf_counter()
-    tets = load_or_prepare(source).tets
-    shape = shape_of(tets, fixed_vertices(source, tets.vertices), source.material)
-    free = np.flatnonzero(~np.repeat(shape.fixed, 3))
-    matrix = sp.csc_matrix(stiffness_of(shape, source.material)[free][:, free])
-    assembled = time.perf_counter()
-    splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    print(f"{filled - begin:.2f} {time.perf_counter() - assembled:.2f}")
+COHAPTIC = [sys.executable, "-m", "cohaptic"]
+_ENOUGH = 3.0  # s after the first force for the process beside the tick to have all it maps
 
 
 def main() -> None:
-    """Start with an empty store and twice with a full one, and print the times."""
+    """Prepare, start cold and warm, and print a table."""
     parser = json_report.parser(__doc__)
     parser.add_argument("file", type=Path, nargs="?", default=ORGAN)
     parser.add_argument("--fix", default="z < 15%")
     parser.add_argument("--edge", type=float, default=0.05)
-    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--floor", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--starts", type=int, default=3)
     options = parser.parse_args()
-    if options.one or options.floor:
-        (start if options.one else floor)(options.file, options.fix, options.edge)
-        return
-    print(f"{'store':>7} {'all':>8} {'body':>8}  tetrahedra, vertices of surface, MB of factor")
-    results: list[json_report.Result] = []
     with tempfile.TemporaryDirectory() as folder:
-        for store in ("empty", "full", "full", "floor"):
-            begin = time.perf_counter()
-            arguments = [str(options.file), "--fix", options.fix, "--edge", str(options.edge)]
-            what = "--floor" if store == "floor" else "--one"
-            done = subprocess.run(
-                [sys.executable, __file__, what, *arguments],
-                env=os.environ | {"COHAPTIC_CACHE": folder},
-                stdout=subprocess.PIPE,
-                text=True,
-                check=True,
-            )
-            body, *sizes = done.stdout.split()[-4 if what == "--one" else -2 :]
-            if store == "floor":
-                filling, factoring = float(body), float(sizes[0])
-                print(f"{store:>7} fTetWild {filling:.2f} s, SuperLU {factoring:.2f} s")
-                results.append({"store": store, "filling_s": filling, "factoring_s": factoring})
-                continue
-            whole = time.perf_counter() - begin
-            print(f"{store:>7} {whole:>6.2f} s {float(body):>6.2f} s  {', '.join(sizes)}")
-            tetrahedra, vertices, megabytes = map(int, sizes)
-            results.append(
-                {
-                    "store": store,
-                    "all_s": whole,
-                    "body_s": float(body),
-                    "tetrahedra": tetrahedra,
-                    "surface_vertices": vertices,
-                    "factor_bytes": 1_000_000 * megabytes,
-                }
-            )
+        os.environ["COHAPTIC_CACHE"] = folder
+        results = [prepared(options, Path(folder))]
+        for kind in ["cold", *["warm"] * options.starts]:
+            results.append(started(options, Path(folder), kind))
     json_report.write(options, results)
+
+
+def prepared(options: argparse.Namespace, store: Path) -> json_report.Result:
+    """Prepare the object; time and memory."""
+    begin = time.perf_counter()
+    process = subprocess.Popen([*COHAPTIC, "body", "prepare", *described(options)])
+    peak = 0
+    while process.poll() is None:
+        peak = max(peak, memory(process.pid))
+        time.sleep(0.02)
+    if process.returncode:
+        sys.exit(process.returncode)
+    taken = time.perf_counter() - begin
+    stored = max(entry.stat().st_size for entry in store.iterdir())
+    print(
+        f"prepared in {taken:.1f} s with {1e-6 * peak:.0f} MB, {peak / stored:.2f} times the"
+        f" {1e-6 * stored:.0f} MB that are stored\n\n"
+        "| start | listening | first force after it | processor time till then | server | worker |\n"
+        "|---|---|---|---|---|---|"
+    )
+    return {"start": "prepare", "all_s": taken, "peak_bytes": peak, "stored_bytes": stored}
+
+
+def started(options: argparse.Namespace, store: Path, kind: str) -> json_report.Result:
+    """One start, and the first touch."""
+    if kind == "cold" and hasattr(os, "posix_fadvise"):
+        for entry in store.iterdir():
+            with entry.open("rb") as file:
+                os.fsync(file.fileno())
+                os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    hand = subprocess.Popen(
+        [*COHAPTIC, "touch", f"ws://127.0.0.1:{port}", "--wait", "60", "--json-lines"],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+    )  # fmt: skip
+    assert hand.stdout is not None
+    hand.stdout.readline()  # its libraries are there: it tries to reach a server
+    begin = time.perf_counter()
+    server = subprocess.Popen(
+        [*COHAPTIC, "serve", "--quiet", "--port", port, "--body", *described(options)],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert server.stdout is not None
+    server.stdout.readline()
+    listening = time.perf_counter() - begin
+    used = processor_time(server.pid)
+    for line in hand.stdout:
+        if json.loads(line)["force"] > 0.0:
+            break
+    touched = time.perf_counter() - begin - listening
+    time.sleep(_ENOUGH)
+    sizes = [memory(pid) for pid in (server.pid, *children(server.pid))]
+    for process in (hand, server):
+        process.terminate()
+        process.wait()
+    worker = max(sizes[1:], default=0)
+    print(
+        f"| {kind} | {listening:.2f} s | {touched:.2f} s | {used:.2f} s |"
+        f" {1e-6 * sizes[0]:.0f} MB | {1e-6 * worker:.0f} MB |"
+    )
+    return {
+        "start": kind,
+        "listening_s": listening,
+        "first_force_s": touched,
+        "processor_s": used,
+        "server_bytes": sizes[0],
+        "worker_bytes": worker,
+    }
+
+
+def described(options: argparse.Namespace) -> list[str]:
+    """The object, for the command line."""
+    return [str(options.file), "--fix", options.fix, "--edge", str(options.edge)]
+
+
+def memory(pid: int) -> int:
+    """Largest memory of a process so far [bytes]; 0 where the system does not say."""
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    return 0
+
+
+def processor_time(pid: int) -> float:
+    """Processor time of a process so far [s]; not a number where the system does not say."""
+    with contextlib.suppress(OSError):
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return float("nan")
+
+
+def children(pid: int) -> list[int]:
+    """Processes that a process has started; none where the system does not say."""
+    with contextlib.suppress(OSError):
+        return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    return []
 
 
 if __name__ == "__main__":

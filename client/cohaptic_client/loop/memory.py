@@ -132,13 +132,18 @@ class LoopMemory:
 
     @classmethod
     def create(cls) -> LoopMemory:
-        """Make the file and map it."""
+        """Make the file and map it.
+
+        Raises:
+            OSError: There is no room for it.
+        """
         # In memory where the system has such a folder: a file on disk can make a writer wait.
-        folder = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None
-        handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm", dir=folder)
-        with os.fdopen(handle, "wb") as file:
-            file.truncate(_TOTAL)
-        return cls(path)
+        if os.access(_IN_MEMORY, os.W_OK):
+            try:
+                return cls(_reserved(_IN_MEMORY))
+            except OSError:  # full, as in a small container
+                pass
+        return cls(_reserved(None))
 
     def close(self, *, remove: bool) -> None:
         """Unmap; `remove` deletes the file."""
@@ -152,6 +157,24 @@ class LoopMemory:
 _IN_MEMORY = "/dev/shm"  # Linux
 # A status holds a sentence of 300 characters, each of which JSON may write as 12 bytes.
 _SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status": 4096}
+
+
+def _reserved(folder: str | None) -> str:
+    """Path of a new file whose bytes are there: a write into one that is not would end the process.
+
+    Raises:
+        OSError: There is no room for it in the folder.
+    """
+    handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm", dir=folder)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.truncate(_TOTAL)
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(file.fileno(), 0, _TOTAL)
+    except OSError:
+        os.unlink(path)
+        raise
+    return path
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:

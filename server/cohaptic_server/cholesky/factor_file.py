@@ -1,8 +1,8 @@
 """A Cholesky factor as named arrays, for a file or for memory that two processes share, and back.
 
-Its numbers lie in one flat array in single precision, front after front: `lower` column by column,
-as LAPACK takes it without a copy, then `carry` row by row. Single precision halves the memory and
-the time of a solve; what has to be found in double precision is found before.
+Its numbers lie in one flat array, front after front: `lower` column by column, as LAPACK takes it
+without a copy, then `carry` row by row. They are in single precision, which halves the memory and
+the time of a solve, unless what has to be found in double precision is still to come.
 """
 
 from __future__ import annotations
@@ -15,12 +15,17 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor import Factor, FactorFront
-from cohaptic_server.numeric import Ints, Narrow
+from cohaptic_server.numeric import Ints
 
 
-def to_arrays(factor: Factor) -> dict[str, npt.NDArray[Any]]:
-    """All arrays of a factor by name, for `from_arrays`."""
-    values = np.empty(count_values(factor), dtype=np.float32)
+def to_arrays(factor: Factor, precision: type = np.float32) -> dict[str, npt.NDArray[Any]]:
+    """All arrays of a factor by name, for `from_arrays`.
+
+    Args:
+        factor: Of any precision.
+        precision: `np.float32` or `np.float64`, of the numbers.
+    """
+    values = np.empty(count_values(factor), dtype=precision)
     copy_values(factor, values)
     return {**indices_of(factor), "values": values}
 
@@ -43,13 +48,13 @@ def count_values(factor: Factor) -> int:
 
 
 def stored_bytes(fronts: npt.NDArray[Any]) -> int:
-    """Memory of the numbers of a stored factor, by its array `fronts`."""
+    """Memory of the numbers of a factor stored in single precision, by its array `fronts`."""
     table = np.asarray(fronts, dtype=np.int64).reshape(-1, 4)
     own, border, kept = table[:, 0], table[:, 1], table[:, 3] != 0
     return 4 * int((own * (own + border))[kept].sum())
 
 
-def copy_values(factor: Factor, out: Narrow) -> None:
+def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
     """Round the numbers of a factor into `out`, shape (count_values,)."""
     start = 0
     for front in factor.fronts:
@@ -84,8 +89,10 @@ def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[FactorFro
     table = np.asarray(arrays["fronts"], dtype=np.int64).reshape(-1, 4)
     owns = np.split(np.asarray(arrays["own"], dtype=np.int64), np.cumsum(table[:, 0])[:-1])
     borders = np.split(np.asarray(arrays["border"], dtype=np.int64), np.cumsum(table[:, 1])[:-1])
-    values = np.asarray(arrays["values"], dtype=np.float32).reshape(-1)
-    if stored_bytes(table) != values.nbytes:
+    values = np.asarray(arrays["values"]).reshape(-1)
+    if values.dtype != np.float64:
+        values = values.astype(np.float32, copy=False)
+    if stored_bytes(table) != 4 * len(values):
         raise ValueError(f"{len(values)} numbers do not fill its fronts")
     fronts: list[FactorFront] = []
     start = 0

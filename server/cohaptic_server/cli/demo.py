@@ -119,9 +119,12 @@ def _perform(
 ) -> DemoResult:
     """Run the processes of a scene until its end, and compare their recordings."""
     with _recordings_folder(keep) as folder:
-        stage = Stage(scene, folder, serve_arguments)
-        stop = _stop_on_interrupt()
+        console.print("starting the server ...", highlight=False)
+        stage = Stage(
+            scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
+        )
         with stage:
+            stop = _stop_on_interrupt()
             address = page_address(stage.url)
             console.print(f"page {address}", highlight=False)
             if console.is_terminal and browser:

@@ -11,7 +11,7 @@ import math
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -22,7 +22,8 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.scene import Scene
 
-_START = 30.0  # s within which a process must report
+_START = 30.0  # s after which a process that does not report yet is spoken of
+_JOIN = 20.0  # s for which a client tries to reach the server
 _END = 8.0  # s within which a process must end by itself
 
 
@@ -62,13 +63,21 @@ class Process:
             self._first.set()
         self._first.set()
 
-    def first_line(self) -> str:
-        """Wait for the first line of output.
+    def first_line(self, tell: Callable[[str], None] = lambda words: None) -> str:
+        """Wait for the first line of output, as long as the process lives.
+
+        A server whose object could not be stored prepares it once more, which takes minutes.
+
+        Args:
+            tell: Called with what is waited for, where that takes long, and again with its newest
+                words.
 
         Raises:
-            DemoFailed: The process wrote none; the error quotes the last line of its log.
+            DemoFailed: The process ended without any; the error quotes the last line of its log.
         """
-        if not self._first.wait(_START) or not self.first:
+        while not self._first.wait(_START):
+            tell(f"waiting for a process that is still starting: {self.words() or 'no word yet'}")
+        if not self.first:
             raise DemoFailed(f"a process did not start: {self.words() or 'no word from it'}")
         return self.first
 
@@ -113,6 +122,7 @@ class Stage:
         scene: The scene.
         folder: Folder for recordings and logs.
         body: Options of `cohaptic serve` that describe the touched body.
+        tell: Called with what is waited for, where a start takes long.
 
     Attributes:
         users: Clients by name.
@@ -120,8 +130,14 @@ class Stage:
         url: Address of the server.
     """
 
-    def __init__(self, scene: Scene, folder: Path, body: Sequence[str] = ()) -> None:
-        self._scene, self._folder = scene, folder
+    def __init__(
+        self,
+        scene: Scene,
+        folder: Path,
+        body: Sequence[str] = (),
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self._scene, self._folder, self._tell = scene, folder, tell
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
@@ -134,7 +150,7 @@ class Stage:
 
     def __enter__(self) -> Stage:
         try:
-            self.url = self.server.first_line().removeprefix("listening ")
+            self.url = self.server.first_line(self._tell).removeprefix("listening ")
             for user in range(self._scene.users):
                 self.add_user(user)
         except BaseException:
@@ -160,6 +176,8 @@ class Stage:
             "--law", scene.law.value,
             # A plane is enough for hands that do not slide, and costs the least.
             "--geometry", "plane",
+            # A busy machine may be slow to answer the first time; a server that ends is noticed.
+            "--wait", f"{_JOIN:g}",
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
+import sys
 import threading
 from collections import deque
 from concurrent.futures import Future
+from multiprocessing import resource_tracker
 
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.interrupt import uninterrupted
@@ -32,7 +34,6 @@ from cohaptic_server.shell.column_process import (
 
 BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
 _LOG = logging.getLogger(__name__)
-_PATIENCE = 2.0  # s for the process to end by itself, before it is killed
 _TURN = 4  # solves, of which one is a page's where hands want all of them
 
 
@@ -76,6 +77,9 @@ class ColumnWorker:
     def start(self) -> None:
         """Start the process; it becomes ready beside the server."""
         self._filling.start()
+        if sys.platform != "win32":
+            # It would be started within otherwise, and lets signals through again when it is.
+            resource_tracker.ensure_running()
         with uninterrupted():  # Ctrl-C is for the server, which ends it
             self._process.start()
         self._theirs.close()
@@ -112,15 +116,13 @@ class ColumnWorker:
         return found.result()
 
     def stop(self) -> None:
-        """End the process, after its present batch or in the middle of it."""
+        """End the process, wherever it is: it has nothing that would have to be put in order."""
         self._dead = True
         self._give_up()
         self._pipe.close()
         if self._process.pid is not None:
-            self._process.join(_PATIENCE)
-            if self._process.is_alive():
-                self._process.kill()
-                self._process.join()
+            self._process.kill()
+            self._process.join()
 
     def _take(self, answer: int | str) -> None:
         """A count of numbers or bytes that were found, or in words why there will be none."""

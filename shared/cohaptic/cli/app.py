@@ -27,6 +27,9 @@ def main(argv: list[str] | None = None) -> None:
         # An error raised on purpose is shown as one sentence, without a traceback.
         typer.echo(f"cohaptic: {error}", err=True)
         sys.exit(2)
+    except KeyboardInterrupt:
+        # While modules are imported; later on each command ends in its own way.
+        sys.exit(130)
 
 
 def build_app(only: str | None = None) -> typer.Typer:

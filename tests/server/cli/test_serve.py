@@ -149,3 +149,15 @@ def test_a_server_says_where_it_listens_and_ends_cleanly(
     assert news[1].endswith(f" page {address}/")
     assert "stopped after" in news[-1]
     assert len(news) == 3
+
+
+def test_a_start_imports_nothing_that_only_preparing_needs() -> None:
+    """Each takes a third of a second, in the server and again in the process beside its ticks."""
+    check = (
+        "import sys; import cohaptic_server.cli.serve, cohaptic_server.shell.column_process;"
+        "print([m for m in ('trimesh', 'networkx', 'meshio', 'scipy.spatial') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", check], capture_output=True, text=True, timeout=PATIENCE, check=True
+    )
+    assert done.stdout == "[]\n"

@@ -42,7 +42,7 @@ class Checkpoint:
 
     def save(self, factor: Factor) -> None:
         """Keep a factor until `remove`."""
-        save_entry(self._path, _LABEL, factor_file.to_arrays(factor))
+        save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64))
 
     def remove(self) -> None:
         """Forget it: the object is stored."""
