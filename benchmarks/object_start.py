@@ -1,6 +1,6 @@
 """Time and memory to serve an object from a file: prepared once, then started from the store.
 
-    python benchmarks/object_start.py [FILE] [--fix "z < 15%"] [--edge 0.05] [--starts 3]
+    python benchmarks/object_start.py [FILE] [--fix RULE] [--edge 0.05] [--starts 3] [--json FILE]
         [--json FILE]
 
 Preparing is `cohaptic body prepare` with an empty store, a folder that is gone afterwards. A start
