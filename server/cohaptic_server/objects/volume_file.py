@@ -12,6 +12,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.memory_limit import reading_limited
 
 VOLUMES = (".msh", ".vtk", ".vtu")
 
@@ -38,7 +39,7 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
         ) from error
     try:
         # meshio prints, and scripts read a server's output.
-        with contextlib.redirect_stdout(io.StringIO()):
+        with reading_limited(path), contextlib.redirect_stdout(io.StringIO()):
             loaded: Any = read(path)
         x = np.array(loaded.points, dtype=np.float64)
         blocks = [
@@ -51,6 +52,8 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
             counts[str(cells.type)] += len(cells.data)
     except SystemExit as error:  # raised by meshio if no reader accepts the file
         raise BodyError(f"{path}: this is no mesh that can be read") from error
+    except BodyError:
+        raise
     except Exception as error:  # meshio's readers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error

@@ -10,6 +10,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.memory_limit import reading_limited
 from cohaptic_server.objects.surface.three_mf import look_into
 
 _HEAD = 2**16  # bytes that are read for the header of a file
@@ -35,9 +36,10 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
     try:
         # Without trimesh's processing: it drops coordinates that are not finite without a word.
-        loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-            path, force="mesh", process=False
-        )
+        with reading_limited(path):
+            loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+                path, force="mesh", process=False
+            )
         x = unit * np.array(loaded.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(loaded.faces, dtype=np.int64).reshape(-1, 3)
     except ImportError as error:
@@ -45,6 +47,8 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
             f"{path}: reading {path.suffix} needs {error.name or error}; install it with:"
             " pip install 'cohaptic[objects]'"
         ) from error
+    except BodyError:
+        raise
     except Exception as error:  # trimesh's parsers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error

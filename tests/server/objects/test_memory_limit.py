@@ -1,0 +1,70 @@
+"""A file whose counts lie costs an error, and not the memory that it asks for."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.objects.memory_limit import reading_limited
+from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.objects.volume_file import read_volume
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process")
+
+
+def lying_msh(claimed: int) -> bytes:
+    """A Gmsh file of format 4.1 whose one block of nodes says that it has many more."""
+    head = b"$MeshFormat\n4.1 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n$Nodes\n"
+    nodes = struct.pack("<4Q", 1, claimed, 1, claimed) + struct.pack("<3iQ", 3, 1, 0, claimed)
+    return head + nodes + bytes(400) + b"\n$EndNodes\n"
+
+
+def test_a_volume_mesh_with_a_lying_count_is_refused_for_its_memory(tmp_path: Path) -> None:
+    path = tmp_path / "lies.msh"
+    path.write_bytes(lying_msh(2**29))
+    with pytest.raises(BodyError, match=r"would take more than 1.1 GB; the file has 5\d\d bytes"):
+        read_volume(path)
+
+
+def test_a_surface_with_a_lying_count_is_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "lies.ply"
+    path.write_bytes(
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\n"
+        b"property float y\nproperty float z\nelement face 1\n"
+        b"property list uchar int vertex_indices\nend_header\n" + bytes(50)
+    )
+    with pytest.raises(BodyError, match="no mesh that can be read"):
+        read_surface(path)
+
+
+def test_the_limit_ends_with_the_block(tmp_path: Path) -> None:
+    import resource
+
+    path = tmp_path / "small"
+    path.write_bytes(b"1")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    with pytest.raises(BodyError, match="would take more than"), reading_limited(path):
+        np.zeros(2**31, dtype=np.uint8)
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
+    assert len(np.zeros(2**31, dtype=np.uint8)) == 2**31
+
+
+def test_a_lower_limit_stays(tmp_path: Path) -> None:
+    import resource
+
+    path = tmp_path / "small"
+    path.write_bytes(b"1")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    lower = 2**30
+    with reading_limited(path):
+        inner = resource.getrlimit(resource.RLIMIT_AS)[0]
+        resource.setrlimit(resource.RLIMIT_AS, (lower, before[1]))
+        with reading_limited(path):
+            assert resource.getrlimit(resource.RLIMIT_AS)[0] == lower
+    assert inner > lower
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
