@@ -23,6 +23,7 @@ REALTIME_IMPORTS = (
     "cohaptic_client.network.link",
     "cohaptic_server.demo.processes",
     "cohaptic_server.shell",
+    "cohaptic_server.upload.process",
     "multiprocessing",
     "playwright",
     "socket",

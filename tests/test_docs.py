@@ -22,6 +22,7 @@ from cohaptic.protocol import (
     scene,
     scene_surface,
     traversal,
+    upload_messages,
     watch_messages,
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
@@ -162,6 +163,12 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("set_latency,", watch_messages.SetLatency),
         ("watching,", watch_messages.Watching),
         ("latency,", watch_messages.Latency),
+        ("upload_offer,", upload_messages.UploadOffer),
+        ("begin_upload,", upload_messages.BeginUpload),
+        ("examined,", upload_messages.Examined),
+        ("prepare_object,", upload_messages.PrepareObject),
+        ("progress,", upload_messages.Progress),
+        ("prepared,", upload_messages.Prepared),
     ],
 )
 def test_every_field_of_a_control_message_is_described(

@@ -23,6 +23,7 @@ class ServerSettings:
         max_watchers: Most watchers at a time.
         allow_origins: Further origins whose pages may open a websocket, such as
             `https://lab.example`.
+        allow_upload: Whether a page of this machine may bring an object of its own.
 
     Raises:
         SettingError: A value is out of its range.
@@ -37,6 +38,7 @@ class ServerSettings:
     allow_latency: bool = False
     max_watchers: int = 100
     allow_origins: tuple[str, ...] = ()
+    allow_upload: bool = False
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:

@@ -13,11 +13,10 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from cohaptic.compiled import describe, is_complete
+from cohaptic.errors import SettingError
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
@@ -25,9 +24,11 @@ from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.column_worker import ColumnWorker
+from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.server import CohapticServer
+from cohaptic_server.shell.upload_desk import take_uploads
+from cohaptic_server.upload.limits import UploadLimits, in_words
 
 SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
 
@@ -60,6 +61,14 @@ AllowOrigin = Annotated[
     typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
 ]
 
+AllowUpload = Annotated[
+    bool,
+    typer.Option(
+        "--allow-upload",
+        help="Let a page of this machine bring a mesh, which becomes everybody's object.",
+    ),
+]
+
 
 @takes_object
 def serve(
@@ -76,6 +85,7 @@ def serve(
     allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
     allow_origin: AllowOrigin = None,
+    allow_upload: AllowUpload = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -93,9 +103,11 @@ def serve(
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
-        tuple(allow_origin or ()),
+        tuple(allow_origin or ()), allow_upload,
     )  # fmt: skip
     damping = relaxation * simulation_hz
+    if allow_upload and nonlinear:
+        raise SettingError("--allow-upload", "given with --nonlinear", "given without it")
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
@@ -110,22 +122,21 @@ def serve(
             progress=progress,
             late=True,  # a process of its own solves with the factor
         )
-    asyncio.run(until_interrupted(_serve(touched, settings), lifeline=lifeline))
+    asyncio.run(until_interrupted(_serve(touched, settings, damping), lifeline=lifeline))
 
 
-async def _serve(body: Body, settings: ServerSettings) -> None:
-    elastic = body.elastic if isinstance(body, Viscous) else body
-    worker = ColumnWorker(elastic) if isinstance(elastic, Solid) else None
+async def _serve(body: Body, settings: ServerSettings, damping: float) -> None:
+    served = ServedBody(body)
     try:
         # First: the process gets ready while this one does, and hands need not wait for it.
-        if worker is not None:
-            worker.start()
-        server = CohapticServer(body, settings, None if worker is None else worker.green_block)
+        served.start()
+        server = CohapticServer(body, settings, served.solve)
+        if settings.allow_upload:
+            take_uploads(server, served, damping)
         url = await server.start()
-        await _run(server, url, settings, None if worker is None else worker.pump)
+        await _run(server, url, settings, served.pump)
     finally:
-        if worker is not None:
-            worker.stop()
+        served.stop()
 
 
 async def _run(
@@ -146,6 +157,8 @@ async def _run(
     logging.info("page %s", page_address(url))
     if not is_complete("kernels"):
         logging.info("ticks take longer than they need: %s", describe("kernels"))
+    if settings.allow_upload:
+        logging.info("%s", in_words(UploadLimits()))
     if settings.host not in LOOPBACK:
         logging.warning("listening on %s without access control", settings.host)
     # So soon the thread that solves for columns yields to the tick; the default is 5 ms.

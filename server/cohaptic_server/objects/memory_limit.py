@@ -37,7 +37,7 @@ def reading_limited(path: Path) -> Generator[None]:
     except MemoryError as error:
         raise BodyError(
             f"{path}: reading it would take more than {allowed / 1e9:.2g} GB; the file has"
-            f" {path.stat().st_size:,} bytes, so what it says of its size is wrong"
+            f" {path.stat().st_size:,} bytes, and says or unpacks to far more"
         ) from error
 
 

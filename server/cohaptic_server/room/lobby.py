@@ -187,10 +187,12 @@ class Lobby:
                 self._tell_others(peer, left, outcome)
         return outcome
 
-    def stop(self) -> Outcome:
-        """End every session because the server stops."""
+    def stop(
+        self, code: CloseCode = CloseCode.SERVER_STOPS, reason: str = "the server stops"
+    ) -> Outcome:
+        """End every session; without arguments because the server stops."""
         for peer in self.peers:
-            peer.session.stop()
+            peer.session.stop(code, reason)
         return Outcome(list(self.peers))
 
     def _serve_patch(

@@ -64,15 +64,17 @@ class Room:
     Args:
         body: The deformable object.
         settings: Of the server.
+        first_user: Number of the first user; more than those of rooms before.
 
     Attributes:
         world: State after the last tick.
         members: Users in the room, by number.
         patches: Of the last tick, by user.
         frames: Meshes of the body, encoded.
+        next_user: Number of who comes next.
     """
 
-    def __init__(self, body: Body, settings: ServerSettings) -> None:
+    def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
         self.body = body
         self.touched_body = TouchedBody(body)
         self.settings = settings
@@ -80,7 +82,7 @@ class Room:
         self.members: dict[int, Member] = {}
         self.patches: dict[int, Patch] = {}
         self.frames = BodyFrames(self.touched_body)
-        self._next_user = 1
+        self.next_user = first_user
 
     def join(self, hello: Hello, now: float) -> tuple[Welcome, UserJoined, int | None]:
         """Add a user.
@@ -108,8 +110,8 @@ class Room:
             )
         if holder is not None:
             self.leave(holder.user)
-        user = self._next_user
-        self._next_user += 1
+        user = self.next_user
+        self.next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
         self.members[user] = Member(user, hello, now)
         welcome = Welcome(

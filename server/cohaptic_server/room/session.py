@@ -143,10 +143,10 @@ class ServerSession:
         self.send(Error(code=error.code.value, message=str(error)))
         self._end(error.code.value, str(error))
 
-    def stop(self) -> None:
-        """End the session because the server stops."""
+    def stop(self, code: CloseCode, reason: str) -> None:
+        """End the session because the server, or its object, is there no more."""
         if self.state is not State.CLOSED:
-            self._end(CloseCode.SERVER_STOPS.value, "the server stops")
+            self._end(code.value, reason)
 
     @property
     def hears_news(self) -> bool:

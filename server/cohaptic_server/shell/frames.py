@@ -67,6 +67,10 @@ class ClientStream:
         self._opened = False
         self._whole = True
 
+    def allow(self, longest: int) -> None:
+        """From now on let payloads of up to so many bytes wait for their rest."""
+        self._longest = longest
+
     @property
     def opened(self) -> bool:
         """Whether all of the request has come."""

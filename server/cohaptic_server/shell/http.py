@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
@@ -10,13 +11,16 @@ from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
 from cohaptic.clock import Clock
+from cohaptic.protocol.upload_messages import CHUNK, MAX_UPLOAD_TEXT
+from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
-from cohaptic_server.http.origins import may_connect
+from cohaptic_server.http.origins import may_connect, may_upload
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.routes import Answer, BlockNeeded, Request, Site, green_block, text
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.green_blocks import GreenBlocks
+from cohaptic_server.shell.wire import Wire
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
 _PATIENCE = 4.0  # s for a block to be solved, after which the page must ask again
@@ -44,13 +48,26 @@ class Web:
         clock: Clock,
         solve: Callable[[int], bytes] | None = None,
     ) -> None:
-        source = green_source(body)
-        self.model = None if source is None else model_name(source)
         self.ticked = clock.now()
         self._clock = clock
         self._settings = settings
-        self._blocks = None if source is None else GreenBlocks(solve or _solver(source))
-        self._site = Site(load_page(), self.model, len(body.mesh.vertices))
+        self._page = load_page()
+        self._blocks: GreenBlocks | None = None
+        self.serve(body, solve)
+
+    def serve(self, body: Body, solve: Callable[[int], bytes] | None) -> None:
+        """Serve the Green's functions of this body from now on; it takes longer than a tick.
+
+        Args:
+            body: As at the beginning.
+            solve: The same.
+        """
+        source = green_source(body)
+        model = None if source is None else model_name(source)
+        blocks = None if source is None else GreenBlocks(solve or _solver(source))
+        site = Site(self._page, model, len(body.mesh.vertices))
+        self.close()
+        self.model, self._blocks, self._site = model, blocks, site
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Answer a request; None lets it become a websocket."""
@@ -60,6 +77,8 @@ class Web:
         plain_request = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
         if "Upgrade" in headers:
             origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
+            if UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
+                return self._refuse_upload(connection, plain_request, origins, hosts)
             if len(origins) <= 1 and may_connect(
                 origins[0] if origins else None,
                 hosts[0] if len(hosts) == 1 else None,
@@ -77,6 +96,30 @@ class Web:
             assert self._blocks is not None
             answer = green_block(plain_request, await self._blocks.block(answer.vertex, _PATIENCE))
         return _response(answer)
+
+    def _refuse_upload(
+        self,
+        connection: ServerConnection,
+        request: Request,
+        origins: Sequence[str],
+        hosts: Sequence[str],
+    ) -> Response | None:
+        """None lets a connection bring a file."""
+        peer: Any = connection.remote_address
+        if not self._settings.allow_upload:
+            why = "this server takes no files; see --allow-upload\n"
+        elif len(origins) > 1 or not may_upload(
+            origins[0] if origins else None,
+            hosts[0] if len(hosts) == 1 else None,
+            str(peer[0]) if peer else None,
+            allowed=self._settings.allow_origins,
+        ):
+            why = "only the page of this server, on the same machine, may bring a file\n"
+        else:
+            assert isinstance(connection, Wire)
+            connection.allow(max(CHUNK, MAX_UPLOAD_TEXT))
+            return None
+        return _response(text(request, 403, "Forbidden", why))
 
     def close(self) -> None:
         """Cancel the solves that are queued."""

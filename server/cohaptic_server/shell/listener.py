@@ -11,6 +11,7 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from cohaptic.errors import SettingError
+from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
@@ -77,5 +78,7 @@ def _select_subprotocol(
     _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
     """Our subprotocol or another version of it; a browser that gets none hears no reason."""
+    if UPLOAD in offered:
+        return Subprotocol(UPLOAD)
     others = (name for name in offered if name.startswith(FAMILY))
     return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else next(others, None)

@@ -10,13 +10,15 @@ from __future__ import annotations
 import asyncio
 import gc
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Awaitable, Callable, Collection, Mapping
+from functools import partial
 
 from websockets.asyncio.server import Server
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import one_line
+from cohaptic.errors import CloseCode, CohapticError, one_line
+from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
@@ -27,6 +29,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
+from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import listen
 from cohaptic_server.shell.wire import Wire
@@ -50,6 +53,7 @@ class CohapticServer:
         audience: The watchers.
         lobby: Both, as peers.
         meters: Of the ticks since the start, or since somebody put fresh ones here.
+        take_upload: Serves a connection that brings a file; None where none may.
     """
 
     def __init__(
@@ -65,8 +69,12 @@ class CohapticServer:
         self.audience = Audience(self.room, self.web.model)
         self.lobby = Lobby(self.room, self.audience)
         self.meters = TickMeters()
+        self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
         self._connections: dict[Peer, Connection] = {}
         self._listener: Server | None = None
+        self._exchange: Exchange | None = None
+        self._open = asyncio.Event()  # not set while one object makes way for another
+        self._open.set()
 
     @property
     def connections(self) -> Collection[Connection]:
@@ -90,14 +98,15 @@ class CohapticServer:
             before_tick: Called before each tick, to deliver results that were computed beside it;
                 it must not take time.
         """
-        # Objects that exist now stay; a garbage collection that scans them would cost ticks.
-        gc.collect()
-        gc.freeze()
+        _collect_garbage()
         period = self.settings.simulation_period
         pace = Pace(period)
         due = self.clock.now()
         try:
             while True:
+                if self._exchange is not None:
+                    await self._carry_out_exchange(self._exchange)
+                    due = self.clock.now()
                 due, left_out = next_tick(due, self.clock.now(), period)
                 await asyncio.sleep(max(0.0, due - self.clock.now()))
                 started = self.clock.now()
@@ -108,6 +117,52 @@ class CohapticServer:
                 self._show(written)
         finally:
             await self._stop()
+
+    async def exchange(
+        self, build: Callable[[], Body], use: Callable[[Body], Solve | None]
+    ) -> None:
+        """Serve another body from the next tick on; everybody is closed and may come again.
+
+        Args:
+            build: Makes the body, in a thread, while nobody is in the room.
+            use: Called in that thread with the body once it can be served, before anybody comes;
+                returns what `solve` is at the beginning.
+
+        Raises:
+            CohapticError: It could not be made; the body of before is served again.
+        """
+        self._exchange = Exchange(build, use, asyncio.get_running_loop().create_future())
+        await self._exchange.done
+
+    async def _carry_out_exchange(self, wanted: Exchange) -> None:
+        self._open.clear()
+        self._carry_out(self.lobby.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
+        leaving = [connection.closed() for connection in self._connections.values()]
+        await asyncio.gather(*leaving, return_exceptions=True)
+        try:
+            await asyncio.to_thread(self._furnish, wanted)
+        except (CohapticError, MemoryError) as error:
+            log.warning("the object stays: %s", error)
+            wanted.fail(error)
+        else:
+            # Those who have not gone yet belong to the room before.
+            self._connections = {}
+            log.info("the object is %s from now on", self.room.body.name)
+            wanted.succeed()
+        finally:
+            self._exchange = None
+            await asyncio.to_thread(_collect_garbage)
+            self._open.set()
+
+    def _furnish(self, wanted: Exchange) -> None:
+        """Make a room of another body; in a thread, while no tick runs."""
+        body = wanted.build()
+        room = Room(body, self.settings, self.room.next_user)
+        room.frames.prepare()
+        self.web.serve(body, wanted.use(body))
+        self.room = room
+        self.audience = Audience(room, self.web.model)
+        self.lobby = Lobby(room, self.audience)
 
     def tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""
@@ -138,26 +193,35 @@ class CohapticServer:
         self._carry_out(self.lobby.report_scene())
         self.meters.watch_cost.add(self.clock.now() - now)
 
-    def _carry_out(self, outcome: Outcome) -> None:
+    def _carry_out(
+        self, outcome: Outcome, connections: Mapping[Peer, Connection] | None = None
+    ) -> None:
+        connections = self._connections if connections is None else connections
         for line in outcome.log:
             log.log(logging.WARNING if line.warning else logging.INFO, "%s", line.text)
         for peer in outcome.delayed:
-            self._connections[peer].apply_latency()
+            connections[peer].apply_latency()
         for peer in outcome.flush:
-            self._connections[peer].flush()
+            connections[peer].flush()
 
     def connect(self, ws: Wire) -> Connection:
         """Take in a websocket that is open; its small binary messages are heard from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
         peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered)
-        connection = self._connections[peer] = Connection(ws, peer, self.clock, self._take)
+        take = partial(self._take, self.lobby)
+        connection = self._connections[peer] = Connection(ws, peer, self.clock, take)
         ws.deliver = connection.receive_frame
         return connection
 
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
+        if ws.subprotocol == UPLOAD and self.take_upload is not None:
+            await self.take_upload(ws)
+            return
+        await self._open.wait()
         connection = self.connect(ws)
+        lobby, connections = self.lobby, self._connections
         peer, reason = connection.peer, ""
         try:
             connection.flush()
@@ -173,13 +237,13 @@ class CohapticServer:
         finally:
             ws.deliver = None
             connection.take_rest()
-            del self._connections[peer]
-            self._carry_out(self.lobby.disconnect(peer, reason))
+            del connections[peer]
+            self._carry_out(lobby.disconnect(peer, reason), connections)
             await connection.closed()
 
-    def _take(self, connection: Connection, data: Data, arrived: float) -> None:
+    def _take(self, lobby: Lobby, connection: Connection, data: Data, arrived: float) -> None:
         """Handle one message, at the end of its injected delay."""
-        outcome = self.lobby.receive(connection.peer, data, arrived, self.clock.to_wall())
+        outcome = lobby.receive(connection.peer, data, arrived, self.clock.to_wall())
         if outcome is not NOTHING:
             self._carry_out(outcome)
 
@@ -211,3 +275,10 @@ class CohapticServer:
                 await asyncio.wait_for(self._listener.wait_closed(), CLOSE_TIMEOUT)
             except TimeoutError:
                 log.warning("some clients did not answer the close")
+
+
+def _collect_garbage() -> None:
+    """Objects that exist now stay; a garbage collection that scans them would cost ticks."""
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()

@@ -32,6 +32,11 @@ class Wire(ServerConnection):
         self._stream = ClientStream(MAX_INBOUND_BYTES)
         self._waiting = 0  # messages that the library has and the handler has not taken
 
+    def allow(self, longest: int) -> None:
+        """Take messages of up to so many bytes on this connection."""
+        self._stream.allow(longest)
+        self.protocol.max_message_size = longest
+
     def taken(self) -> None:
         """The handler is done with a message of `recv`."""
         self._waiting -= 1

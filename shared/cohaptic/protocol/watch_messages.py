@@ -108,6 +108,7 @@ class Watching(ControlMessage):
         users: Users who joined before.
         allow_latency: Whether `set_latency` is allowed.
         allow_fixed_gains: Whether those who touch may choose their gains.
+        allow_upload: Whether a page of this machine may bring an object of its own.
     """
 
     type: Literal["watching"] = "watching"
@@ -119,6 +120,7 @@ class Watching(ControlMessage):
     users: tuple[WatchedUser, ...]
     allow_latency: bool
     allow_fixed_gains: bool
+    allow_upload: bool = False
 
 
 class Latency(ControlMessage):

@@ -213,12 +213,12 @@ def test_a_patch_that_the_wire_cannot_carry_is_left_out_and_ends_neither_session
 
 def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
     session = session_in(State.JOINED)
-    session.stop()
+    session.stop(CloseCode.SERVER_STOPS, "the server stops")
     assert session.close == (CloseCode.SERVER_STOPS.value, "the server stops")
     failed = session_in(State.JOINED)
     failed.receive("{", 0.0)
     first = failed.close
-    failed.stop()
+    failed.stop(CloseCode.SERVER_STOPS, "the server stops")
     failed.fail(RemoteProtocolError("later", 1, "nothing"))
     assert failed.close == first
 

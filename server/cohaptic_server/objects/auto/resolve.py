@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, astuple, replace
+from pathlib import Path
 
 import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import diagnose
 from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
 from cohaptic_server.objects.build import expected_cost
@@ -44,23 +46,33 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
         BodyError: The file cannot be read, or is far too large.
         SettingError: A rule says what is held and cannot be understood, or holds nothing.
     """
-    path = source.path
-    check_file(path)
-    is_volume = path.suffix.lower() in VOLUMES
-    if is_volume:
-        x, tets = read_volume(path)
-        faces = boundary(tets)
-    else:
-        count = count_triangles(path)
-        if count > MAX_READ:
-            raise BodyError(
-                f"{path}: {count:,} triangles; the limit is {MAX_READ:,}. Simplify it first"
-            )
-        x, faces = read_surface(path)
+    x, faces = read_outside(source.path)
+    is_volume = source.path.suffix.lower() in VOLUMES
     found = diagnose(source, x, faces, scale_given=scale_given, is_volume=is_volume)
     # A rule with a slip of the pen is told before the long part, not after it.
     fixed_vertices(found.source, x[np.unique(faces)] * found.source.scale)
     return found
+
+
+def read_outside(path: Path) -> tuple[Floats, Ints]:
+    """Surface of the object in a file: vertices, shape (n, 3), and triangles, shape (m, 3).
+
+    Args:
+        path: Of a surface, or of a volume mesh, whose boundary is taken.
+
+    Raises:
+        BodyError: The file cannot be read, or is far too large.
+    """
+    check_file(path)
+    if path.suffix.lower() in VOLUMES:
+        x, tets = read_volume(path)
+        return x, boundary(tets)
+    count = count_triangles(path)
+    if count > MAX_READ:
+        raise BodyError(
+            f"{path}: {count:,} triangles; the limit is {MAX_READ:,}. Simplify it first"
+        )
+    return read_surface(path)
 
 
 def resolve(

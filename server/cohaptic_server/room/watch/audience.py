@@ -65,6 +65,7 @@ class Audience:
                 users=tuple(WatchedUser(user=m.user, name=m.hello.name) for m in members),
                 allow_latency=settings.allow_latency,
                 allow_fixed_gains=settings.allow_fixed_gains,
+                allow_upload=settings.allow_upload,
             )
         )
 

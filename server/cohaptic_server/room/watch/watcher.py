@@ -173,9 +173,9 @@ class Watcher:
             self.send(Error(code=error.code.value, message=str(error)))
             self.close = close_frame(error.code.value, str(error))
 
-    def stop(self) -> None:
-        """End the session because the server stops."""
-        self.close = self.close or (CloseCode.SERVER_STOPS.value, "the server stops")
+    def stop(self, code: CloseCode, reason: str) -> None:
+        """End the session because the server, or its object, is there no more."""
+        self.close = self.close or (code.value, reason)
 
     def _acknowledge(self, ack: Ack) -> None:
         if ack.tick > self._sent_tick:

@@ -260,10 +260,10 @@ def test_one_that_lets_events_pile_up_is_closed() -> None:
 
 def test_a_server_that_stops_says_so_and_forgets_no_earlier_end() -> None:
     made = watcher()
-    made.stop()
+    made.stop(CloseCode.SERVER_STOPS, "the server stops")
     assert made.close == (CloseCode.SERVER_STOPS.value, "the server stops")
     other = watcher()
     other.receive("{", 0.0)
     first = other.close
-    other.stop()
+    other.stop(CloseCode.SERVER_STOPS, "the server stops")
     assert other.close == first

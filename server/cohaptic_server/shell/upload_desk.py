@@ -1,0 +1,179 @@
+"""Connections that bring a mesh file: one upload at a time, in a worker process of its own.
+
+The conversation waits for the visitor and for the worker, and never for both at once. A thread
+makes the calls that may wait, so that the tick's does not; if the visitor goes, the worker ends.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import shlex
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from cohaptic.errors import CloseCode, CohapticError, ProtocolError, RemoteProtocolError, one_line
+from cohaptic.protocol.messages import Error, encode_control
+from cohaptic.protocol.upload_messages import (
+    BeginUpload,
+    Prepared,
+    PrepareObject,
+    Progress,
+    UploadOffer,
+)
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import KINDS
+from cohaptic_server.room.session import close_frame
+from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.server import CohapticServer
+from cohaptic_server.shell.upload_talk import Caller, follow, next_request, pass_on
+from cohaptic_server.shell.wire import Wire
+from cohaptic_server.upload.kept_files import kind_of
+from cohaptic_server.upload.limits import UploadLimits
+from cohaptic_server.upload.process import UploadFailed, WorkerProcess
+
+log = logging.getLogger("cohaptic.server")
+
+_MAX_WAITING = 8  # connections that have not begun, or wait for their close
+_GREETING = 10.0  # s for the first message
+Open = Callable[[ObjectFile], Awaitable[None]]
+
+
+class UploadDesk:
+    """Takes files from visitors.
+
+    Args:
+        open_object: Makes a prepared object that of the server.
+        limits: Of one upload.
+
+    Attributes:
+        worker: Of the upload that runs; None without one.
+        busy: Whether there is one.
+    """
+
+    def __init__(self, open_object: Open, limits: UploadLimits | None = None) -> None:
+        self.limits = limits or UploadLimits()
+        self.worker: WorkerProcess | None = None
+        self._open_object = open_object
+        self.busy = False
+        self._connections = 0
+
+    async def serve(self, ws: Wire) -> None:
+        """Serve one connection to its end; whatever goes wrong is one sentence to it alone."""
+        self._connections += 1
+        try:
+            if self._connections > _MAX_WAITING:
+                limit = f"at most {_MAX_WAITING}"
+                raise RemoteProtocolError("uploads", "too many", limit, CloseCode.ROOM_FULL)
+            await self._serve(ws)
+            await ws.close(1000)
+        except ProtocolError as error:
+            await _refuse(ws, error.code, str(error))
+        except TimeoutError:
+            await _refuse(ws, CloseCode.UPLOAD_FAILED, "the time of this upload is over")
+        except CohapticError as error:
+            log.info("an upload came to nothing: %s", one_line(str(error), 200))
+            await _refuse(ws, CloseCode.UPLOAD_FAILED, str(error))
+        except ConnectionClosed:
+            pass
+        finally:
+            self._connections -= 1
+
+    async def _serve(self, ws: Wire) -> None:
+        limits = self.limits
+        offer = UploadOffer(
+            kinds=KINDS,
+            max_bytes=limits.file,
+            max_memory=limits.memory,
+            max_seconds=limits.prepare,
+        )
+        await ws.send(encode_control(offer))
+        begin = await next_request(ws, BeginUpload, _GREETING)
+        if kind_of(begin.name) not in KINDS:
+            kind = kind_of(begin.name) or "(none)"
+            raise UploadFailed(
+                f"files of kind {kind[:16]} are not read; these are: {' '.join(KINDS)}"
+            )
+        if begin.size > limits.file:
+            raise UploadFailed(
+                f"the file has {begin.size / 2**20:,.1f} MiB; the limit is"
+                f" {limits.file / 2**20:g} MiB. Simplify it first"
+            )
+        if self.busy:
+            raise UploadFailed("another object is being prepared here; try again in a minute")
+        self.busy = True
+        try:
+            async with self._working(begin.name) as call:
+                await self._converse(ws, begin, call)
+        finally:
+            self.busy = False
+
+    @contextlib.asynccontextmanager
+    async def _working(self, name: str) -> AsyncGenerator[Caller]:
+        """A worker, and its end whatever happens."""
+        thread = ThreadPoolExecutor(1, "upload")
+        call = Caller(thread)
+        try:
+            self.worker = await call(lambda: WorkerProcess(self.limits, name))
+            yield call
+        finally:
+            worker, self.worker = self.worker, None
+            if worker is not None:
+                worker.kill()  # a call that waits for it returns now
+                await asyncio.shield(call(worker.close))
+            thread.shutdown(wait=False)
+
+    async def _converse(self, ws: Wire, begin: BeginUpload, call: Caller) -> None:
+        limits, worker = self.limits, self.worker
+        assert worker is not None
+        try:
+            async with asyncio.timeout(limits.receive):
+                await pass_on(ws, begin.size, worker, call)
+        except TimeoutError as error:
+            words = f"the file did not come within {limits.receive:g} s"
+            raise UploadFailed(words) from error
+        await follow(ws, worker, call, limits.examine, "reading it")
+        wish = await next_request(ws, PrepareObject, limits.decide)
+        fields: dict[str, Any] = wish.model_dump(exclude={"type"})
+        await call(lambda: worker.send_wish(**fields))
+        source = await follow(ws, worker, call, limits.prepare, "preparing it")
+        if source is None:
+            raise UploadFailed("what reads it says nothing that can be understood")
+        await ws.send(encode_control(Progress(phase="opening", share=0.0)))
+        await self._open_object(source)
+        arguments = ["cohaptic", "serve", "--body", str(source.path), *source.to_arguments()]
+        await ws.send(encode_control(Prepared(command=shlex.join(arguments))))
+
+
+async def _refuse(ws: Wire, code: CloseCode, why: str) -> None:
+    with contextlib.suppress(ConnectionClosed):
+        await ws.send(encode_control(Error(code=code.value, message=why)))
+        await ws.close(*close_frame(code.value, why))
+
+
+def take_uploads(server: CohapticServer, served: ServedBody, damping: float) -> UploadDesk:
+    """Let visitors bring objects to a server.
+
+    Args:
+        server: Of the object.
+        served: Its body.
+        damping: B_o over K_o of every object.
+    """
+
+    async def open_object(source: ObjectFile) -> None:
+        def made() -> Body:
+            solid = build_solid(source)
+            return Viscous(solid, damping) if damping else solid
+
+        await server.exchange(made, served.use)
+
+    desk = UploadDesk(open_object)
+    server.take_upload = desk.serve
+    return desk

@@ -1,0 +1,52 @@
+"""The files that came and became objects, beside what was prepared of them."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+
+from cohaptic_server.objects.store.cache import cache_folder
+
+_KEPT = 8  # files; the oldest go first
+
+
+def uploads_folder() -> Path:
+    """Where they are."""
+    return cache_folder() / "uploads"
+
+
+def keep(content: bytes, name: str, kind: str) -> Path:
+    """Write a file where it stays; returns its path.
+
+    Args:
+        content: Of the file.
+        name: As the visitor has it; what of it is no letter or digit is left out.
+        kind: Suffix, with the point.
+    """
+    folder = uploads_folder()
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    digest = hashlib.sha256(content).hexdigest()[:8]
+    path = folder / f"{plain_name(name)}-{digest}{kind}"
+    part = path.with_suffix(".part")
+    part.write_bytes(content)
+    part.replace(path)
+    kept = sorted(folder.iterdir(), key=lambda file: file.stat().st_mtime)
+    for old in kept[: max(0, len(kept) - _KEPT)]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def plain_name(name: str) -> str:
+    """A name of letters and digits alone, which leads to no other folder.
+
+    Args:
+        name: Whatever the visitor's file is called.
+    """
+    stem = re.split(r"[\\/]", name)[-1].rpartition(".")[0]
+    return re.sub(r"[^A-Za-z0-9]+", "-", stem).strip("-")[:30] or "object"
+
+
+def kind_of(name: str) -> str:
+    """Suffix of a visitor's file, in small letters and with the point; empty without one."""
+    return "." + name.rpartition(".")[2].lower() if "." in name else ""

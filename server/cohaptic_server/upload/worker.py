@@ -1,0 +1,151 @@
+"""The process that reads and prepares one file that came.
+
+It is started as `python -m cohaptic_server.upload.worker LIMITS` by `process.py`. It limits itself
+first, then takes the file from its standard input, answers with what is in it, and on request
+prepares it into the store. It ends when its input does. Standard output belongs to the messages:
+whatever a library prints goes nowhere.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CohapticError, one_line
+from cohaptic_server.upload.confine import confine
+from cohaptic_server.upload.kept_files import keep, kind_of
+from cohaptic_server.upload.pipe import DATA, PipeEnded, fields_of, receive, send, send_text
+
+_TELL_EVERY = 0.2  # s between two words on the same phase
+_LONGEST = 1500  # characters of an error
+
+
+def main() -> None:
+    """Serve one upload, with the limits that the command line says as JSON."""
+    limits: dict[str, Any] = json.loads(sys.argv[1])
+    confine(limits["memory"], limits["cpu"], limits["memory"])
+    incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    try:
+        _serve(incoming, outgoing, limits)
+    except PipeEnded:
+        pass  # the server has no more use for this process
+    # Without the end of the interpreter, in which a thread of a library may wait for another.
+    os._exit(0)
+
+
+def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> None:
+    """Take the file, examine it, and prepare it as often as is asked."""
+    name = str(fields_of(receive(incoming)[1])["name"])
+    content = _file(incoming)
+    with tempfile.TemporaryDirectory(prefix="cohaptic-") as folder:
+        path = Path(folder) / f"object{kind_of(name)}"
+        path.write_bytes(content)
+        step = _Step(outgoing, name, path)
+        if not step.done(lambda: _examine(path, outgoing, limits["preview"])):
+            return
+    wish = fields_of(receive(incoming)[1])
+    kept = keep(content, name, kind_of(name))
+    del content
+    step = _Step(outgoing, name, kept)
+    if not step.done(lambda: _prepare(kept, wish, outgoing, limits["budget"])):
+        kept.unlink(missing_ok=True)
+
+
+def _file(incoming: IO[bytes]) -> bytes:
+    """The pieces of the file, up to the empty one."""
+    pieces: list[bytes] = []
+    while True:
+        kind, piece = receive(incoming)
+        if kind != DATA:
+            raise PipeEnded("no piece of a file")
+        if not piece:
+            return b"".join(pieces)
+        pieces.append(piece)
+
+
+def _examine(path: Path, outgoing: IO[bytes], triangles: int) -> None:
+    # Only now, within the limits, are the readers imported.
+    from cohaptic_server.upload.examine import examine
+
+    preview = examine(path, triangles)
+    send_text(outgoing, event="examined", message=preview.examined.model_dump_json())
+    send(outgoing, DATA, preview.surface.encode())
+
+
+def _prepare(path: Path, wish: dict[str, Any], outgoing: IO[bytes], budget: float) -> None:
+    from cohaptic_server.bodies.solid.shape import SolidSettings
+    from cohaptic_server.objects.auto.resolve import resolve
+    from cohaptic_server.objects.build import build
+    from cohaptic_server.objects.object_file import ObjectFile
+    from cohaptic_server.upload.described import to_fields
+
+    material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
+    source = ObjectFile(path, str(wish["fix"]), material=material)
+    tell = _teller(outgoing)
+    source = resolve(source, tell, memory=budget).source
+    build(source, tell)
+    send_text(outgoing, event="prepared", source=to_fields(source))
+
+
+class _Step:
+    """Runs a part of the work, and makes one sentence of whatever ends it.
+
+    Args:
+        outgoing: Where the sentence goes.
+        name: Of the file, in the sentence.
+        path: That the error says in its place.
+    """
+
+    def __init__(self, outgoing: IO[bytes], name: str, path: Path) -> None:
+        self._outgoing = outgoing
+        self._name = one_line(name, 80)
+        self._path = str(path)
+
+    def done(self, work: Callable[[], None]) -> bool:
+        """Do it; whether it went well."""
+        try:
+            work()
+        except PipeEnded:
+            raise
+        except MemoryError:
+            why = "it takes more memory than an upload may have here"
+        except RecursionError:
+            why = "its parts lie too deep in each other to be read"
+        except CohapticError as error:
+            why = str(error)
+        except Exception as error:  # of a library, which did not foresee this file
+            why = f"it cannot be read ({type(error).__name__}: {error})"
+        else:
+            return True
+        said = why.replace(f"{self._path}: ", "").replace(self._path, self._name)
+        send_text(self._outgoing, event="failed", why=f"{self._name}: {said[:_LONGEST]}")
+        return False
+
+
+def _teller(outgoing: IO[bytes]) -> Callable[[str, float], None]:
+    """A progress that goes out when the phase changes, and now and then within one."""
+    clock = SystemClock()
+    last = ("", 0.0)
+
+    def tell(phase: str, share: float) -> None:
+        nonlocal last
+        now = clock.now()
+        if phase == last[0] and now - last[1] < _TELL_EVERY:
+            return
+        last = (phase, now)
+        send_text(outgoing, event="progress", phase=phase, share=min(1.0, max(0.0, share)))
+
+    return tell
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""Messages of a connection that brings a mesh file to a server, as JSON text.
+
+client -> server    begin_upload, the file as binary messages, prepare_object
+server -> client    upload_offer, examined and a rest mesh, progress, prepared; or error
+
+The subprotocol is one of its own: the messages of those who touch and watch do not change with it.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter
+
+from cohaptic.protocol.messages import ControlMessage, Error, decode_text
+
+SUBPROTOCOL = "cohaptic.upload.v1"
+CHUNK = 32 * 1024  # bytes of the file in one message
+MAX_RULE = 16_384  # characters of a rule that says what is held; a painted region is a long one
+MAX_UPLOAD_TEXT = 24_576  # characters of the longest message, that with such a rule
+MAX_FINDINGS = 32
+
+Words = Annotated[str, Field(max_length=600)]
+
+
+class UploadOffer(ControlMessage):
+    """What the server takes, as it says at once.
+
+    Args:
+        kinds: Suffixes of files, with the point.
+        max_bytes: Of a file.
+        max_memory: Of the process that reads and prepares it [bytes].
+        max_seconds: Of the preparation [s].
+    """
+
+    type: Literal["upload_offer"] = "upload_offer"
+    kinds: tuple[str, ...]
+    max_bytes: int
+    max_memory: int
+    max_seconds: float
+
+
+class BeginUpload(ControlMessage):
+    """The file that follows, in binary messages.
+
+    Args:
+        name: Of the file, for people: no path is made of it.
+        size: In bytes.
+    """
+
+    type: Literal["begin_upload"] = "begin_upload"
+    name: str = Field(min_length=1, max_length=200)
+    size: int = Field(ge=1, lt=2**40)
+
+
+class Finding(ControlMessage):
+    """Something that is wrong with the file, or could be better.
+
+    Args:
+        problem: What, a phrase.
+        remedy: What is done about it, a phrase.
+    """
+
+    problem: Words
+    remedy: Words
+
+
+class Examined(ControlMessage):
+    """What is in the file; a rest mesh frame follows, simplified where the surface is fine.
+
+    Args:
+        findings: All of them.
+        fix: Rule of the proposed part that is held.
+        triangles: Of the surface in the file.
+    """
+
+    type: Literal["examined"] = "examined"
+    findings: tuple[Finding, ...] = Field(max_length=MAX_FINDINGS)
+    fix: str = Field(max_length=MAX_RULE)
+    triangles: int = Field(ge=1, lt=2**40)
+
+
+class PrepareObject(ControlMessage):
+    """Make the object of the file.
+
+    Args:
+        fix: Rule that says what is held.
+        young: Young's modulus E [Pa].
+        poisson: Poisson's ratio.
+    """
+
+    type: Literal["prepare_object"] = "prepare_object"
+    fix: str = Field(min_length=1, max_length=MAX_RULE)
+    young: float = Field(ge=100.0, le=1e8)
+    poisson: float = Field(default=0.45, ge=0.0, le=0.499)
+
+
+class Progress(ControlMessage):
+    """How far it is.
+
+    Args:
+        phase: In a word or two.
+        share: Of the phase, 0 to 1.
+    """
+
+    type: Literal["progress"] = "progress"
+    phase: str = Field(max_length=80)
+    share: float = Field(ge=0.0, le=1.0)
+
+
+class Prepared(ControlMessage):
+    """The object is served: everybody who was there is closed with 4410 and may come again.
+
+    Args:
+        command: That serves it again.
+    """
+
+    type: Literal["prepared"] = "prepared"
+    command: str
+
+
+UploadRequest = BeginUpload | PrepareObject
+UploadAnswer = UploadOffer | Examined | Progress | Prepared | Error
+
+_CLIENT: TypeAdapter[UploadRequest] = TypeAdapter(
+    Annotated[UploadRequest, Field(discriminator="type")]
+)
+_SERVER: TypeAdapter[UploadAnswer] = TypeAdapter(
+    Annotated[UploadAnswer, Field(discriminator="type")]
+)
+
+
+def decode_upload_request(text: str) -> UploadRequest:
+    """The message of a client; raises RemoteProtocolError for any invalid text."""
+    return decode_text(_CLIENT, text, MAX_UPLOAD_TEXT)
+
+
+def decode_upload_answer(text: str) -> UploadAnswer:
+    """The message of a server; raises RemoteProtocolError for any invalid text."""
+    return decode_text(_SERVER, text, MAX_UPLOAD_TEXT)
