@@ -17,11 +17,12 @@ const ORDER: readonly (readonly string[])[] = [
   ["protocol"],
   ["touch/loop"],
   ["touch/network"],
-  ["touch", "watch"],
+  ["touch", "upload", "watch"],
   ["view/body", "view/pointing"],
   ["view"],
   ["ui/plots"],
   ["ui"],
+  ["ui/upload"],
   ["tour"],
   ["page"],
 ];

@@ -23,6 +23,7 @@ from cohaptic_server.upload.kept_files import keep, kind_of
 from cohaptic_server.upload.pipe import DATA, PipeEnded, fields_of, receive, send, send_text
 
 _TELL_EVERY = 0.2  # s between two words on the same phase
+_READABLE = 100  # characters of a rule
 _LONGEST = 1500  # characters of an error
 
 
@@ -53,9 +54,12 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
         if not step.done(lambda: _examine(path, outgoing, limits["preview"])):
             return
     wish = fields_of(receive(incoming)[1])
+    # A painted region is a long rule, which nobody would read in an error.
+    rule = str(wish["fix"])
+    long_rule = repr(rule) if len(rule) > _READABLE else ""
     kept = keep(content, name, kind_of(name))
     del content
-    step = _Step(outgoing, name, kept)
+    step = _Step(outgoing, name, kept, long_rule)
     if not step.done(lambda: _prepare(kept, wish, outgoing, limits["budget"])):
         kept.unlink(missing_ok=True)
 
@@ -103,12 +107,14 @@ class _Step:
         outgoing: Where the sentence goes.
         name: Of the file, in the sentence.
         path: That the error says in its place.
+        painted: Rule that is too long to be said; empty without one.
     """
 
-    def __init__(self, outgoing: IO[bytes], name: str, path: Path) -> None:
+    def __init__(self, outgoing: IO[bytes], name: str, path: Path, painted: str = "") -> None:
         self._outgoing = outgoing
         self._name = one_line(name, 80)
         self._path = str(path)
+        self._painted = painted
 
     def done(self, work: Callable[[], None]) -> bool:
         """Do it; whether it went well."""
@@ -127,6 +133,8 @@ class _Step:
         else:
             return True
         said = why.replace(f"{self._path}: ", "").replace(self._path, self._name)
+        if self._painted:
+            said = said.replace(self._painted, "what was painted")
         send_text(self._outgoing, event="failed", why=f"{self._name}: {said[:_LONGEST]}")
         return False
 

@@ -42,9 +42,9 @@ def cube(size: float = 0.1) -> bytes:
     return whole.getvalue()
 
 
-def block_vtu() -> bytes:
+def block_vtu(cells: int = 3) -> bytes:
     """A block of few tetrahedra, which needs no filling: it is prepared in a second."""
-    tets = block((0.1, 0.1, 0.1), (3, 3, 3))
+    tets = block((0.1, 0.1, 0.1), (cells, cells, cells))
     whole: Any = meshio.Mesh(tets.vertices, [("tetra", tets.tets)])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "block.vtu"

@@ -77,6 +77,8 @@ export interface WatchInfo {
   readonly model: string | null;
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
+  /** Whether a page of the server's machine may bring an object. */
+  readonly allow_upload: boolean;
 }
 
 export type Encoding = "frames" | "forces";

@@ -17,6 +17,7 @@ export interface PageActions {
   readonly own: OwnHand;
   readonly tour: Pick<TourRunner, "running" | "yield">;
   readonly help: Help;
+  readonly upload: { readonly dialog: { readonly root: HTMLDialogElement } };
   /** Bring the visitor's hand into the room, or take it out. */
   touch(on: boolean): void;
   toggleTour(): void;
@@ -34,7 +35,7 @@ export function attachControls(page: PageActions, host: HTMLElement): void {
     const target = event.target instanceof HTMLElement ? event.target : null;
     const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
-    if (action === null || (page.help.root.open && action !== "help")) return;
+    if (action === null || page.upload.dialog.root.open || (page.help.root.open && action !== "help")) return;
     if (event.repeat && action === "press") {
       event.preventDefault();
       return;

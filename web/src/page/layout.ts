@@ -10,6 +10,7 @@ export interface Parts {
   readonly notice: HTMLElement;
   readonly tour: HTMLElement;
   readonly help: HTMLElement;
+  readonly upload: HTMLElement;
 }
 
 export interface Layout {
@@ -40,7 +41,7 @@ export function layOut(parts: Parts): Layout {
     parts.dock,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.panel, parts.help, live);
+  const root = el("div", { class: "app" }, skip, stage, parts.panel, parts.help, parts.upload, live);
   return { root, host, live };
 }
 

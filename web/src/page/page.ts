@@ -24,6 +24,7 @@ import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
 import { SleepDetector } from "./sleep_detector";
 import { TourRunner } from "./tour_runner";
+import { UploadDesk } from "./upload_desk";
 
 const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
@@ -44,6 +45,7 @@ export class Page {
   readonly tour: TourRunner;
   readonly dock: Dock;
   readonly help = new Help();
+  readonly upload: UploadDesk;
   readonly panel: Panel;
   /** Null without WebGL: everything else goes on. */
   readonly stage: Stage | null;
@@ -68,6 +70,7 @@ export class Page {
   constructor({ address, openStore, startTouch }: PageSettings) {
     this.address = address;
     this.own = new OwnHand(startTouch);
+    this.upload = new UploadDesk(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
     this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); });
@@ -85,6 +88,7 @@ export class Page {
       theme: () => { this.theme.switch(); },
       panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
       help: () => { this.help.toggle(); },
+      upload: () => { this.upload.open(); },
     });
     this.tour = new TourRunner({
       store: () => this.store,
@@ -99,7 +103,7 @@ export class Page {
     });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.tour.card.root, help: this.help.root,
+      notice: this.bar.root, tour: this.tour.card.root, help: this.help.root, upload: this.upload.dialog.root,
     });
     this.root = layout.root;
     this.announcer = new Announcer(layout.live);
@@ -153,6 +157,7 @@ export class Page {
     this.sceneView?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish && this.store.info !== null) this.touch(true);
+    this.upload.allow(this.store.info?.allow_upload === true);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.announcer.news(this.store.events);
     this.write(performance.now() / 1000);

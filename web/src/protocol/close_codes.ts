@@ -9,6 +9,8 @@ export const ABNORMAL = 1006;
 export const BAD_MESSAGE = 4400;
 /** The name is in use in this room. */
 export const NAME_TAKEN = 4409;
+/** The server has another object from now on. */
+export const OBJECT_CHANGED = 4410;
 /** The server speaks another version of the protocol. */
 export const WRONG_VERSION = 4426;
 /** No place is left, to touch or to watch. */

@@ -79,6 +79,7 @@ export interface Watching {
   readonly users: readonly { readonly user: number; readonly name: string }[];
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
+  readonly allow_upload: boolean;
 }
 
 export type ServerControl =
@@ -161,6 +162,7 @@ function watching(f: Fields): Watching {
     }),
     allow_latency: flag(f, "allow_latency"),
     allow_fixed_gains: flag(f, "allow_fixed_gains"),
+    allow_upload: flag(f, "allow_upload"),
   };
 }
 

@@ -1,7 +1,7 @@
 /** The line on top: the name of the body, the state of the connection, and buttons for the view. */
 
 import type { SceneStore } from "../model/scene";
-import { el, iconButton, say } from "./dom";
+import { el, iconButton, say, show } from "./dom";
 import { icon } from "./icons";
 
 export interface ToolbarActions {
@@ -11,11 +11,13 @@ export interface ToolbarActions {
   readonly theme: () => void;
   readonly panel: () => void;
   readonly help: () => void;
+  readonly upload: () => void;
 }
 
 export class Toolbar {
   readonly root: HTMLElement;
   readonly panelButton: HTMLButtonElement;
+  private readonly uploadButton: HTMLButtonElement;
   private readonly room = el("span", { class: "room" });
   private readonly lamp = el("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
 
@@ -28,6 +30,8 @@ export class Toolbar {
       el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
     );
     this.panelButton = iconButton(icon("panel"), "Hands and plots", "", actions.panel);
+    this.uploadButton = iconButton(icon("upload"), "An object of your own", "", actions.upload);
+    this.uploadButton.hidden = true;
     const full = iconButton(icon("full"), "Full screen", "F", actions.full);
     // Some phones have no full screen.
     full.hidden = !document.fullscreenEnabled;
@@ -39,6 +43,7 @@ export class Toolbar {
       this.room,
       el("span", { class: "spring" }),
       tour,
+      this.uploadButton,
       iconButton(icon("reset"), "First view again", "R", actions.reset),
       full,
       iconButton(icon("sun"), "Day or night", "D", actions.theme),
@@ -51,6 +56,7 @@ export class Toolbar {
     const info = store.info;
     const hz = info === null ? "" : ` \u00b7 ${Math.round(1 / info.simulation_period)} Hz`;
     say(this.room, info === null ? "" : `${info.body.name}${hz}`);
+    show(this.uploadButton, info?.allow_upload === true);
     this.lamp.dataset["phase"] = store.status.phase;
   }
 }

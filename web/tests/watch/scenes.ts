@@ -124,4 +124,5 @@ export const WATCHING = {
   users: [{ user: 1, name: "ana" }],
   allow_latency: true,
   allow_fixed_gains: false,
+  allow_upload: false,
 };

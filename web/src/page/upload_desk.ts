@@ -1,0 +1,80 @@
+/** Brings a visitor's object to the server: the dialog, the picture, the connection, and files that are dropped. */
+
+import { socketUrl } from "../address";
+import { UPLOAD_SUBPROTOCOL } from "../upload/messages";
+import { UploadDialog } from "../ui/upload/dialog";
+import { UploadClient, type UploadNews } from "../upload/client";
+import { Preview } from "../view/preview";
+
+export class UploadDesk {
+  readonly dialog: UploadDialog;
+  private preview: Preview | null = null;
+  private client: UploadClient | null = null;
+  private allowed = false;
+
+  /** @param address Of the server, http: or https:. */
+  constructor(private readonly address: string) {
+    this.dialog = new UploadDialog({
+      chosen: (file) => { this.bring(file); },
+      prepare: (rule, young) => { this.client?.prepare(rule, young); },
+      cancel: () => { this.cancel(); },
+      held: (layer) => { this.preview?.hold(layer === null ? { by: "paint" } : { by: "layer", layer }); },
+      cleared: () => { this.preview?.refresh(); },
+    });
+    addEventListener("dragover", (event) => { this.over(event); });
+    addEventListener("dragleave", () => { this.dialog.root.classList.remove("over"); });
+    addEventListener("drop", (event) => { this.dropped(event); });
+  }
+
+  /** Whether the server takes files. */
+  allow(allowed: boolean): void {
+    this.allowed = allowed;
+  }
+
+  open(): void {
+    if (this.allowed) this.dialog.open();
+  }
+
+  private over(event: DragEvent): void {
+    if (!this.allowed || event.dataTransfer?.types.includes("Files") !== true) return;
+    event.preventDefault();
+    this.dialog.open();
+    this.dialog.root.classList.add("over");
+  }
+
+  private dropped(event: DragEvent): void {
+    const [file] = event.dataTransfer?.files ?? [];
+    if (!this.allowed || file === undefined) return;
+    event.preventDefault();
+    this.dialog.root.classList.remove("over");
+    this.dialog.open();
+    this.bring(file);
+  }
+
+  private bring(file: File): void {
+    this.cancel();
+    this.dialog.news({ type: "sending", share: 0 });
+    this.client = new UploadClient(file, {
+      later: (seconds, action) => { setTimeout(action, 1000 * seconds); },
+      socket: () => new WebSocket(socketUrl(this.address), UPLOAD_SUBPROTOCOL),
+    }, (news) => { this.hear(news); });
+  }
+
+  private hear(news: UploadNews): void {
+    this.dialog.news(news);
+    if (news.type !== "shown") return;
+    // The picture takes a context of the graphics: made for those who bring something.
+    this.preview ??= new Preview(this.dialog.host, () => { this.dialog.refresh(); });
+    this.preview.show(news.mesh);
+    this.dialog.refresh(this.preview.painting);
+    this.dialog.news(news);
+    this.preview.run(true);
+  }
+
+  private cancel(): void {
+    this.client?.cancel();
+    this.client = null;
+    this.preview?.run(false);
+    this.preview?.clear();
+  }
+}

@@ -1,0 +1,83 @@
+/** Messages of a connection that brings a mesh file (docs/protocol.md, "An upload"). */
+
+import { ProtocolError } from "../protocol/frame";
+import { checkKeys, type Fields, integer, isFields, list, number, parseFields, text } from "../protocol/json";
+
+export const UPLOAD_SUBPROTOCOL = "cohaptic.upload.v1";
+/** Bytes of the file in one message. */
+export const CHUNK = 32 * 1024;
+/** Characters of a rule that says what is held. */
+export const MAX_RULE = 16_384;
+const MAX_TEXT = 24_576;
+
+export interface Finding {
+  readonly problem: string;
+  readonly remedy: string;
+}
+
+export interface UploadOffer {
+  readonly type: "upload_offer";
+  readonly kinds: readonly string[];
+  readonly max_bytes: number;
+  readonly max_memory: number;
+  readonly max_seconds: number;
+}
+
+export interface Examined {
+  readonly type: "examined";
+  readonly findings: readonly Finding[];
+  /** The rule of what is held that is proposed. */
+  readonly fix: string;
+  readonly triangles: number;
+}
+
+export type UploadAnswer =
+  | UploadOffer
+  | Examined
+  | { readonly type: "progress"; readonly phase: string; readonly share: number }
+  | { readonly type: "prepared"; readonly command: string }
+  | { readonly type: "error"; readonly code: number; readonly message: string };
+
+export type UploadRequest =
+  | { readonly type: "begin_upload"; readonly name: string; readonly size: number }
+  | { readonly type: "prepare_object"; readonly fix: string; readonly young: number; readonly poisson: number };
+
+export function encodeUploadRequest(message: UploadRequest): string {
+  return JSON.stringify(message);
+}
+
+/** The message of the server; throws ProtocolError, whatever the text. */
+export function decodeUploadAnswer(data: string): UploadAnswer {
+  const fields = parseFields(data, MAX_TEXT);
+  const answer = decode(text(fields, "type"), fields);
+  checkKeys(answer.type, fields, Object.keys(answer));
+  return answer;
+}
+
+function decode(type: string, f: Fields): UploadAnswer {
+  switch (type) {
+    case "upload_offer":
+      return {
+        type,
+        kinds: list(f, "kinds").map(String),
+        max_bytes: integer(f, "max_bytes"),
+        max_memory: integer(f, "max_memory"),
+        max_seconds: number(f, "max_seconds", 0, 1e9),
+      };
+    case "examined":
+      return { type, findings: list(f, "findings").map(finding), fix: text(f, "fix"), triangles: integer(f, "triangles") };
+    case "progress":
+      return { type, phase: text(f, "phase"), share: number(f, "share", 0, 1) };
+    case "prepared":
+      return { type, command: text(f, "command") };
+    case "error":
+      return { type, code: integer(f, "code"), message: text(f, "message") };
+    default:
+      throw new ProtocolError("type of a message", type, "upload_offer, examined, progress, prepared or error");
+  }
+}
+
+function finding(entry: unknown): Finding {
+  if (!isFields(entry)) throw new ProtocolError("findings", entry, "objects");
+  return { problem: text(entry, "problem"), remedy: text(entry, "remedy") };
+}

@@ -1,0 +1,33 @@
+import { describe, expect, test } from "vitest";
+import { ProtocolError } from "../../src/protocol/frame";
+import { decodeUploadAnswer, encodeUploadRequest } from "../../src/upload/messages";
+
+describe("an answer of the server", () => {
+  test.each([
+    { type: "upload_offer", kinds: [".stl"], max_bytes: 10, max_memory: 20, max_seconds: 3.5 },
+    { type: "examined", findings: [{ problem: "p", remedy: "r" }], fix: "z < 5%", triangles: 12 },
+    { type: "progress", phase: "factoring", share: 0.5 },
+    { type: "prepared", command: "cohaptic serve" },
+    { type: "error", code: 4422, message: "no" },
+  ])("$type is read as it was written", (answer) => {
+    expect(decodeUploadAnswer(JSON.stringify(answer))).toEqual(answer);
+  });
+
+  test.each([
+    "{",
+    "[]",
+    '{"type":"dance"}',
+    '{"type":"progress","phase":"x","share":2}',
+    '{"type":"progress","phase":"x","share":null}',
+    '{"type":"prepared","command":"x","more":1}',
+    '{"type":"examined","findings":[1],"fix":"","triangles":1}',
+    `"${"x".repeat(30_000)}"`,
+  ])("%s is refused", (text) => {
+    expect(() => decodeUploadAnswer(text)).toThrow(ProtocolError);
+  });
+});
+
+test("a request is what the server reads", () => {
+  const text = encodeUploadRequest({ type: "prepare_object", fix: "z < 5%", young: 6e3, poisson: 0.45 });
+  expect(JSON.parse(text)).toEqual({ type: "prepare_object", fix: "z < 5%", young: 6000, poisson: 0.45 });
+});
