@@ -33,11 +33,13 @@ from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.upload_messages import CHUNK, SUBPROTOCOL, BeginUpload, PrepareObject
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.cli.serve import SWITCH_INTERVAL
 from cohaptic_server.room.pace import TickMeters
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
+from cohaptic_server.upload.process import ordinary_priority
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for the files, which the tests have
@@ -129,6 +131,13 @@ OTHERS: dict[str, Callable[[str], str]] = {
 }
 
 
+def send_visitor(url: str, name: str) -> str:
+    """A visitor in a process of ordinary priority: it would inherit that of the tick's thread."""
+    ordinary_priority()
+    command = [sys.executable, __file__, "--visit", url, name]
+    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
+
+
 def peak_bytes(pid: int) -> int:
     """Largest resident memory of a process so far; 0 once it has ended. Linux."""
     with contextlib.suppress(OSError):
@@ -184,11 +193,7 @@ async def visit(server: CohapticServer, desk: UploadDesk, url: str, name: str) -
     if name == "nothing":
         await asyncio.sleep(QUIET)
     else:
-        visitor = await asyncio.create_subprocess_exec(
-            sys.executable, __file__, "--visit", url, name, stdout=subprocess.PIPE
-        )
-        out, _ = await visitor.communicate()
-        said = out.decode().strip()
+        said = await asyncio.to_thread(send_visitor, url, name)
         while desk.busy:
             await asyncio.sleep(0.05)
     watching.cancel()
@@ -224,6 +229,7 @@ def main() -> None:
         print(bring(url, name) if name in HOSTILE else OTHERS[name](url))
         return
     prefer_this_process(SERVER_PRIORITY)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     print("| visitor | time | missed ticks | server | worker | the answer |")
     print("| --- | --- | --- | --- | --- | --- |", flush=True)
     rows = asyncio.run(measure(options))

@@ -19,9 +19,9 @@ export interface Box {
 }
 
 const AXES = "xyz";
-const CELLS = 24; // of the painted grid, along the longest side
+const CELLS = 18; // of the painted grid, along the longest side
 // Radius of the brush, in cells: a tenth of the object, so that vertices of its tetrahedra lie in it.
-const BRUSH = 2.4;
+const BRUSH = 1.8;
 
 /** The box of vertices, shape (n, 3). */
 export function boxOf(vertices: Float32Array): Box {
@@ -132,7 +132,7 @@ export class Painting {
 
   /** The rule of all that is painted; empty for nothing, null for more than the server takes. */
   rule(): string | null {
-    const short = (x: number): string => `${Number(x.toPrecision(5))}`;
+    const short = (x: number): string => `${Number(x.toPrecision(4))}`;
     const one = ({ low, high }: Box): string =>
       [0, 1, 2].map((k) => `${AXES[k] ?? "x"}>${short(low[k] ?? 0)} and ${AXES[k] ?? "x"}<${short(high[k] ?? 0)}`).join(" and ");
     const rule = this.boxes().map(one).join(" or ");

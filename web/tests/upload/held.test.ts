@@ -56,7 +56,7 @@ describe("a painting", () => {
 
   test("becomes boxes that hold its cells, each once, and nothing else", () => {
     const painting = new Painting(BOX);
-    for (let i = 0; i < 30; i++) painting.paint([0.1 * Math.cos(i), 0.05 * Math.sin(2 * i), 0.01 * i]);
+    for (let i = 0; i < 12; i++) painting.paint([0.1 * Math.cos(i), 0.05 * Math.sin(2 * i), 0.01 * i]);
     const rule = painting.rule() ?? "";
     const boxes = painting.boxes();
     const [nx, ny, nz] = painting.counts;
@@ -84,7 +84,7 @@ describe("a painting", () => {
 
   test("in more pieces than a rule has place for has none", () => {
     const painting = new Painting(BOX);
-    for (let i = 0; i < painting.cells.length; i += 7) painting.cells[i] = 255;
+    for (let i = 0; i < painting.cells.length; i += 5) painting.cells[i] = 255;
     expect(painting.rule()).toBeNull();
   });
 });
