@@ -105,8 +105,7 @@ def go_in_the_middle(url: str) -> str:
     content = HOSTILE["polygon.obj"]()
     for _ in range(30):
         with open_desk(url) as ws, contextlib.suppress(ConnectionClosed):
-            begin(ws, "gone.obj", content, 0.1)
-            ws.socket.close()
+            begin(ws, "gone.obj", content, 0.1)  # the rest never comes
     return "30 went"
 
 

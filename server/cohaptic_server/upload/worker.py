@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> None:
-    """Take the file, examine it, and prepare it as often as is asked."""
+    """Take the file, examine it, and prepare it once that is asked."""
     name = str(fields_of(receive(incoming)[1])["name"])
     content = _file(incoming)
     with tempfile.TemporaryDirectory(prefix="cohaptic-") as folder:

@@ -141,6 +141,18 @@ def test_a_rule_that_holds_nothing_or_all_is_one_sentence(rule: str) -> None:
     assert "Traceback" not in fields["why"]
 
 
+def test_a_painted_region_that_holds_nothing_is_not_read_out() -> None:
+    worker = brought("block.vtu", block_vtu())
+    worker.receive()
+    worker.receive()
+    rule = " or ".join(f"x>{k}.001 and x<{k}.002 and y>0.001 and y<0.002" for k in range(9))
+    worker.send_wish(fix=rule, young=6e3, poisson=0.3)
+    while (fields := fields_of(worker.receive()[1]))["event"] == "progress":
+        pass
+    worker.close()
+    assert fields["why"].startswith("block.vtu: --fix is what was painted; it must be a rule")
+
+
 def test_a_worker_ends_with_the_server() -> None:
     worker = brought("cube.stl", cube())
     worker.receive()
