@@ -169,7 +169,7 @@ def take_uploads(server: CohapticServer, served: ServedBody, damping: float) -> 
 
     async def open_object(source: ObjectFile) -> None:
         def made() -> Body:
-            solid = build_solid(source)
+            solid = build_solid(source, late=True)  # a process of its own solves with the factor
             return Viscous(solid, damping) if damping else solid
 
         await server.exchange(made, served.use)
