@@ -15,7 +15,8 @@ from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.status import touch_status
 
-HEARTBEAT = 0.1  # s
+HEARTBEAT = 0.1  # s, with a sample that is sent anyway
+SLOW_HEARTBEAT = 0.5  # s, where none is sent; the loop ends after 2 s without any
 RETRY = 0.5  # s between attempts to reach a server
 
 
@@ -41,6 +42,8 @@ class Client:
         self._tell = tell
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest; it may be over
+        self._next_beat = 0.0
+        self._fault = ""
 
     async def run(self) -> None:
         """Touch until cancelled, the duration is over, or the server is lost for good.
@@ -50,7 +53,7 @@ class Client:
             Refused: The server refused this client.
             DeviceError: The device cannot be had, or went away.
         """
-        work = [asyncio.ensure_future(self._beat()), asyncio.ensure_future(self._connect())]
+        work = [asyncio.ensure_future(self._keep_beating()), asyncio.ensure_future(self._connect())]
         try:
             done, _ = await asyncio.wait(
                 work, timeout=self.settings.duration, return_when=asyncio.FIRST_COMPLETED
@@ -79,15 +82,22 @@ class Client:
             stopping=haptics.stopping,
         )
 
-    async def _beat(self) -> None:
-        """Keep the loop's process informed, and tell its faults."""
-        previous = ""
+    def _beat(self) -> None:
+        """Keep the loop's process informed, and tell its faults; nothing before it is time."""
+        now = self.clock.now()
+        if now < self._next_beat:
+            return
+        self._next_beat = now + HEARTBEAT
+        fault = self._haptics.beat()
+        if fault and fault != self._fault:
+            self._tell(f"force off: {fault}; lift off the object to go on")
+        self._fault = fault
+
+    async def _keep_beating(self) -> None:
+        """Beat also where no conversation does."""
         while True:
-            await asyncio.sleep(HEARTBEAT)
-            fault = self._haptics.beat()
-            if fault and fault != previous:
-                self._tell(f"force off: {fault}; lift off the object to go on")
-            previous = fault
+            self._beat()
+            await asyncio.sleep(SLOW_HEARTBEAT)
 
     async def _connect(self) -> None:
         """Connect, and connect again, while patience lasts."""
@@ -119,7 +129,9 @@ class Client:
         await link.open()
         try:
             # A new one each time: another server may have another clock.
-            self._conversation = Conversation(link, settings, self.clock, self._haptics, self._tell)
+            self._conversation = Conversation(
+                link, settings, self.clock, self._haptics, self._tell, self._beat
+            )
             return await self._conversation.run()
         finally:
             await link.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from cohaptic.errors import DeviceError
 from cohaptic.vec import Vec3
@@ -16,8 +16,7 @@ from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 _GRACE = 2.0  # s for the loop to end by itself once the force has faded
 
 
-@dataclass(frozen=True, slots=True)
-class TipSample:
+class TipSample(NamedTuple):
     """Tip and force of the loop's newest period.
 
     Args:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from cohaptic.clock import Clock
@@ -14,6 +13,7 @@ from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.haptics import Haptics
@@ -53,6 +53,8 @@ class Conversation:
         clock: Of the client.
         haptics: Started by the server's welcome, with the rest mesh where patches need one.
         tell: Called with each piece of news for people.
+        beat: Called once in a while when a sample is sent, so that the loop's process knows that
+            this one lives; a timer of its own would wake up the processor for it alone.
 
     Attributes:
         active: Whether messages can be sent.
@@ -67,6 +69,7 @@ class Conversation:
         clock: Clock,
         haptics: Haptics,
         tell: Callable[[str], None],
+        beat: Callable[[], None],
     ) -> None:
         self.active = False
         self.timing = LinkTiming()
@@ -76,6 +79,7 @@ class Conversation:
         self._clock = clock
         self._haptics = haptics
         self._tell = tell
+        self._beat = beat
         self._session = ClientSession()
         self._welcome: Welcome | None = None
         self._pacer: Pacer | None = None
@@ -113,7 +117,7 @@ class Conversation:
         self._stop_sending()
         tip = self._haptics.newest_sample()
         if tip is not None:
-            self._send_sample(replace(tip, force=ZERO))
+            self._send_sample(tip._replace(force=ZERO))
         self._link.send(self._session.farewell())
         # Both are still on their way through the injected delay.
         up = self._settings.up
@@ -177,15 +181,23 @@ class Conversation:
                 tip = self._haptics.newest_sample()
                 if tip is not None:
                     self._send_sample(tip)
+                self._beat()
             except Exception as error:
                 self._failed.set_exception(error)
                 return
-        wait = max(0.0, self._pacer.due - now)
-        self._timer = asyncio.get_running_loop().call_later(wait, self._send_when_due)
+        loop = asyncio.get_running_loop()
+        when = loop.time() + max(0.0, self._pacer.due - now)
+        if isinstance(loop, DirectLoop):
+            loop.set_direct_timer(when, self._send_when_due)
+        else:
+            self._timer = loop.call_at(when, self._send_when_due)
 
     def _stop_sending(self) -> None:
         self._pacer = None
-        if self._timer is not None:
+        loop = asyncio.get_running_loop()
+        if isinstance(loop, DirectLoop):
+            loop.cancel_direct_timer()
+        elif self._timer is not None:
             self._timer.cancel()
 
     def _send_sample(self, tip: TipSample) -> None:

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
 
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.asyncio.connection import broadcast
+from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
-from websockets.frames import Frame, Opcode
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
 from cohaptic.errors import ServerLost
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
+from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
 MAX_INBOUND_BYTES = MAX_BYTES  # the largest is a rest mesh, then a welcome to a full room
@@ -65,44 +64,6 @@ class Delayed:
             self._timer.cancel()
 
 
-class _Connection(ClientConnection):
-    """A connection that hands each message on where it is read.
-
-    The library's own way, a queue and a task that wakes up, is a quarter of a tick's work. It is
-    taken by messages in fragments, which our servers do not send, and by those behind one that
-    still waits there: the order is kept.
-
-    Attributes:
-        deliver: Called with each message; None for the library's way.
-        waiting: Messages on the library's way that `recv` has not returned yet.
-    """
-
-    deliver: Callable[[Data], None] | None = None
-    waiting = 0
-
-    def process_event(self, event: Any) -> None:
-        """Take one frame, or the answer to the handshake."""
-        if isinstance(event, Frame) and event.opcode in (Opcode.BINARY, Opcode.TEXT):
-            data = _message(event)
-            if self.deliver is not None and self.waiting == 0 and data is not None:
-                self.deliver(data)
-                return
-            self.waiting += 1
-        super().process_event(event)
-
-
-def _message(frame: Frame) -> Data | None:
-    """The message in a frame; None in a fragment, or if it is not even a text."""
-    if not frame.fin:
-        return None
-    if frame.opcode is Opcode.BINARY:
-        return bytes(frame.data)
-    try:
-        return bytes(frame.data).decode()
-    except UnicodeDecodeError:
-        return None
-
-
 class Link:
     """One connection to a server.
 
@@ -117,7 +78,7 @@ class Link:
         self.url = url
         self._clock = clock
         self._up, self._down = up, down
-        self._ws: _Connection | None = None
+        self._ws: Wire | None = None
         self._outbound: Delayed | None = None
 
     async def open(self) -> None:
@@ -125,7 +86,7 @@ class Link:
         try:
             connection = await connect(
                 self.url,
-                create_connection=_Connection,
+                create_connection=Wire,
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
                 # A proxy for web pages would hold back messages that must arrive now.
                 proxy=None,
@@ -139,10 +100,13 @@ class Link:
             raise ServerLost(self.url, problem) from error
         except (InvalidURI, ValueError) as error:  # the latter: a host or a port that cannot be one
             raise ServerLost(self.url, "not an address; expected ws://HOST:PORT") from error
-        assert isinstance(connection, _Connection)
+        assert isinstance(connection, Wire)
         self._ws = connection
         tune(self._ws.transport.get_extra_info("socket"))
         self._outbound = Delayed(self._up, self._clock, self._write)
+        loop = asyncio.get_running_loop()
+        if isinstance(loop, DirectLoop):
+            loop.read_directly(connection.transport, connection.data_received)
 
     def send(self, data: Data) -> None:
         """Send without waiting; a binary frame gives way when the one before is not out yet."""
@@ -181,7 +145,7 @@ class Link:
         try:
             while True:
                 data = await self._ws.recv()
-                self._ws.waiting -= 1
+                self._ws.taken()
                 inbound.push(data)
         except ConnectionClosed as closed:
             frame = closed.rcvd
@@ -189,9 +153,9 @@ class Link:
 
     def _write(self, data: Data) -> None:
         assert self._ws is not None
-        if isinstance(data, bytes) and self._ws.transport.get_write_buffer_size() > 0:
+        if isinstance(data, bytes) and self._ws.unsent > 0:
             return  # newest wins: the next sample is one period away
-        broadcast([self._ws], data)
+        self._ws.write(data)
 
     async def close(self) -> None:
         """Close politely; may be called twice."""

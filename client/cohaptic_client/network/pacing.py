@@ -9,14 +9,13 @@ alone would be an integrator in a loop with the network's delay, which swings wh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 TARGET_WAIT = 0.002  # s; room for the jitter of two schedulers
 GAIN = 0.1  # share of the error that one report corrects
 
 
-@dataclass(frozen=True, slots=True)
-class Pacer:
+class Pacer(NamedTuple):
     """Schedule of a client's samples.
 
     Args:

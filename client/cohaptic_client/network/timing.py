@@ -8,14 +8,13 @@ however unequal the two ways are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 WINDOW = 5.0  # s; the shortest round trip counts for at least this long and at most twice that
 SMOOTHING = 0.05  # share of a new round trip in the running means
 
 
-@dataclass(frozen=True, slots=True)
-class Passage:
+class Passage(NamedTuple):
     """One way there and back.
 
     Args:
@@ -27,8 +26,7 @@ class Passage:
     offset: float
 
 
-@dataclass(frozen=True, slots=True)
-class LinkTiming:
+class LinkTiming(NamedTuple):
     """Estimates of a link's timing.
 
     Args:

@@ -13,7 +13,8 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
-from cohaptic_server.shell.frames import ClientStream, begins_message, is_small_binary, make_frame
+from cohaptic.protocol.websocket_frames import begins_message, make_frame
+from cohaptic_server.shell.frames import ClientStream, is_small_binary
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-import selectors
 import signal
 import sys
 import threading
 from collections.abc import Coroutine, Generator
 from typing import Any
+
+from cohaptic.runtime.direct_loop import DirectLoop
 
 
 def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
@@ -19,9 +20,7 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
     The loop waits with `select`: epoll's timeouts are whole milliseconds, rounded up, and every
     leg of every delay would pay for that. For processes with few sockets, such as clients.
     """
-    with asyncio.Runner(
-        loop_factory=lambda: asyncio.SelectorEventLoop(selectors.SelectSelector())
-    ) as runner:
+    with asyncio.Runner(loop_factory=DirectLoop) as runner:
         runner.run(until_interrupted(work, lifeline=lifeline))
 
 

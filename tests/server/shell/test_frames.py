@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from websockets.frames import Frame, Opcode
 
+from cohaptic.protocol.websocket_frames import begins_message, make_frame
 from cohaptic_server.shell.frames import (
     ClientStream,
-    begins_message,
     is_small_binary,
-    make_frame,
     unmask,
 )
 

@@ -24,9 +24,9 @@ from websockets.typing import Subprotocol
 from cohaptic.protocol.messages import UserJoined
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.frames import make_frame
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.wire import Wire
 from tests.client.plane import PLANE

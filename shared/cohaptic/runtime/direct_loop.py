@@ -1,0 +1,232 @@
+"""An event loop that serves a socket and a timer without asyncio's handles, where that pays.
+
+A process that wakes 120 times a second for a few microseconds of work finds cold caches each time,
+and then pays for the number of different instructions: of a client's network process asyncio's
+round from one `select` to the next was half. Here reading a socket and a timer are callbacks from
+within `select`, of which asyncio hears only when they give it something to do. Everything else is
+asyncio's own loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import select
+import selectors
+import socket
+from collections.abc import Callable
+from contextvars import Context
+from math import inf
+from typing import Any, TypeVarTuple, Unpack
+
+_Arguments = TypeVarTuple("_Arguments")
+_READ = 1 << 15  # bytes at once; more of them wait in the kernel for the next round
+
+
+class _DirectSelector(selectors.SelectSelector):
+    """`select`, which also calls back.
+
+    Args:
+        time: The clock of the event loop [s].
+
+    Attributes:
+        roused: Whether asyncio has been given something to do since `select` began.
+        when: The timer is due [s], on that clock; infinite for none.
+        call: What it is due for; raises nothing.
+    """
+
+    def __init__(self, time: Callable[[], float]) -> None:
+        super().__init__()
+        self._time = time
+        self.roused = False
+        self.when = inf
+        self.call: Callable[[], None] = _nothing
+        self._direct: dict[int, _Reader] = {}
+        self._reading: list[int] = []
+        self._any_writing = False
+
+    def read_directly(self, fd: int, reader: _Reader) -> None:
+        """Read `fd` with `reader`, until asyncio does not want to read it any more."""
+        self._drop(fd)
+        self._direct[fd] = reader
+
+    def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        """As in the library."""
+        key = super().register(fileobj, events, data)
+        self._look()
+        return key
+
+    def unregister(self, fileobj: Any) -> selectors.SelectorKey:
+        """As in the library; the file is not read directly any more."""
+        key = super().unregister(fileobj)
+        self._drop(key.fd)
+        self._look()
+        return key
+
+    def modify(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        """As in the library."""
+        fd = self.get_key(fileobj).fd
+        reader = self._direct.pop(fd, None)  # the library may modify by `unregister`
+        key = super().modify(fileobj, events, data)
+        if reader is not None:
+            self._direct[fd] = reader
+            if not events & selectors.EVENT_READ:
+                self._drop(fd)
+        self._look()
+        return key
+
+    def close(self) -> None:
+        """As in the library."""
+        for fd in list(self._direct):
+            self._drop(fd)
+        super().close()
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """What asyncio has to look at; without anything after the timeout, or when it is roused."""
+        self.roused = False
+        end = inf if timeout is None else self._time() + timeout
+        while True:
+            now = self._time()
+            if self.when <= now:
+                self.when = inf
+                self.call()
+                if self.roused:
+                    return []
+                continue
+            until = min(end, self.when)
+            wait = None if until == inf else max(0.0, until - now)
+            if self._any_writing:
+                return super().select(wait)
+            ready = select.select(self._reading, (), (), wait)[0]
+            if not self._serve(ready):
+                keys = [self.get_map().get(fd) for fd in ready]  # one may have ended another
+                return [(key, selectors.EVENT_READ) for key in keys if key is not None]
+            if self.roused or self._time() >= end:
+                return []
+
+    def _serve(self, ready: list[int]) -> bool:
+        """Read what is read directly; False if asyncio is to read what is ready."""
+        for fd in ready:
+            if fd not in self._direct:
+                return False
+        for fd in ready:
+            reader = self._direct.get(fd)  # the one before may have ended it
+            if reader is not None and not reader.read():
+                self._drop(fd)
+                return False
+        return True
+
+    def _drop(self, fd: int) -> None:
+        reader = self._direct.pop(fd, None)
+        if reader is not None:
+            reader.socket.close()
+
+    def _look(self) -> None:
+        keys = list(self.get_map().values())
+        self._reading = [key.fd for key in keys if key.events & selectors.EVENT_READ]
+        self._any_writing = any(key.events & selectors.EVENT_WRITE for key in keys)
+
+
+def _nothing() -> None:
+    pass
+
+
+class _Reader:
+    """Reads a transport's socket.
+
+    Args:
+        loop: That hears of errors.
+        transport: Whose socket it is; aborted when `take` raises.
+        take: Called with what has come.
+
+    Attributes:
+        socket: Our own handle on it, since the transport's cannot be read from outside. To be
+            closed with the transport's: the connection lives as long as either.
+    """
+
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        transport: asyncio.Transport,
+        take: Callable[[bytes], None],
+    ) -> None:
+        self.socket: socket.socket = transport.get_extra_info("socket").dup()
+        self._loop, self._transport, self._take = loop, transport, take
+
+    def read(self) -> bool:
+        """Read once; False at the end of the stream and at errors, which asyncio then sees too."""
+        try:
+            data = self.socket.recv(_READ)
+        except (BlockingIOError, InterruptedError):
+            return True
+        except OSError:
+            return False
+        if data:
+            try:
+                self._take(data)
+            except Exception as error:
+                self._transport.abort()
+                context = {"message": "a protocol failed", "exception": error}
+                self._loop.call_exception_handler(context)
+        return bool(data)
+
+
+class DirectLoop(asyncio.SelectorEventLoop):
+    """asyncio's event loop, with a socket and a timer that are served directly."""
+
+    def __init__(self) -> None:
+        self._direct = _DirectSelector(self.time)
+        super().__init__(self._direct)
+
+    # What is given to asyncio within a direct callback must not wait for the next event.
+
+    def call_soon(
+        self,
+        callback: Callable[[Unpack[_Arguments]], object],
+        *args: *_Arguments,
+        context: Context | None = None,
+    ) -> asyncio.Handle:
+        """As in asyncio."""
+        self._direct.roused = True
+        return super().call_soon(callback, *args, context=context)
+
+    def call_at(
+        self,
+        when: float,
+        callback: Callable[[Unpack[_Arguments]], object],
+        *args: *_Arguments,
+        context: Context | None = None,
+    ) -> asyncio.TimerHandle:
+        """As in asyncio."""
+        self._direct.roused = True
+        return super().call_at(when, callback, *args, context=context)
+
+    def set_direct_timer(self, when: float, call: Callable[[], None]) -> None:
+        """Call back at a time of this loop's clock [s]; takes the place of the one before.
+
+        Args:
+            when: At the latest a moment after this.
+            call: What it does must be short. What it raises ends the loop.
+        """
+        self._direct.when, self._direct.call = when, call
+
+    def cancel_direct_timer(self) -> None:
+        """Forget the timer."""
+        self.set_direct_timer(inf, _nothing)
+
+    def read_directly(self, transport: asyncio.Transport, take: Callable[[bytes], None]) -> bool:
+        """Hand what comes on a transport to its protocol without asyncio's handles.
+
+        The end of the stream, errors and all writing stay with the transport.
+
+        Args:
+            transport: Open. One that is encrypted is left as it is.
+            take: `data_received` of its protocol; what it raises aborts the transport.
+
+        Returns:
+            Whether this transport can be read so.
+        """
+        if transport.get_extra_info("sslcontext") is not None:
+            return False
+        reader = _Reader(self, transport, take)
+        self._direct.read_directly(transport.get_extra_info("socket").fileno(), reader)
+        return True
