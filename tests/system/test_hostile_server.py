@@ -24,7 +24,8 @@ from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 from cohaptic.vec import ZERO, norm, sub
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.safety import EXTERNAL_RATE
-from tests.client.loop.running.virtual_touch import (
+from tests.client.plane import PLANE, STIFFNESS
+from tests.system.virtual_touch import (
     AT_REST,
     DEPTH,
     NEAR,
@@ -34,7 +35,6 @@ from tests.client.loop.running.virtual_touch import (
     Touch,
     good,
 )
-from tests.client.plane import PLANE, STIFFNESS
 
 END = 1000  # periods; at the end the force of a silent server has faded
 STEP = 1.02 * EXTERNAL_RATE * PERIOD  # N; the second order of a turn with it
