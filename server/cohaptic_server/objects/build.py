@@ -1,8 +1,9 @@
 """From a file to a solid body, in one chain: read, check, fill, fix, factor, survey.
 
 Reading, checking and filling give tetrahedra (`prepare.py`); the options select the fixed part
-(`fix_rule.py`); the stiffness is factored and the surface surveyed by presses all over it
-(`bodies/solid/parts.py`). The store keeps the tetrahedra and the results of the last two steps.
+(`fix_rule.py`), at whose end the tetrahedra are cut (`held_region.py`); the stiffness is factored
+and the surface surveyed by presses all over it (`bodies/solid/parts.py`). The store keeps the
+tetrahedra and the results of the last two steps.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from cohaptic_server.bodies.solid.shape import shape_of
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.objects.cost import Cost, check_memory, cost_of, multiplications
-from cohaptic_server.objects.fix_rule import check_fix_given, fixed_vertices
+from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.store import load_or_make_parts, load_or_prepare
@@ -59,7 +60,7 @@ def build(
     check_fix_given(source)
     progress("tetrahedra", 0.0)
     prepared = load_or_prepare(source, progress)
-    fixed = fixed_vertices(source, prepared.tets.vertices)
+    held = hold(source, prepared.tets)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):
@@ -73,9 +74,9 @@ def build(
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
             progress(phase + words, share)
 
-        parts = load_or_make_parts(prepared.tets, fixed, source.material, told, accept, late=late)
+        parts = load_or_make_parts(held.tets, held.fixed, source.material, told, accept, late=late)
     name = source.path.stem[:40]
-    solid = Solid(prepared.tets, fixed, source.material, name=name, parts=parts)
+    solid = Solid(held.tets, held.fixed, source.material, name=name, parts=parts)
     return Built(solid, prepared, *costs)
 
 
@@ -86,8 +87,8 @@ def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:
         BodyError: Too little of it is held.
         SettingError: The rule that says what is held does not fit it.
     """
-    fixed = fixed_vertices(source, prepared.tets.vertices)
-    plan = plan_of_solid(shape_of(prepared.tets, fixed, source.material))
+    held = hold(source, prepared.tets)
+    plan = plan_of_solid(shape_of(held.tets, held.fixed, source.material))
     return cost_of(plan, multiplications(SystemClock()))
 
 

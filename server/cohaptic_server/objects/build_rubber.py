@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
-from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
-from cohaptic_server.objects.fix_rule import check_fix_given, fixed_vertices
+from cohaptic_server.mesh.tetrahedra import quadratic
+from cohaptic_server.objects.fix_rule import check_fix_given, hold
+from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.volume_file import VOLUMES
@@ -40,25 +41,25 @@ def build_rubber_solid(
     """
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    tets = _affordable_tets(source, period, progress)
-    fixed = fixed_vertices(source, tets.vertices)
+    held = _affordable(source, period, progress)
     name = source.path.stem[:40]
-    solid = RubberSolid(tets, fixed, source.material, name, damping=damping)
+    solid = RubberSolid(held.tets, held.fixed, source.material, name, damping=damping)
     # Whoever serves or places hands needs the table, and a thin part takes half a minute.
     solid.vertex_compliance(lambda share: progress("pressing", share))
     return solid
 
 
-def _affordable_tets(source: ObjectFile, period: float, progress: Progress) -> TetMesh:
+def _affordable(source: ObjectFile, period: float, progress: Progress) -> Cut:
     is_volume = source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
     nodes = 0
     for edge in edges:
-        tets = load_or_prepare(replace(source, edge=edge), progress).tets
+        held = hold(source, load_or_prepare(replace(source, edge=edge), progress).tets)
+        tets = held.tets
         nodes = len(quadratic(tets)[0]) if source.material.order == 2 else len(tets.vertices)
         if tick_seconds(nodes) <= period:
-            return tets
+            return held
     expected = tick_seconds(nodes)
     ways = ["a coarser mesh" if is_volume else f"a larger --edge than {edges[-1]:g}"]
     if expected <= 0.1:

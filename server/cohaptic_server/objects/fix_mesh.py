@@ -33,10 +33,29 @@ def fixed_within(path: Path, scale: float, x: Floats) -> npt.NDArray[np.bool_]:
         BodyError: The file has no closed surface.
         SettingError: No vertex lies inside the surface, or all of them do.
     """
+    y, faces = read_fix_mesh(path, scale)
+    fixed = inside(y, faces, x)
+    if not fixed.any():
+        expected = f"a surface with some of the object in it, or it would float away; {_box(y)}"
+        raise SettingError("--fix-mesh", str(path), f"{expected}, the object {_box(x)}")
+    if fixed.all():
+        raise SettingError("--fix-mesh", str(path), "one that leaves something free to move")
+    return fixed
+
+
+def read_fix_mesh(path: Path, scale: float) -> tuple[Floats, Ints]:
+    """Read the closed surface of a file: vertices, shape (m, 3) [m], and triangles, shape (f, 3).
+
+    Args:
+        path: The file.
+        scale: Metres in one unit of it.
+
+    Raises:
+        BodyError: The file has no closed surface.
+    """
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
     y, faces = read_surface(path)
-    y = y * scale
     if len(faces) > MAX_FIX_TRIANGLES:
         raise BodyError(
             f"{path}: {len(faces):,} triangles; to say what is held {MAX_FIX_TRIANGLES:,} must do"
@@ -47,13 +66,7 @@ def fixed_within(path: Path, scale: float, x: Floats) -> npt.NDArray[np.bool_]:
             f"{path}: the surface that holds is not closed: {(counts != 2).sum()} of its edges do"
             " not have two triangles"
         )
-    fixed = inside(y, faces, x)
-    if not fixed.any():
-        expected = f"a surface with some of the object in it, or it would float away; {_box(y)}"
-        raise SettingError("--fix-mesh", str(path), f"{expected}, the object {_box(x)}")
-    if fixed.all():
-        raise SettingError("--fix-mesh", str(path), "one that leaves something free to move")
-    return fixed
+    return y * scale, faces
 
 
 def inside(y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:

@@ -17,8 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import SettingError
+from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
-from cohaptic_server.objects.fix_mesh import fixed_within
+from cohaptic_server.objects.fix_mesh import fixed_within, inside, read_fix_mesh
+from cohaptic_server.objects.held_region import Cut, cut_at
 from cohaptic_server.objects.object_file import ObjectFile
 
 GRAMMAR = 'like "z < 10%", "z < 10% or z > 90%", "x >= 2cm and y < 0.01m"'
@@ -47,6 +49,25 @@ def fixed_vertices(source: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
     return fixed_within(source.fix_mesh, source.scale, x)
 
 
+def hold(source: ObjectFile, tets: TetMesh) -> Cut:
+    """Cut an object where its held region ends.
+
+    Args:
+        source: The object, with its rule or its second surface.
+        tets: Its tetrahedra.
+
+    Raises:
+        SettingError: No rule is given, or it fixes nothing or everything.
+        BodyError: The second surface cannot be read, or is not closed.
+    """
+    x = tets.vertices
+    fixed = fixed_vertices(source, x)
+    if source.fix_mesh is None:
+        return cut_at(tets, fixed, lambda points: _by_rule(source.fix, x, points))
+    y, faces = read_fix_mesh(source.fix_mesh, source.scale)
+    return cut_at(tets, fixed, lambda points: inside(y, faces, points))
+
+
 def check_fix_given(source: ObjectFile) -> None:
     """Check that exactly one of --fix and --fix-mesh is given, before any file is read.
 
@@ -70,12 +91,7 @@ def fixed_by_rule(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
     Raises:
         SettingError: The rule cannot be parsed, or fixes nothing or everything.
     """
-    fixed = np.zeros(len(x), dtype=np.bool_)
-    for part in re.split(r"\bor\b", rule, flags=re.IGNORECASE):
-        within = np.ones(len(x), dtype=np.bool_)
-        for text in re.split(r"\band\b", part, flags=re.IGNORECASE):
-            within &= _satisfied(text, rule, x)
-        fixed |= within
+    fixed = _by_rule(rule, x, x)
     if not fixed.any():
         ranges = ", ".join(
             f"{axis} from {x[:, k].min():.4g} to {x[:, k].max():.4g} m"
@@ -88,13 +104,25 @@ def fixed_by_rule(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
     return fixed
 
 
-def _satisfied(text: str, rule: str, x: Floats) -> npt.NDArray[np.bool_]:
+def _by_rule(rule: str, x: Floats, points: Floats) -> npt.NDArray[np.bool_]:
+    """Which points a rule holds, shape (n,); shares are of the extent of x."""
+    fixed = np.zeros(len(points), dtype=np.bool_)
+    for part in re.split(r"\bor\b", rule, flags=re.IGNORECASE):
+        within = np.ones(len(points), dtype=np.bool_)
+        for text in re.split(r"\band\b", part, flags=re.IGNORECASE):
+            within &= _satisfied(text, rule, x, points)
+        fixed |= within
+    return fixed
+
+
+def _satisfied(text: str, rule: str, x: Floats, points: Floats) -> npt.NDArray[np.bool_]:
     match = _CONDITION.fullmatch(text)
     if match is None:
         where = f" (at {text.strip()!r})" if text.strip() != rule.strip() else ""
         raise SettingError("--fix", repr(rule) + where, GRAMMAR)
     axis, sign, number, unit = match.group(1).lower(), *match.groups()[1:3], match.group(4) or ""
     along = x[:, "xyz".index(axis)]
+    at = points[:, "xyz".index(axis)]
     if unit == "%":
         if not 0.0 <= float(number) <= 100.0:
             raise SettingError("--fix", repr(rule), "with shares from 0% to 100%")
@@ -102,7 +130,7 @@ def _satisfied(text: str, rule: str, x: Floats) -> npt.NDArray[np.bool_]:
     else:
         limit = float(number) * _UNITS[unit.lower()]
     if sign == "<":
-        return np.asarray(along < limit)
+        return np.asarray(at < limit)
     if sign == "<=":
-        return np.asarray(along <= limit)
-    return np.asarray(along > limit) if sign == ">" else np.asarray(along >= limit)
+        return np.asarray(at <= limit)
+    return np.asarray(at > limit) if sign == ">" else np.asarray(at >= limit)

@@ -62,7 +62,7 @@ def test_a_volume_of_every_kind_becomes_a_solid(kind: str, quadratic: bool, tmp_
     name = "tetra10" if quadratic else "tetra"
     form = {"file_format": "gmsh"} if kind == "msh" else {}
     meshio.Mesh(x, [(name, cells)]).write(path, **form)
-    body = build_solid(ObjectFile(path, "z < 10%", material=SolidSettings(order=1)))
+    body = build_solid(ObjectFile(path, "z <= 0%", material=SolidSettings(order=1)))
     assert body.shape.tets.volume == pytest.approx(1e-3)
     assert len(body.shape.tets.tets) == len(mesh.tets)
 

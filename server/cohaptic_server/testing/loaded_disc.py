@@ -1,0 +1,55 @@
+"""Pressures on a disc of a flat surface, for comparison with closed solutions."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import roots_jacobi
+
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
+from cohaptic_server.numeric import Floats, Ints
+
+_RINGS, _SPOKES = 24, 96  # quadrature points over the disc
+
+
+def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> Load:
+    """A load of 1 N downwards whose pressure is (1 - r^2 / radius^2)^power about the z axis.
+
+    With -1/2 it is that of a flat rigid punch on a half space, singular at its rim.
+
+    Args:
+        mesh: Resting surface, flat at the disc.
+        height: z of the disc [m].
+        radius: Of the disc [m].
+        power: Above -1.
+    """
+    # With s = 2 r^2 / radius^2 - 1 the pressure is Jacobi's weight (1 - s)^power.
+    s, shares = roots_jacobi(_RINGS, power, 0.0)
+    r = radius * np.sqrt(0.5 * (1.0 + s))
+    angle = 2.0 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
+    points = np.stack([np.outer(r, np.cos(angle)).ravel(), np.outer(r, np.sin(angle)).ravel()], 1)
+    weights = np.repeat(shares / shares.sum() / _SPOKES, _SPOKES)
+    on_top = np.abs(mesh.vertices[mesh.faces][:, :, 2] - height).max(axis=1) < 0.05 * radius
+    area = face_area_vectors(mesh.vertices, mesh.faces)
+    faces = mesh.faces[on_top & (area[:, 2] > 0.9 * np.linalg.norm(area, axis=1))]
+    face, corner_shares = _within(mesh.vertices[:, :2], faces, points)
+    total = np.zeros(len(mesh.vertices))
+    np.add.at(total, faces[face], weights[:, None] * corner_shares)
+    loaded = np.flatnonzero(total)
+    return Load(loaded, total[loaded], np.array([0.0, 0.0, -1.0]), 1.0)
+
+
+def _within(x: Floats, faces: Ints, points: Floats) -> tuple[Ints, Floats]:
+    """Face of each point in a plane, and its barycentric coordinates there."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    to_b, to_c = b - a, c - a
+    area = to_b[:, 0] * to_c[:, 1] - to_b[:, 1] * to_c[:, 0]
+    off = points[:, None] - a[None]
+    v = (off[..., 0] * to_c[:, 1] - off[..., 1] * to_c[:, 0]) / area
+    w = (to_b[:, 0] * off[..., 1] - to_b[:, 1] * off[..., 0]) / area
+    shares = np.stack([1.0 - v - w, v, w], axis=-1)
+    best = shares.min(axis=-1).argmax(axis=1)
+    chosen = shares[np.arange(len(points)), best]
+    if chosen.min() < -1e-3:
+        raise ValueError("the disc reaches beyond the flat surface")
+    return best, chosen
