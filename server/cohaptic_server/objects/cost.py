@@ -68,7 +68,7 @@ def about(seconds: float) -> str:
 
 
 def cost_of(plan: Plan, rate: float) -> Cost:
-    """What factoring a solid and pressing on it takes.
+    """What factoring a solid, pressing on it and storing it takes.
 
     Args:
         plan: Of its elimination.
@@ -76,8 +76,10 @@ def cost_of(plan: Plan, rate: float) -> Cost:
     """
     factoring = plan.matrix_bytes + plan.peak_bytes
     pressing = plan.factor_bytes + _PRESSING
+    # What is stored is half as large, and made beside it.
+    storing = 1.5 * plan.factor_bytes
     seconds = plan.operations / (_FACTORING * rate) + plan.press_operations / (_PRESSES * rate)
-    return Cost(_PROGRAM + max(factoring, pressing), seconds)
+    return Cost(_PROGRAM + max(factoring, pressing, storing), seconds)
 
 
 def edge_that_fits(edge: float, needed: float, memory: float) -> float:
