@@ -18,14 +18,16 @@ from cohaptic_server.cholesky.factor import Factor, FactorFront
 from cohaptic_server.numeric import Ints
 
 
-def to_arrays(factor: Factor, precision: type = np.float32) -> dict[str, npt.NDArray[Any]]:
+def to_arrays(
+    factor: Factor, precision: type[np.float32] | type[np.float64] = np.float32
+) -> dict[str, npt.NDArray[Any]]:
     """All arrays of a factor by name, for `from_arrays`.
 
     Args:
         factor: Of any precision.
         precision: `np.float32` or `np.float64`, of the numbers.
     """
-    values = np.empty(count_values(factor), dtype=precision)
+    values: npt.NDArray[Any] = np.empty(count_values(factor), dtype=precision)
     copy_values(factor, values)
     return {**indices_of(factor), "values": values}
 

@@ -93,9 +93,9 @@ def _prepare(path: Path, wish: dict[str, Any], outgoing: IO[bytes], budget: floa
     from cohaptic_server.upload.described import to_fields
 
     material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
-    source = ObjectFile(path, str(wish["fix"]), material=material)
+    source = ObjectFile(path, str(wish["fix"]), material=material, max_memory=budget)
     tell = _teller(outgoing)
-    source = resolve(source, tell, memory=budget).source
+    source = resolve(source, tell).source
     build(source, tell)
     send_text(outgoing, event="prepared", source=to_fields(source))
 
