@@ -6,6 +6,7 @@ import numpy as np
 
 from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
+from cohaptic.control.stability.lag_choice import SHARE, kept, lag_needed
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -21,6 +22,14 @@ _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
 # load would each slide to where the last tick's forces took the surface and push each other to and
 # fro; `equilibrium` takes half steps for the same reason.
 RELAXATION = 0.5
+# A contact that others turn so far that it slips off has no time constant of its own; this one is
+# as long as a hand takes to let go and come back.
+LONGEST_TURN = 2.0  # s
+# Largest gain of that kind without a lag: a nearest point on a probe a quarter as deep as the
+# surface is curved, as in `displacement_field.LARGEST_PRODUCT`. The material under a contact on a
+# limb gives way sideways up to three times as far as along the normal.
+LARGEST_TURN = 1.0 / 3.0
+_GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
 
 
 def track_contact(
@@ -40,7 +49,7 @@ def track_contact(
     """
     previous = state.users.get(touch.user)
     free = _previous_free_field(state, previous)
-    followed = _followed(body.mesh, previous)
+    followed = _followed(body.mesh, previous, _share_followed(state, previous, time.period))
     contact = locate(
         body.mesh,
         _material_tip(touch, previous),
@@ -111,7 +120,33 @@ def _loop_delay(
     return delay.measured(UNKNOWN, time.now) if late else delay
 
 
-def _followed(mesh: SurfaceMesh, previous: UserState | None) -> CachedField | None:
+def turning_lag(slope: float, longest_delay: float) -> float:
+    """Time constant with which others may turn a contact (science 3.12) [s].
+
+    A probe at depth d under a surface of curvature k has its nearest point d k / (1 - d k) times as
+    far round as the surface moves sideways under it. That is a gain in the loop of several hands
+    which C does not have. Below `LARGEST_TURN` it does no harm; beyond, the turning gets the lag
+    that the theorem gives the forces.
+
+    Args:
+        slope: 1 - d k of the contact.
+        longest_delay: T_max of the room [s].
+    """
+    gain = (1.0 - slope) / slope / LARGEST_TURN
+    return min(LONGEST_TURN, lag_needed(gain, longest_delay) / SHARE)
+
+
+def _share_followed(state: WorldState, previous: UserState | None, dt: float) -> float:
+    """Share of the body's change that the surface follows on which a contact is tracked."""
+    if previous is None or len(state.users) < 2 or previous.contact.slope >= _GENTLE:
+        return RELAXATION  # nobody else turns it, or not far
+    # As for the room's lag: with the client's way into a new patch, and without who is too slow.
+    delays = [user.delay.counted for user in state.users.values() if not user.delay.too_long]
+    longest = max(delays, default=0.0) + dt
+    return min(RELAXATION, 1.0 - kept(turning_lag(previous.contact.slope, longest), dt))
+
+
+def _followed(mesh: SurfaceMesh, previous: UserState | None, share: float) -> CachedField | None:
     """The tracking surface after one relaxation step towards the free surface of the body.
 
     A vertex that the surface did not have begins on the body's; none before the first contact.
@@ -124,7 +159,7 @@ def _followed(mesh: SurfaceMesh, previous: UserState | None) -> CachedField | No
     values = np.empty_like(free.values)
     field = mesh.contacts.field
     field.load(surface.vertices, surface.values, False)
-    field.follow(free.vertices, free.values, RELAXATION, values)
+    field.follow(free.vertices, free.values, share, values)
     return CachedField(free.vertices, values, free.elsewhere)
 
 

@@ -1,0 +1,72 @@
+"""Two hands that press one thin limb deeper than the half of its thickness."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cohaptic.simulated.hand import HandScript, Place
+from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.demo.rest import RIPPLE
+from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.numeric import vec3
+from cohaptic_server.testing.blocks import block
+from cohaptic_server.world.contact_tracking import LARGEST_TURN, RELAXATION, turning_lag
+
+LENGTH, ROOT, TIP = 0.12, 0.016, 0.012  # m; of the limb, and its radii
+SETTLE = 8.0  # s
+
+
+@pytest.fixture(scope="module")
+def limb() -> Solid:
+    """A round limb that hangs from z = `LENGTH`: 4 to 30 N/m under a fingertip."""
+    cube = block((2.0, 2.0, LENGTH), (4, 4, 14))
+    x = cube.vertices.copy()
+    out = x[:, :2]
+    squared = np.abs(out).max(axis=1) / np.maximum(np.linalg.norm(out, axis=1), 1e-12)
+    radius = TIP + (ROOT - TIP) * x[:, 2] / LENGTH
+    x[:, :2] = out * (squared * radius)[:, None]
+    held = np.asarray(x[:, 2] > LENGTH - 1e-3)
+    return Solid(TetMesh.checked(x, cube.tets), held, SolidSettings(6e4, 0.45, 0.008))
+
+
+def place(limb: Solid, height: float, angle: float) -> Place:
+    """The vertex of the limb that is nearest to a height [m] and an angle [rad]."""
+    x = limb.mesh.vertices
+    wanted = np.array([TIP * math.cos(angle), TIP * math.sin(angle), height])
+    k = int(np.argmin(np.linalg.norm(x - wanted, axis=1)))
+    return Place(vec3(x[k]), vec3(-limb.mesh.normals[k]))
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.08])
+def test_both_come_to_rest(limb: Solid, delay: float) -> None:
+    """As they slide off, each turns the other: by the half of the way round, without an end."""
+    session = VirtualSession(limb)
+    for k, (height, angle, depth) in enumerate(
+        ((0.0343, math.radians(135.0), 0.0198), (0.0257, math.radians(-54.0), 0.0156))
+    ):
+        script = HandScript(depth=depth, approach_at=1.2, place=place(limb, height, angle))
+        session.join(f"hand {k}", script, delay=delay, seed=k)
+    session.run(1.7 + SETTLE)
+    assert max(max(user.force) for user in session.users.values()) > 0.05
+    for user in session.users.values():
+        assert np.ptp(user.force[-2000:]) < RIPPLE
+
+
+def test_a_contact_that_is_hardly_curved_turns_as_before() -> None:
+    gentle = 1.0 / (1.0 + LARGEST_TURN)
+    assert turning_lag(1.0, 1.0) == 0.0
+    assert turning_lag(gentle + 1e-9, 1.0) == 0.0
+    assert 0.0 < RELAXATION < 1.0
+
+
+def test_the_lag_grows_with_depth_and_delay_and_has_an_end() -> None:
+    slopes, delays = (0.7, 0.5, 0.3, 0.1), (0.05, 0.2, 0.5)
+    lags = np.array([[turning_lag(slope, delay) for delay in delays] for slope in slopes])
+    assert (np.diff(lags[:, 0]) > 0.0).all()
+    assert (np.diff(lags, axis=1) >= 0.0).all()
+    assert turning_lag(0.1, 2.0) <= 2.0
