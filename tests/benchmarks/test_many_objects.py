@@ -17,6 +17,7 @@ from shapes.catalogue import MANY
 ROOT = Path(__file__).parents[2]
 READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
 SESSION = {"delay_s": 0.0, "force_error": 0.01, "felt_error": 0.02, "rest": "rests"}
+OFF = {**SESSION, "force_error": 0.319}
 
 
 def ended(code: int = 0, out: str = "", err: str = "", over: str = "") -> Ended:
@@ -50,10 +51,14 @@ def test_a_preparation_is_judged_by_how_it_ended(end: Ended, expected: tuple[str
         ({"verdict": "accepted", "linear": {"sessions": [SESSION]}}, True),
         ({"verdict": "accepted", "linear": {"sessions": [{**SESSION, "rest": "slow"}]}}, True),
         ({"verdict": "accepted", "linear": {"sessions": [{**SESSION, "rest": "unstable"}]}}, False),
+        ({"verdict": "accepted", "linear": {"sessions": [OFF]}}, False),
+        ({"verdict": "accepted", "nonlinear": {"sessions": [SESSION, OFF]}}, False),
         ({"verdict": "accepted", "linear": {"sessions": [SESSION], "error": "no place"}}, False),
     ],
 )
-def test_only_a_sentence_or_stable_sessions_are_sound(row: dict[str, Any], sound: bool) -> None:
+def test_only_a_sentence_or_stable_sessions_with_the_right_force_are_sound(
+    row: dict[str, Any], sound: bool
+) -> None:
     assert many_objects.is_sound(row) is sound
 
 
