@@ -21,7 +21,7 @@ from scipy.sparse.linalg import splu
 import json_report
 from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import shape_of
-from cohaptic_server.objects.fix_rule import fixed_vertices
+from cohaptic_server.objects.fix_rule import hold
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface.surface_file import read_surface
@@ -47,8 +47,8 @@ def main() -> None:
         num_threads=1,
     )
     filling = time.perf_counter() - begin
-    tets = load_or_prepare(source).tets
-    shape = shape_of(tets, fixed_vertices(source, tets.vertices), source.material)
+    held = hold(source, load_or_prepare(source).tets)
+    shape = shape_of(held.tets, held.fixed, source.material)
     free = np.flatnonzero(~np.repeat(shape.fixed, 3))
     matrix = sp.csc_matrix(stiffness_of(shape, source.material)[free][:, free])
     begin = time.perf_counter()

@@ -35,7 +35,6 @@ from cohaptic_server.demo.set_up import set_up
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Mask
-from cohaptic_server.objects.fix_rule import fixed_vertices
 
 DELAYS = (0.0, 0.08, 0.25)  # s, one way
 SURVEYED = 40  # vertices, spread over the surface, whose compliance is compared
@@ -145,7 +144,7 @@ def main(
             for delay in delays:
                 row["sessions"].append(play(body, replace(scene, delay=delay)))
             if isinstance(body, Solid):
-                row |= survey(body, fixed_vertices(source, body.mesh.vertices))
+                row |= survey(body, body.shape.held)
         except BodyError as error:
             row["error"] = str(error)
     print(json.dumps(row, allow_nan=False))  # a figure that is none is an error

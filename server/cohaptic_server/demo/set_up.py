@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.demo.places import Placement, place_hands
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.objects.catalogue import BODIES, build_body
-from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 
@@ -60,10 +60,10 @@ def set_up(
     if name == BALLOON:
         return body, scene, ""
     progress("places for the hands", 0.0)
-    fixed = fixed_vertices(source, body.mesh.vertices)
+    assert isinstance(body, Solid | RubberSolid)  # all that is made of a file
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
-        placement = place_hands(body, np.asarray(fixed), scene.users)
+        placement = place_hands(body, body.shape.held, scene.users)
     scene = replace(scene, places=placement.places, depth=placement.depth)
     return body, scene, describe_placement(placement, scene.names)
 

@@ -70,8 +70,9 @@ def test_the_server_gets_every_option() -> None:
     assert got["nonlinear"] is True
     assert (got["body"], got["fix"]) == ("a.stl", "")
     for field in fields(FULL):
-        if field.name not in ("path", "material"):
+        if field.name not in ("path", "material", "max_memory"):
             assert got[field.name] == getattr(FULL, field.name)
+    assert got["max_memory"] == FULL.max_memory / 1e9  # in GB on the command line
     material = SolidSettings(
         got["young"], got["poisson"], got["contact_radius"], got["order"], FULL.material.cache
     )

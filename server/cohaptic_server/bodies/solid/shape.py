@@ -77,6 +77,11 @@ class SolidShape:
     contact_radius: float
 
     @property
+    def held(self) -> Mask:
+        """Which vertices of the surface do not move, shape (n,)."""
+        return np.asarray(self.fixed[self.surface])
+
+    @property
     def free_index(self) -> Ints:
         """Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,)."""
         index = np.full(len(self.nodes), -1, dtype=np.int64)

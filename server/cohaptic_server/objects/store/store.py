@@ -17,7 +17,7 @@ import numpy.typing as npt
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
-from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.cholesky import factor_file
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.plan import Plan
@@ -97,7 +97,7 @@ def load_or_make_parts(
     path = entry_path(
         repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes()
     )
-    found = _load_parts(path, tets, fixed, settings, late=late)
+    found = _load_parts(path, lambda: shape_of(tets, fixed, settings), late=late)
     if found is not None:
         return found
     # Whoever is interrupted while the surface is pressed finds the factor the next time.
@@ -110,16 +110,11 @@ def load_or_make_parts(
     del factor_arrays
     factored.remove()
     # Whoever has made a factor goes on with the one that later starts have.
-    return _load_parts(path, tets, fixed, settings, late=late) or parts
+    return _load_parts(path, lambda: parts.shape, late=late) or parts
 
 
 def _load_parts(
-    path: Path,
-    tets: TetMesh,
-    fixed: npt.NDArray[np.bool_],
-    settings: SolidSettings,
-    *,
-    late: bool,
+    path: Path, make_shape: Callable[[], SolidShape], *, late: bool
 ) -> SolidParts | None:
     """The parts in an entry; None if there is none, or no intact one."""
     # Copies of what a tick reads: it shall not depend on what becomes of the file.
@@ -127,7 +122,7 @@ def _load_parts(
     if far is None:
         return None
     try:
-        shape, far_field = shape_of(tets, fixed, settings), FarField.from_arrays(far)
+        shape, far_field = make_shape(), FarField.from_arrays(far)
         if late:
             fronts = load_entry(path, "factor", mapped=False, under=f"{PREFIX}fronts")
             if fronts is None:
