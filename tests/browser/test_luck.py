@@ -78,7 +78,7 @@ def test_a_name_is_text_never_markup(visitors: Open, room: Room) -> None:
         ann.until(lambda: ann.force_of(MARKUP) > 0.0, "the guest to press")
         assert ann.text(".label-name") == MARKUP
     ann.until(lambda: "Nobody is here yet" in ann.words(), "the guest to be gone")
-    assert ann.page.locator(".for-ears").text_content() == f"{MARKUP} has left."
+    assert ann.page.locator("[role=status].for-ears").text_content() == f"{MARKUP} has left."
     assert ann.page.locator("img").count() == 0
 
 

@@ -119,7 +119,7 @@ def _perform(
 ) -> DemoResult:
     """Run the processes of a scene until its end, and compare their recordings."""
     with _recordings_folder(keep) as folder:
-        console.print("starting the server ...", highlight=False)
+        typer.echo("starting the server ...", err=True)
         stage = Stage(
             scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
         )

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import sys
+from pathlib import Path
+
+_STATUS = Path("/proc/self/status")
 
 
 def peak_memory() -> float | None:
@@ -15,8 +19,10 @@ def peak_memory() -> float | None:
     import resource
 
     unit = 1 if sys.platform == "darwin" else 1024
-    own, others = (
-        resource.getrusage(who).ru_maxrss
-        for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    )
-    return float(unit * max(own, others))
+    others = unit * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    own = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    if _STATUS.exists():
+        # On Linux `ru_maxrss` begins with the memory of the program that started this one.
+        found = re.search(r"VmHWM:\s*(\d+) kB", _STATUS.read_text())
+        own = own if found is None else 1024 * int(found[1])
+    return float(max(own, others))

@@ -76,8 +76,8 @@ def cost_of(plan: Plan, rate: float) -> Cost:
     """
     factoring = plan.matrix_bytes + plan.peak_bytes
     pressing = plan.factor_bytes + _PRESSING
-    # What is stored is half as large, and made beside it.
-    storing = 1.5 * plan.factor_bytes
+    # What is stored is half as large, and made beside it and what the presses have left.
+    storing = 1.5 * plan.factor_bytes + _PRESSING
     seconds = plan.operations / (_FACTORING * rate) + plan.press_operations / (_PRESSES * rate)
     return Cost(_PROGRAM + max(factoring, pressing, storing), seconds)
 
