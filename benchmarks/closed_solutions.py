@@ -35,8 +35,8 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.testing.loaded_disc import disc_load
 from cohaptic_server.world.contact import locate
+from loaded_disc import disc_load
 from shapes.grids import Mesh, moved, periodic, turned
 from shapes.scene_files import glb
 from shapes.solids import plate

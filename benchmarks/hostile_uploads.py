@@ -16,7 +16,6 @@ import asyncio
 import contextlib
 import json
 import os
-import re
 import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
@@ -40,6 +39,7 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
 from cohaptic_server.upload.process import ordinary_priority
+from object_start import memory
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for the files, which the tests have
@@ -137,19 +137,11 @@ def send_visitor(url: str, name: str) -> str:
     return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
 
 
-def peak_bytes(pid: int) -> int:
-    """Largest resident memory of a process so far; 0 once it has ended. Linux."""
-    with contextlib.suppress(OSError):
-        found = re.search(r"VmHWM:\s+(\d+)", Path(f"/proc/{pid}/status").read_text())
-        return 1024 * int(found[1]) if found else 0
-    return 0
-
-
 async def watch_worker(desk: UploadDesk, peak: list[int]) -> None:
     """Keep the largest memory of all workers in `peak[0]`."""
     while True:
         if desk.worker is not None:
-            peak[0] = max(peak[0], peak_bytes(desk.worker.pid))
+            peak[0] = max(peak[0], memory(desk.worker.pid))
         await asyncio.sleep(0.1)
 
 
@@ -201,7 +193,7 @@ async def visit(server: CohapticServer, desk: UploadDesk, url: str, name: str) -
         "seconds": CLOCK.now() - started,
         "ticks": server.meters.ticks,
         "missed": server.meters.missed,
-        "server_peak_bytes": peak_bytes(os.getpid()),
+        "server_peak_bytes": memory(os.getpid()),
         "worker_peak_bytes": peak[0],
         "said": said,
     }

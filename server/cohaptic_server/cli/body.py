@@ -13,7 +13,6 @@ from rich.table import Table
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
-from cohaptic_server.cli.peak_memory import peak_memory
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.inspection.inspection import Inspection, inspect_object
@@ -21,6 +20,7 @@ from cohaptic_server.inspection.picture import draw
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.cache import cache_folder
+from cohaptic_server.peak_memory import peak_memory
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
@@ -47,8 +47,8 @@ def prepare(
         source = resolved(file, options, progress, print)
         built = build(source, progress)
     solid, peak = built.solid, peak_memory()
-    memory = "" if peak is None else f", {peak / 1e9:.2f} GB of memory at the most"
-    if memory and built.cost is not None:
+    memory = f", {peak / 1e9:.2f} GB of memory at the most"
+    if built.cost is not None:
         memory += f" ({built.cost.memory / 1e9:.2f} expected)"
     print(
         f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"

@@ -100,7 +100,7 @@ def _watch(
         for line in cast(IO[str], process.stderr):
             last[0] = line.strip() or last[0]
 
-    readers = [threading.Thread(target=read, daemon=True) for read in (read, read_errors)]
+    readers = [threading.Thread(target=work, daemon=True) for work in (read, read_errors)]
     for reader in readers:
         reader.start()
     clock = SystemClock()

@@ -21,19 +21,18 @@ MAX_FIX_TRIANGLES = 100_000  # a rough surface is enough to select vertices
 _PAIRS_PER_BLOCK = 2**21  # pairs of a point and a triangle, 50 MB for each vector of them
 
 
-def fixed_within(path: Path, scale: float, x: Floats) -> npt.NDArray[np.bool_]:
+def fixed_within(path: Path, y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:
     """Which vertices lie inside the closed surface of a file, shape (n,).
 
     Args:
-        path: File of the surface.
-        scale: Metres in one unit of the file.
+        path: File of the surface, for the error.
+        y: Its vertices, as `read_fix_mesh` gives them.
+        faces: Its triangles.
         x: Vertices of the object, shape (n, 3) [m].
 
     Raises:
-        BodyError: The file has no closed surface.
         SettingError: No vertex lies inside the surface, or all of them do.
     """
-    y, faces = read_fix_mesh(path, scale)
     fixed = inside(y, faces, x)
     if not fixed.any():
         expected = f"a surface with some of the object in it, or it would float away; {_box(y)}"

@@ -46,7 +46,7 @@ def fixed_vertices(source: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
     check_fix_given(source)
     if source.fix_mesh is None:
         return fixed_by_rule(source.fix, x)
-    return fixed_within(source.fix_mesh, source.scale, x)
+    return fixed_within(source.fix_mesh, *read_fix_mesh(source.fix_mesh, source.scale), x)
 
 
 def hold(source: ObjectFile, tets: TetMesh) -> Cut:
@@ -60,11 +60,13 @@ def hold(source: ObjectFile, tets: TetMesh) -> Cut:
         SettingError: No rule is given, or it fixes nothing or everything.
         BodyError: The second surface cannot be read, or is not closed.
     """
+    check_fix_given(source)
     x = tets.vertices
-    fixed = fixed_vertices(source, x)
     if source.fix_mesh is None:
+        fixed = fixed_by_rule(source.fix, x)
         return cut_at(tets, fixed, lambda points: _by_rule(source.fix, x, points))
     y, faces = read_fix_mesh(source.fix_mesh, source.scale)
+    fixed = fixed_within(source.fix_mesh, y, faces, x)
     return cut_at(tets, fixed, lambda points: inside(y, faces, points))
 
 

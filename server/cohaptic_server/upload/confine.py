@@ -14,6 +14,7 @@ import threading
 from typing import Any
 
 from cohaptic.runtime.scheduling import stand_back
+from cohaptic_server.peak_memory import own_peak
 
 TOO_MUCH_MEMORY = 86  # exit status of a process that the thread has ended
 _LOOK_EVERY = 0.1  # s
@@ -47,19 +48,9 @@ def watch(memory: int) -> None:
     """End this process once its peak is above a limit; returns never."""
     pause = threading.Event()
     while True:
-        if peak_memory() > memory:
+        if own_peak() > memory:
             os._exit(TOO_MUCH_MEMORY)
         pause.wait(_LOOK_EVERY)
-
-
-def peak_memory() -> int:
-    """Largest resident memory of this process so far [bytes]."""
-    if sys.platform == "win32":
-        return _windows_peak()
-    import resource
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak  # kilobytes but on macOS
 
 
 def _die_with_the_server() -> None:
@@ -70,24 +61,3 @@ def _die_with_the_server() -> None:
     libc.prctl(prctl_set_pdeathsig, ctypes.c_ulong(sigkill), 0, 0, 0)
     if os.getppid() != before:
         os._exit(1)
-
-
-def _windows_peak() -> int:
-    """PeakPagefileUsage: committed memory, whether or not it was touched [bytes]."""
-    if sys.platform == "win32":
-
-        class Counters(ctypes.Structure):
-            _fields_ = [
-                ("cb", ctypes.c_ulong),
-                ("page_faults", ctypes.c_ulong),
-                *((f"size{k}", ctypes.c_size_t) for k in range(8)),
-            ]
-
-        counters = Counters()
-        counters.cb = ctypes.sizeof(Counters)
-        kernel: Any = ctypes.windll.kernel32
-        kernel.GetCurrentProcess.restype = ctypes.c_void_p
-        handle = ctypes.c_void_p(kernel.GetCurrentProcess())
-        if kernel.K32GetProcessMemoryInfo(handle, ctypes.byref(counters), counters.cb):
-            return int(counters.size7)
-    return 0

@@ -43,6 +43,7 @@ class MeshSurface:
         self._base: Final = base
         self._fit: Final = MeshFit(rest, facts, base.normal)
         self._error: Final = LineError(self._fit, base)
+        # Normals of the nearest vertices are found now, and not in the period that first looks.
         self._error.at(base.x_free, 0.0)
 
     def look(self, probe: Vec3) -> Sight:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,8 +53,8 @@ def test_an_interruption_ends_it_at_once(folder: Path, monkeypatch: pytest.Monke
     started: list[subprocess.Popen[str]] = []
     popen = subprocess.Popen
 
-    def recorded(*arguments: object, **options: object) -> subprocess.Popen[str]:
-        started.append(popen(*arguments, **options))  # type: ignore[call-overload]
+    def recorded(*arguments: Any, **options: Any) -> subprocess.Popen[str]:
+        started.append(popen(*arguments, **options))
         return started[0]
 
     def interrupt(share: float) -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 import trimesh
 from hypothesis import given, settings
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.objects import fix_mesh
-from cohaptic_server.objects.fix_mesh import fixed_within, inside
+from cohaptic_server.objects.fix_mesh import fixed_within, inside, read_fix_mesh
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
@@ -53,18 +54,22 @@ def test_a_second_surface_holds_what_lies_in_it(tmp_path: Path) -> None:
         fixed_vertices(replace(wanted, fix="z < 10%"), X)
 
 
+def held_within(path: Path) -> npt.NDArray[np.bool_]:
+    return fixed_within(path, *read_fix_mesh(path, 1.0), X)
+
+
 def test_a_surface_that_cannot_hold_says_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     y, faces = icosphere(1, 0.03)
     with pytest.raises(BodyError, match="there is no such file"):
-        fixed_within(tmp_path / "none.stl", 1.0, X)
+        read_fix_mesh(tmp_path / "none.stl", 1.0)
     with pytest.raises(BodyError, match="not closed: 3 of its edges do not have two triangles"):
-        fixed_within(write(tmp_path / "open.stl", y, faces[1:]), 1.0, X)
+        held_within(write(tmp_path / "open.stl", y, faces[1:]))
     with pytest.raises(SettingError, match=r"float away; it has x 0.97 to 1.03 m, .*the object"):
-        fixed_within(write(tmp_path / "far.stl", y + 1.0, faces), 1.0, X)
+        held_within(write(tmp_path / "far.stl", y + 1.0, faces))
     with pytest.raises(SettingError, match="leaves something free to move"):
-        fixed_within(write(tmp_path / "all.stl", 10.0 * y, faces), 1.0, X)
+        held_within(write(tmp_path / "all.stl", 10.0 * y, faces))
     monkeypatch.setattr(fix_mesh, "MAX_FIX_TRIANGLES", 79)
     with pytest.raises(BodyError, match="80 triangles; to say what is held 79 must do"):
-        fixed_within(write(tmp_path / "fine.stl", y, faces), 1.0, X)
+        held_within(write(tmp_path / "fine.stl", y, faces))

@@ -82,7 +82,11 @@ def test_no_tetrahedron_is_on_both_sides_by_more_than_what_counts_as_near(seed: 
 def test_what_ends_at_vertices_is_not_cut() -> None:
     mesh = block((0.1, 0.08, 0.06), (5, 4, 4))
     for limit in (0.015, 0.0, 0.0151, 0.0149):
-        found = cut(mesh, lambda x, limit=limit: x[:, 2] <= limit)  # type: ignore[misc]
+
+        def region(x: Floats, limit: float = limit) -> Mask:
+            return np.asarray(x[:, 2] <= limit)
+
+        found = cut(mesh, region)
         assert np.array_equal(np.sort(found.tets.tets, axis=0), np.sort(mesh.tets, axis=0))
         assert np.array_equal(found.fixed, mesh.vertices[:, 2] <= limit + 2e-4)
 

@@ -1,0 +1,63 @@
+"""The most memory that a process has taken, as the system counts it."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+_STATUS = Path("/proc/self/status")
+
+
+def peak_memory() -> int:
+    """Largest memory of this process so far, or of one that it waited for [bytes].
+
+    On Windows those that it waited for are left out.
+    """
+    if sys.platform == "win32":
+        return own_peak()
+    import resource
+
+    return max(own_peak(), _unit() * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+
+
+def own_peak() -> int:
+    """Largest memory of this process so far [bytes]: resident, on Windows committed."""
+    if sys.platform == "win32":
+        return _windows_peak()
+    import resource
+
+    if _STATUS.exists():
+        # On Linux `ru_maxrss` begins with the memory of the program that started this one.
+        found = re.search(r"VmHWM:\s*(\d+) kB", _STATUS.read_text())
+        if found is not None:
+            return 1024 * int(found[1])
+    return _unit() * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def _unit() -> int:
+    """Bytes in the unit of `ru_maxrss`: kilobytes but on macOS."""
+    return 1 if sys.platform == "darwin" else 1024
+
+
+def _windows_peak() -> int:
+    """PeakPagefileUsage: committed memory, whether or not it was touched [bytes]."""
+    if sys.platform == "win32":
+
+        class Counters(ctypes.Structure):
+            _fields_ = [
+                ("cb", ctypes.c_ulong),
+                ("page_faults", ctypes.c_ulong),
+                *((f"size{k}", ctypes.c_size_t) for k in range(8)),
+            ]
+
+        counters = Counters()
+        counters.cb = ctypes.sizeof(Counters)
+        kernel: Any = ctypes.windll.kernel32
+        kernel.GetCurrentProcess.restype = ctypes.c_void_p
+        handle = ctypes.c_void_p(kernel.GetCurrentProcess())
+        if kernel.K32GetProcessMemoryInfo(handle, ctypes.byref(counters), counters.cb):
+            return int(counters.size7)
+    return 0
