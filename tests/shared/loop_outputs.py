@@ -100,6 +100,34 @@ def random_minute() -> list[Any]:
     return rows
 
 
+def looks_at_meshes() -> list[Any]:
+    """What mesh surfaces look like to random probes, some far from all their vertices."""
+    from cohaptic.control.geometry import LocalSurface
+    from cohaptic.control.mesh_fit import RestSurface
+    from cohaptic.control.mesh_surface import MeshSurface
+    from cohaptic.vec import ZERO, unit
+    from tests.neighbourhoods import facts
+
+    rng = random.Random(25)
+    places = [(0.01 * i, 0.01 * k, 0.0) for i in range(7) for k in range(7)]
+    corners = [7 * i + k for i in range(6) for k in range(6)]
+    faces = [face for c in corners for face in ((c, c + 7, c + 8), (c, c + 8, c + 1))]
+    rest, rows = RestSurface(places, faces), list[Any]()
+    for _ in range(200):
+        normal = unit((rng.gauss(0.0, 0.1), rng.gauss(0.0, 0.1), 1.0))
+        x_free = (rng.uniform(0.0, 0.06), rng.uniform(0.0, 0.06), rng.gauss(0.0, 0.001))
+        base = LocalSurface(x_free, normal, rng.uniform(-20.0, 20.0), 4e-3, ZERO, ZERO)
+        near = rng.sample(range(len(places)), rng.choice((1, 3, 40)))
+        moved = [[rng.gauss(0.0, 0.001) for _ in range(3)] for _ in near]
+        told = facts((k, x, y, z, 2e-3) for k, (x, y, z) in zip(sorted(near), moved, strict=True))
+        surface = MeshSurface(rest, base, told)
+        for depth in (0.0, 0.002, 0.02, 0.2, 2.0):
+            probe = [x - depth * n for x, n in zip(x_free, normal, strict=True)]
+            seen = surface.look((probe[0], probe[1], probe[2]))
+            rows.append([seen.depth, *seen.normal, seen.c_ii])
+    return rows
+
+
 def numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
     """Every number in nested lists, tuples and dictionaries, with its place."""
     if value is None:
@@ -122,7 +150,7 @@ def main() -> None:
         if not is_complete("loop"):
             print(describe("loop"), file=sys.stderr)
             sys.exit(NOT_COMPILED)
-    rows = random_minute()
+    rows = random_minute() + looks_at_meshes()
     from tests.client.loop.plays import PLAYS, ROUGH, play_out
 
     plays = [play_out(play) for play in (*PLAYS, ROUGH)]

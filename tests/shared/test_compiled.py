@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import shutil
 from pathlib import Path
 
@@ -9,8 +10,8 @@ import pytest
 
 from cohaptic.compiled import MANIFEST, PYTHON
 from compiling.build import CompileError, build
-from compiling.sources import units
-from tests.shared.loop_outputs import outputs_of_a_loop
+from compiling.sources import module_path, units
+from tests.shared.loop_outputs import ROOT, outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
 SHARED = ["cohaptic.control.mesh_fit"]  # of the packages that the checkout has a copy of
@@ -156,6 +157,18 @@ def test_the_loop_gives_the_same_compiled() -> None:
         assert one.keys() == other.keys()
         # To rounding: a compiler may put a product and a sum into one instruction.
         assert other == pytest.approx(one, rel=1e-12, abs=1e-12), one
+
+
+def test_no_constant_of_the_loop_is_one_that_mypyc_cannot_read() -> None:
+    """Of a `Final` tuple that begins with a float it says, where it is read, that it is not set."""
+    (loop,) = (unit for unit in units(ROOT) if unit.group == "loop")
+    for path in (module_path(ROOT, name) for name in loop.modules):
+        assert path is not None
+        for line in ast.parse(path.read_text()).body:
+            if isinstance(line, ast.AnnAssign) and isinstance(line.value, ast.Tuple):
+                first = ast.unparse(line.value.elts[0])
+                is_float = "." in first and first.strip("-").replace(".", "").isdigit()
+                assert not (is_float and "Final" in ast.unparse(line.annotation)), (path, first)
 
 
 def test_a_declaration_without_a_module_is_a_source_of_the_kernels_that_use_it(

@@ -39,7 +39,8 @@ _MAX_FACTOR = 4.0  # far from 1 only next to held vertices, where the compliance
 # Cosine of the normals, or trust in the vertices from 0 to 1; error of the depth [m]; factor of the
 # compliance; what their normal lacks near the line.
 Error = tuple[float, float, float, float, float, float]
-_NO_SURFACE: Final[Error] = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+# Not `Final`: mypyc says of such a tuple that begins with a float that it was not set.
+_NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _smooth(share: float) -> float:
