@@ -52,15 +52,20 @@ class Factor:
     Args:
         fronts: Children before their parents.
         front_of: Front that eliminates each node, shape (n,).
+        numbers: The array in which all blocks lie one after the other, if they do: of each front
+            `lower` column by column, then `carry` row by row; shape (k,).
 
     Attributes:
         fronts: As given.
         front_of: As given.
+        numbers: As given.
         size: Number of unknowns, 3 n.
     """
 
-    def __init__(self, fronts: Sequence[FactorFront], front_of: Ints) -> None:
-        self.fronts, self.front_of = fronts, front_of
+    def __init__(
+        self, fronts: Sequence[FactorFront], front_of: Ints, numbers: AnyFloats | None = None
+    ) -> None:
+        self.fronts, self.front_of, self.numbers = fronts, front_of, numbers
         self.size = 3 * len(front_of)
 
     @property

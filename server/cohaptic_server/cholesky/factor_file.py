@@ -15,20 +15,23 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor import Factor, FactorFront
+from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Ints
 
 
 def to_arrays(
     factor: Factor, precision: type[np.float32] | type[np.float64] = np.float32
 ) -> dict[str, npt.NDArray[Any]]:
-    """All arrays of a factor by name, for `from_arrays`.
+    """All arrays of a factor by name, for `from_arrays`; its own where they are so already.
 
     Args:
         factor: Of any precision.
         precision: `np.float32` or `np.float64`, of the numbers.
     """
-    values: npt.NDArray[Any] = np.empty(count_values(factor), dtype=precision)
-    copy_values(factor, values)
+    values: npt.NDArray[Any] | None = factor.numbers
+    if values is None or values.dtype != precision:
+        values = np.empty(count_values(factor), dtype=precision)
+        copy_values(factor, values)
     return {**indices_of(factor), "values": values}
 
 
@@ -73,15 +76,23 @@ def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
     """
     try:
         front_of = np.asarray(arrays["front_of"], dtype=np.int64)
-        fronts = _fronts(arrays, 3 * len(front_of))
+        values = _numbers(arrays)
+        fronts = _fronts(arrays, values, 3 * len(front_of))
     except (KeyError, ValueError, IndexError) as error:
         raise BodyError(f"this is no factor: {error}") from error
     if not _within(front_of, len(fronts)):
         raise BodyError("this is no factor: a node is in a front that is not there")
-    return Factor(fronts, front_of)
+    return Factor(fronts, front_of, values)
 
 
-def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[FactorFront]:
+def _numbers(arrays: Mapping[str, npt.NDArray[Any]]) -> AnyFloats:
+    values = np.asarray(arrays["values"]).reshape(-1)
+    return values if values.dtype == np.float64 else values.astype(np.float32, copy=False)
+
+
+def _fronts(
+    arrays: Mapping[str, npt.NDArray[Any]], values: AnyFloats, size: int
+) -> list[FactorFront]:
     """Fronts of a stored factor of `size` unknowns.
 
     Raises:
@@ -91,9 +102,6 @@ def _fronts(arrays: Mapping[str, npt.NDArray[Any]], size: int) -> list[FactorFro
     table = np.asarray(arrays["fronts"], dtype=np.int64).reshape(-1, 4)
     owns = np.split(np.asarray(arrays["own"], dtype=np.int64), np.cumsum(table[:, 0])[:-1])
     borders = np.split(np.asarray(arrays["border"], dtype=np.int64), np.cumsum(table[:, 1])[:-1])
-    values = np.asarray(arrays["values"]).reshape(-1)
-    if values.dtype != np.float64:
-        values = values.astype(np.float32, copy=False)
     if stored_bytes(table) != 4 * len(values):
         raise ValueError(f"{len(values)} numbers do not fill its fronts")
     fronts: list[FactorFront] = []

@@ -60,27 +60,28 @@ def factorise(
         BodyError: The matrix is not positive definite.
     """
     plan = plan or plan_of(graph_of(matrix), points, retained)
-    fronts = _eliminate(matrix, plan, progress)
+    # One array, whose pages take memory as they are written: many would leave gaps among updates.
+    numbers = _zeros(plan.factor_bytes // 8)
+    fronts = _eliminate(matrix, plan, numbers, progress)
     front_of = np.empty(len(points), dtype=np.int64)
     for k, part in enumerate(plan.parts):
         front_of[part.own] = k
-    return Factor(fronts, front_of)
+    return Factor(fronts, front_of, numbers)
 
 
 def _eliminate(
-    matrix: sp.csr_array, plan: Plan, progress: Callable[[float], None]
+    matrix: sp.csr_array, plan: Plan, numbers: Floats, progress: Callable[[float], None]
 ) -> list[FactorFront]:
     local = np.full(matrix.shape[0], -1, dtype=np.int64)
-    # One array, whose pages take memory as they are written: many would leave gaps among updates.
-    values, start = _zeros(plan.factor_bytes // 8), 0
     updates: dict[int, Floats] = {}
     fronts: list[FactorFront] = []
+    start = 0
     nothing: Floats = np.empty((0, 0))
     for k, (part, border_nodes) in enumerate(zip(plan.parts, plan.borders, strict=True)):
         own, border = dofs(part.own), dofs(border_nodes)
         a, b = len(own), len(border)
         kept = bool(plan.kept[k])
-        place = values[start : start + a * (a + b)] if kept else _zeros(a * (a + b))
+        place = numbers[start : start + a * (a + b)] if kept else _zeros(a * (a + b))
         start += len(place) if kept else 0
         front = _Front(
             place[: a * a].reshape((a, a), order="F"),

@@ -20,7 +20,7 @@ from cohaptic_server.inspection.picture import draw
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.cache import cache_folder
-from cohaptic_server.peak_memory import peak_memory
+from cohaptic_server.process_memory import peak_memory
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True

@@ -14,7 +14,7 @@ import threading
 from typing import Any
 
 from cohaptic.runtime.scheduling import stand_back
-from cohaptic_server.peak_memory import own_peak
+from cohaptic_server.process_memory import own_peak
 
 TOO_MUCH_MEMORY = 86  # exit status of a process that the thread has ended
 _LOOK_EVERY = 0.1  # s

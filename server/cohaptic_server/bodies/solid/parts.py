@@ -19,6 +19,7 @@ from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.cholesky.symbolic import graph_of_elements
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Mask
+from cohaptic_server.process_memory import give_back
 from cohaptic_server.progress import Progress
 
 
@@ -76,7 +77,9 @@ def factor_of(
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     matrix = sp.csr_array(stiffness_of(shape, settings)[dof][:, dof])
     points, retained = shape.nodes[free], _on_surface(shape)[free]
-    return factorise(matrix, points, retained, progress, plan or plan_of_solid(shape))
+    plan = plan or plan_of_solid(shape)
+    give_back()  # the estimate of memory counts what is in use
+    return factorise(matrix, points, retained, progress, plan)
 
 
 def _on_surface(shape: SolidShape) -> Mask:
