@@ -34,7 +34,10 @@ _NEAR = 2.5
 # vertices were turned. Where it was longer, or only the normal was turned, dragging with friction
 # made more energy, and the passivity layer observed 13 % less than there was.
 _TURNING = 1.25
-_MAX_FACTOR = 4.0  # far from 1 only next to held vertices, where the compliance falls to zero
+# On a limb a contact has a fifth of the compliance of the vertices beside it, whose normals lie
+# nearer to the way in which it bends. Below the contact the server's holds, whatever they say; the
+# limit only keeps what is hardly a compliance, next to held vertices, from overflowing.
+_MAX_FACTOR = 1e6
 
 # Cosine of the normals, or trust in the vertices from 0 to 1; error of the depth [m]; factor of the
 # compliance; what their normal lacks near the line.

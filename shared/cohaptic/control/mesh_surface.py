@@ -29,6 +29,10 @@ from cohaptic.control.line_error import LineError
 from cohaptic.control.mesh_fit import MeshFit, RestSurface
 from cohaptic.vec import Vec3, unit
 
+# Beside a contact the compliance is at most so many times that of the contact, and no smaller share
+# of it unless vertices say so themselves, as held ones do: more is not known beyond one tick.
+_BESIDE = 4.0
+
 
 class MeshSurface:
     """The surface of a mesh patch. Its caches only save time; results do not depend on them.
@@ -57,6 +61,8 @@ class MeshSurface:
             return sight
         trust, depth_error, c_factor, tx, ty, tz = self._error.at(probe, sight.depth)
         s *= trust
+        least, most = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
+        c_here = min(max(c_ii * c_factor, least), most)
         n = sight.normal
         mixed = (
             n[0] + s * (nx + tx - n[0]),
@@ -66,7 +72,7 @@ class MeshSurface:
         return Sight(
             sight.depth + s * (depth - depth_error - sight.depth),
             unit(mixed, n),
-            sight.c_ii + s * (c_ii * c_factor - sight.c_ii),
+            sight.c_ii + s * (c_here - sight.c_ii),
             sight.own_force,
             sight.u_others,
         )

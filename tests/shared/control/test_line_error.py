@@ -29,12 +29,17 @@ BALL = RestSurface(BALL_VERTICES, [(a, b, c) for a, b, c in _faces.tolist()])
 IN_FRONT = [k for k, v in enumerate(BALL_VERTICES) if v[0] > 0.06]
 
 
-def bumpy(seed: int, tilt: Vec3, off: float, curvature: float) -> tuple[MeshSurface, LocalSurface]:
-    """A ball whose vertices lie up to 2 mm off it, and a contact that is not quite theirs."""
+def bumpy(
+    seed: int, tilt: Vec3, off: float, curvature: float, share: float = 0.5
+) -> tuple[MeshSurface, LocalSurface]:
+    """A ball whose vertices lie up to 2 mm off it, and a contact that is not quite theirs.
+
+    The vertices have `share` of its compliance, as on limbs, which bend to one side more easily.
+    """
     moved = np.random.default_rng(seed).uniform(-0.002, 0.002, (len(IN_FRONT), 3)).tolist()
     normal = unit(add((1.0, 0.0, 0.0), tilt))
     base = LocalSurface((RADIUS + off, 0.001, -0.002), normal, curvature, C_II, ZERO, ZERO)
-    told = facts((k, *by, 0.5 * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
+    told = facts((k, *by, share * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
     return MeshSurface(BALL, base, told), base
 
 
@@ -65,16 +70,28 @@ made = {
 }
 
 
-@given(**made, depth=st.floats(-0.01, 0.02))
+@given(**made, share=st.sampled_from([0.02, 0.5, 40.0]), depth=st.floats(-0.01, 0.02))
 def test_below_the_contact_the_patch_is_right(
-    seed: int, tilt: Vec3, off: float, curvature: float, depth: float
+    seed: int, tilt: Vec3, off: float, curvature: float, share: float, depth: float
 ) -> None:
     """Exactly at the points, and to some hundredths of a millimetre between them."""
-    found, base = bumpy(seed, tilt, off, curvature)
+    found, base = bumpy(seed, tilt, off, curvature, share)
     sight = found.look(sub(base.x_free, scale(base.normal, depth)))
     assert sight.depth == pytest.approx(depth, abs=5e-5)
     assert dot(sight.normal, base.normal) > CLOSE
     assert sight.c_ii == pytest.approx(C_II, rel=0.02)
+
+
+@given(**made, beside=st.tuples(*[st.floats(-0.03, 0.03)] * 3))
+def test_beside_the_contact_the_compliance_is_at_most_four_times_another_or_that_of_vertices(
+    seed: int, tilt: Vec3, off: float, curvature: float, beside: Vec3
+) -> None:
+    rng = np.random.default_rng(seed)
+    base = bumpy(seed, tilt, off, curvature)[1]
+    compliances = (C_II * 10.0 ** rng.uniform(-3.0, 3.0, len(IN_FRONT))).tolist()
+    told = facts((k, 0.0, 0.0, 0.0, c) for k, c in zip(IN_FRONT, compliances, strict=True))
+    sight = MeshSurface(BALL, base, told).look(add(base.x_free, beside))
+    assert min(0.2499 * C_II, *compliances) < sight.c_ii < 4.001 * C_II
 
 
 @given(**made)
