@@ -52,6 +52,15 @@ def test_a_plate_is_half_of_its_thickness_deep() -> None:
     assert sorted(set(through.round(9).tolist())) == [0.02, 0.2]
 
 
+def test_what_is_thinner_than_a_step_is_not_without_depth() -> None:
+    sheet = block((0.2, 0.2, 0.001), (20, 20, 1))
+    faces = boundary(sheet.tets)
+    used = np.unique(faces)
+    mesh = SurfaceMesh(sheet.vertices[used], np.searchsorted(used, faces))
+    inner = np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) < 0.07)
+    assert depth_under(mesh, inner) == pytest.approx(0.0005)
+
+
 def test_edges_and_tips_are_not_smooth() -> None:
     cube = block((0.1, 0.1, 0.1), (4, 4, 4))
     faces = boundary(cube.tets)
