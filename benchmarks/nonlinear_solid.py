@@ -39,8 +39,9 @@ from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 PERIOD = 1.0 / 60.0  # s
 SPEED = 0.1  # m/s along the ring

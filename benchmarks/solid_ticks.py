@@ -34,8 +34,9 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 from flex import DEPTH, MOST, TooLarge, compiled, step
 from memory import read_time
 

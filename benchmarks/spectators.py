@@ -32,8 +32,9 @@ from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 from spectator_processes import PERIOD, Lateness, hand, hands, spectators
 
 WARM_UP = 1.0  # s at the start of a phase that are not counted

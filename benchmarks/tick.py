@@ -35,8 +35,9 @@ from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.contact import Contact, locate
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 PERIOD = 1.0 / 60.0  # s
 SLIDE = 0.08  # m to and fro

@@ -20,7 +20,7 @@ from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.sticking_equilibrium import (
     StickingEquilibrium,
     StickingHand,
@@ -28,6 +28,7 @@ from cohaptic_server.world.sticking_equilibrium import (
     touch_down,
 )
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 DT = 1.0 / 60.0  # s
 

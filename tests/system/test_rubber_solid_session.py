@@ -18,8 +18,9 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.testing.blocks import grid
 from cohaptic_server.world.equilibrium import RestingHand, solve
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 from tests.server.bodies.rubber_solid.inversion import least_volume
 
 DT = 1.0 / 60.0  # s

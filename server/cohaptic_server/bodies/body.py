@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple, Protocol, overload, runtime_checkable
 
 import numpy as np
 
-from cohaptic_server.bodies.superposition import subtract
+from cohaptic_server.bodies.superposition import subtract_own
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
@@ -34,14 +36,16 @@ class LoadArrays(NamedTuple):
     """Loads as arrays, for compiled loops over all of them.
 
     Args:
-        starts: Where each load begins in the next two, and the last one's end, shape (c + 1,).
-        vertices: Under the loads, one load after the other, shape (k,).
-        weights: Share of a load's force on each, shape (k,).
+        starts, ends: Where each load begins in the next two, and where it ends, shape (c,) each;
+            the loads of a contact with friction share their places.
+        vertices: Under the loads, shape (k,) or longer.
+        weights: Share of a load's force on each, shape (k,) or longer.
         directions: Of the loads, shape (c, 3).
         forces: Of the loads, shape (c,) [N].
     """
 
     starts: Ints
+    ends: Ints
     vertices: Ints
     weights: Floats
     directions: Floats
@@ -50,17 +54,57 @@ class LoadArrays(NamedTuple):
     @classmethod
     def of(cls, loads: Sequence[Load]) -> LoadArrays:
         """The arrays of some loads."""
-        starts = np.zeros(len(loads) + 1, dtype=np.int64)
+        if isinstance(loads, Loads):
+            return loads.arrays
+        bounds = np.zeros(len(loads) + 1, dtype=np.int64)
         if not loads:
-            return cls(starts, starts[:0], np.zeros(0), np.zeros((0, 3)), np.zeros(0))
-        np.cumsum([len(load.vertices) for load in loads], out=starts[1:])
+            nothing = np.zeros(0)
+            return cls(bounds[:0], bounds[:0], bounds[:0], nothing, np.zeros((0, 3)), nothing)
+        np.cumsum([len(load.vertices) for load in loads], out=bounds[1:])
         return cls(
-            starts,
+            bounds[:-1],
+            bounds[1:],
             np.concatenate([load.vertices for load in loads]),
             np.concatenate([load.weights for load in loads]),
             np.array([load.direction for load in loads]),
             np.array([load.force for load in loads]),
         )
+
+
+class Loads(Sequence[Load]):
+    """Loads that are arrays, and become values only for a body that reads them one by one.
+
+    Args:
+        arrays: Of all loads.
+    """
+
+    def __init__(self, arrays: LoadArrays) -> None:
+        self.arrays = arrays
+
+    @cached_property
+    def _loads(self) -> list[Load]:
+        starts, ends, vertices, weights, directions, forces = self.arrays
+        # Loads that share their places share their arrays, by which a body knows them.
+        parts = {
+            a: (vertices[a:b], weights[a:b])
+            for a, b in zip(starts.tolist(), ends.tolist(), strict=True)
+        }
+        return [
+            Load(*parts[a], direction, force)
+            for a, direction, force in zip(
+                starts.tolist(), directions, forces.tolist(), strict=True
+            )
+        ]
+
+    def __len__(self) -> int:
+        return len(self.arrays.forces)
+
+    @overload
+    def __getitem__(self, at: int, /) -> Load: ...
+    @overload
+    def __getitem__(self, at: slice, /) -> Sequence[Load]: ...
+    def __getitem__(self, at: int | slice, /) -> Load | Sequence[Load]:
+        return self._loads[at]
 
 
 class Response(Protocol):
@@ -133,10 +177,39 @@ class DenseResponse:
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
+        first, last, _ = loads.indices(len(self.fields))
+        known = np.array([0, len(vertices)])
+        return self.without_own(np.array([first, last]), forces, known, vertices)
+
+    def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
+        """Displacement of some vertices for each user, without the loads of that user."""
         left = np.empty((len(vertices), 3))
-        first = loads.indices(len(self.fields))[0]
-        subtract(self.displacement, self.fields, first, forces, vertices, left)
+        subtract_own(self.displacement, self.fields, spans, forces, starts, vertices, left)
         return left
+
+
+def without_own(
+    response: Response, spans: Ints, forces: Floats, starts: Ints, vertices: Ints
+) -> Floats:
+    """Displacement of some vertices for each user, without the loads of that user (science 3.3).
+
+    Args:
+        response: Of the body to everybody.
+        spans: First load of each user, and the end of the last one's, shape (n + 1,).
+        forces: To subtract from these loads, shape (spans[n] - spans[0],) [N].
+        starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).
+        vertices: Shape (k,).
+
+    Returns:
+        Shape (k, 3) [m].
+    """
+    if isinstance(response, DenseResponse):
+        return response.without_own(spans, forces, starts, vertices)
+    left, loads, places = np.empty((len(vertices), 3)), spans.tolist(), starts.tolist()
+    for (a, b), (c, d) in zip(pairwise(loads), pairwise(places), strict=True):
+        own = forces[a - loads[0] : b - loads[0]]
+        left[c:d] = response.without(slice(a, b), own, vertices[c:d])
+    return left
 
 
 class Body(Protocol):

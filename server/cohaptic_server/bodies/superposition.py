@@ -9,14 +9,20 @@ COMPILED = not __file__.endswith(".py")
 
 
 def superpose(
-    C: Narrow, starts: Ints, vertices: Ints, weights: Floats, directions: Floats, fields: Floats
+    C: Narrow,
+    starts: Ints,
+    ends: Ints,
+    vertices: Ints,
+    weights: Floats,
+    directions: Floats,
+    fields: Floats,
 ) -> None:
     """The field of each load: the displacement of every vertex per unit of its force.
 
     Args:
         C: Compliance of all vertices, symmetric, shape (3 n, 3 n) [m/N].
-        starts: Where each load begins in `vertices` and `weights`, and the last one's end, shape
-            (c + 1,).
+        starts, ends: Where each load begins in `vertices` and `weights`, and where it ends, shape
+            (c,) each.
         vertices: Under the pressures of the loads, one after the other, shape (k,).
         weights: Share of a load's force on each, shape (k,).
         directions: Unit vector of each load, shape (c, 3).
@@ -28,7 +34,7 @@ def superpose(
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
         k = starts[i]
         # Two vertices, six rows, in one pass: the field is read and written half as often.
-        while k + 1 < starts[i + 1]:
+        while k + 1 < ends[i]:
             a, b = 3 * vertices[k], 3 * vertices[k + 1]
             ax, ay, az = weights[k] * x, weights[k] * y, weights[k] * z
             bx, by, bz = weights[k + 1] * x, weights[k + 1] * y, weights[k + 1] * z
@@ -36,7 +42,7 @@ def superpose(
                 one = ax * C[a, j] + ay * C[a + 1, j] + az * C[a + 2, j]
                 fields[i, j] += one + (bx * C[b, j] + by * C[b + 1, j] + bz * C[b + 2, j])
             k += 2
-        if k < starts[i + 1]:
+        if k < ends[i]:
             a = 3 * vertices[k]
             ax, ay, az = weights[k] * x, weights[k] * y, weights[k] * z
             for j in range(fields.shape[1]):
@@ -44,13 +50,19 @@ def superpose(
 
 
 def seen_by(
-    fields: Floats, starts: Ints, vertices: Ints, weights: Floats, directions: Floats, C: Floats
+    fields: Floats,
+    starts: Ints,
+    ends: Ints,
+    vertices: Ints,
+    weights: Floats,
+    directions: Floats,
+    C: Floats,
 ) -> None:
     """Displacement of each contact along its direction by each load, per unit of force.
 
     Args:
         fields: Of the loads, shape (c, 3 n) [m/N].
-        starts: As in `superpose`.
+        starts, ends: As in `superpose`.
         vertices: As there.
         weights: As there.
         directions: As there.
@@ -60,35 +72,40 @@ def seen_by(
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
         for j in range(C.shape[1]):
             moved = 0.0
-            for k in range(starts[i], starts[i + 1]):
+            for k in range(starts[i], ends[i]):
                 a = 3 * vertices[k]
                 along = x * fields[j, a] + y * fields[j, a + 1] + z * fields[j, a + 2]
                 moved += weights[k] * along
             C[i, j] = moved
 
 
-def subtract(
+def subtract_own(
     displacement: Floats,
     fields: Floats,
-    first: int,
+    spans: Ints,
     forces: Floats,
+    starts: Ints,
     vertices: Ints,
     left: Floats,
 ) -> None:
-    """Displacement of some vertices without some of the loads.
+    """Displacement of some vertices for each user, without the loads of that user.
 
     Args:
         displacement: Of every vertex under all loads, shape (n, 3) [m].
         fields: Of the loads, shape (c, n, 3) [m/N].
-        first: First load to leave out.
-        forces: Of the loads to leave out, in order, shape (l,) [N].
+        spans: First load of each of u users, and the end of the last one's, shape (u + 1,).
+        forces: Of the loads to leave out, in order, at most those of the span, shape (l,) [N].
+        starts: Where the vertices of each user begin, and the last one's end, shape (u + 1,).
         vertices: Shape (k,).
         left: Set to the displacement, shape (k, 3) [m].
     """
-    for k in range(vertices.shape[0]):
-        v = vertices[k]
-        for axis in range(3):
-            left[k, axis] = displacement[v, axis]
-        for i in range(forces.shape[0]):
+    for user in range(starts.shape[0] - 1):
+        first, last = spans[user], min(spans[user + 1], spans[0] + forces.shape[0])
+        for k in range(starts[user], starts[user + 1]):
+            v = vertices[k]
             for axis in range(3):
-                left[k, axis] -= forces[i] * fields[first + i, v, axis]
+                left[k, axis] = displacement[v, axis]
+            for i in range(first, last):
+                force = forces[i - spans[0]]
+                for axis in range(3):
+                    left[k, axis] -= force * fields[i, v, axis]

@@ -55,7 +55,7 @@ class TouchedBody:
     @cached_property
     def windows(self) -> ContactWindows:
         """Windows round contacts, for patches that carry more than a plane."""
-        return ContactWindows(self.body.mesh, self.mesh)
+        return ContactWindows.on(self.body.mesh, self.mesh)
 
     @cached_property
     def touch_compliance(self) -> Floats:

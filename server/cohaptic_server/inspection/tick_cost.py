@@ -14,8 +14,9 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 USERS = (1, 8)
 _TICKS = 31

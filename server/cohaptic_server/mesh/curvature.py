@@ -1,4 +1,4 @@
-"""Curvature round a contact by least squares: of a sphere for its patch, and of a bulge.
+"""Curvature round a contact by least squares: of a sphere for its patch.
 
 A sphere of curvature c through a point with normal n satisfies 2 h + c r^2 = 0 for each of its
 points, at height h over the tangent plane and distance r from the point. Height and tilt are fitted
@@ -12,56 +12,49 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic_server.mesh.search.bulge_fit import fit_bulge
-from cohaptic_server.mesh.search.sphere_fit import fit_sphere
+from cohaptic_server.mesh.search.sphere_fit import fit_spheres
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 FIT_RADIUS = 2.5  # contact radii round the contact from which points are fitted
 _MIN_SPACINGS = 3.0  # vertex spacings; least radius of the fit on a coarse mesh
-_ROOM = np.zeros((5, 6))  # for the equations of one fit after the other
-_BULGE_ROOM = np.zeros((6, 8))
+_SPHERE_ROOM = np.zeros((5, 6))  # for the equations of one fit after the other
 
 
-def fit_curvature(
-    rest: Floats, vertices: Ints, displacement: Floats, rows: Ints, frame: Floats, radius: float
-) -> float:
+def fit_curvatures(
+    rest: Floats,
+    starts: Ints,
+    vertices: Ints,
+    displacement: Floats,
+    rows: Ints,
+    points: Floats,
+    normals: Floats,
+    radius: float,
+) -> Floats:
     """Curvature of the sphere nearest to displaced vertices, positive where they bulge [1/m].
 
     Args:
-        rest: Resting positions of all vertices, shape (n, 3) [m].
+        rest: Resting positions of all vertices, shape (v, 3) [m].
+        starts: Where the vertices of each of n contacts begin, and the last one's end, in the first
+            row, and the same of `rows` in the second, shape (2 or more, n + 1).
         vertices: Those whose displacement is known, shape (k,).
         displacement: Of these, shape (k, 3) [m].
-        rows: Those of `vertices` that are fitted, as indices into them, shape (r,).
-        frame: Contact point and outward unit normal there, shape (2, 3).
+        rows: Those of its vertices that are fitted, counted from a contact's first, shape (r,).
+        points: Contact points, shape (n, 3) [m].
+        normals: Outward unit normals there, shape (n, 3).
         radius: Of the fit [m].
 
     Returns:
-        The curvature, at most 2 / radius: a sphere smaller than the fitted region has no meaning.
-        Zero with fewer than six points.
+        The curvatures, at most 2 / radius: a sphere smaller than the fitted region has no meaning.
+        Zero with fewer than six points. Shape (n,).
     """
-    curvature = fit_sphere(rest, vertices, displacement, rows, frame, radius, _ROOM)
-    return min(2.0 / radius, max(-2.0 / radius, curvature))
+    found = np.empty(len(points))
+    fit_spheres(
+        rest, starts, vertices, displacement, rows, points, normals, radius, _SPHERE_ROOM, found
+    )
+    return np.minimum(2.0 / radius, np.maximum(-2.0 / radius, found))
 
 
 def fit_radius(mesh: SurfaceMesh, contact_radius: float) -> float:
     """Radius round a contact within which the sphere is fitted [m]."""
     return max(FIT_RADIUS * contact_radius, _MIN_SPACINGS * mesh.spacing())
-
-
-def bulge(
-    mesh: SurfaceMesh, vertices: Ints, displacement: Floats, frame: Floats, contact_radius: float
-) -> float:
-    """Largest outward curvature that a displacement adds to the surface round a contact [1/m].
-
-    Args:
-        mesh: Resting surface.
-        vertices: Those whose displacement is known, shape (k,).
-        displacement: Of these, shape (k, 3) [m].
-        frame: Foot, point and normal of the contact, shape (3, 3).
-        contact_radius: Of its pressure [m].
-    """
-    radius = fit_radius(mesh, contact_radius)
-    return fit_bulge(
-        mesh.vertices, mesh.normals, vertices, displacement, frame, radius, _BULGE_ROOM
-    )

@@ -24,8 +24,9 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one
 REPLACE_AFTER = 2.0  # s without a sample, after which another client may take over the name

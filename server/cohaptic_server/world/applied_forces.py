@@ -6,21 +6,22 @@ fast. A probe that jumps leaves its force behind, to fade where it was.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
-from cohaptic.vec import norm, sub
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.force_limits import (
     EFFECT_RATE,
     allowed_shares,
     limit_forces,
     low_pass,
 )
-from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState, WorldState
+from cohaptic_server.world.loops.vectors import jumped, tangential_parts
+from cohaptic_server.world.state import NEGLIGIBLE, Release
+from cohaptic_server.world.users import Applied, Tracked, WorldState
 
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
 # own; three radii are one and a half diameters, deeper than anybody presses on purpose.
@@ -29,7 +30,7 @@ MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow
 
 
 def update_releases(
-    state: WorldState, tracked: Sequence[UserState], fade: float, *, max_move: float
+    state: WorldState, tracked: Tracked, fade: float, *, max_move: float
 ) -> tuple[Release, ...]:
     """Forces that fade where probes have left them: those still fading, and new ones.
 
@@ -48,24 +49,25 @@ def update_releases(
         if release.share - fade > 0.0
     ]
     fading = {release.user for release in releases}
-    for user in tracked:
-        previous = state.users.get(user.touch.user)
-        if previous is None or previous.force <= NEGLIGIBLE or user.touch.user in fading:
-            continue
-        if _has_jumped(state, user, max_move):
-            releases.append(Release(user.touch.user, previous.press, 1.0))
+    rows, anybody = _rows_before(state, tracked, max_move)
+    if anybody:
+        for i in np.flatnonzero((rows < 0) & (tracked.before >= 0)).tolist():
+            user = tracked.touches[i].user
+            if state.users[user].force > NEGLIGIBLE and user not in fading:
+                releases.append(Release(user, state.users[user].press, 1.0))
     return tuple(releases)
 
 
+# One step after another, each of which needs the arrays of those before it.
 def apply_forces(
     body: Body,
     state: WorldState,
-    tracked: Sequence[UserState],
+    tracked: Tracked,
     released: Collection[int],
     dt: float,
     *,
     max_move: float,
-) -> list[UserState]:
+) -> Applied:
     """Decide the forces that the body gets, from those that users request.
 
     Args:
@@ -76,107 +78,95 @@ def apply_forces(
         dt: Simulation period N T [s].
         max_move: Distance that a hand can move a contact in one tick [m].
 
-    Returns:
-        The users with their applied forces, in the same order.
     """
-    if not tracked:
-        return []
-    C = _previous_coupling(state, tracked, max_move)
+    n, last = len(tracked.touches), state.users.applied
+    if not n:
+        return Applied(tracked.presence, tracked.requested, tracked.tangential)
+    C = _previous_coupling(state, *_rows_before(state, tracked, max_move))
     # Of a contact whose coupling is not known yet it is infinite.
     c_ii = C.diagonal().copy()
-    present = np.array([float(user.touch.user not in released) for user in tracked])
-    previous = present * np.array([_previous_force(state, user) for user in tracked])
-    requested = present * np.array([user.requested for user in tracked])
-    indentation = MAX_INDENTATION * body.mesh.size
-    max_force = np.where(np.isfinite(c_ii), indentation / np.maximum(c_ii, 1e-12), np.inf)
-    limited = limit_forces(requested, max_force)
-    scale = present * (limited / np.maximum(requested, 1e-300))
-    tangential, previous_tangential = _tangential_forces(state, tracked, present, scale)
-    lag = np.array([_lag_of(state, user) for user in tracked])
+    presence, requested, previous = tracked.presence, tracked.requested, np.zeros(n)
+    here = tracked.before >= 0
+    previous[here] = last.force[tracked.before[here]]
+    present = np.ones(n)
+    if released:
+        present[[touch.user in released for touch in tracked.touches]] = 0.0
+        presence, requested, previous = present * presence, present * requested, present * previous
+    # Unbounded where the coupling is not known.
+    max_force = MAX_INDENTATION * body.mesh.size / np.maximum(c_ii, 1e-12)
+    limited = limit_forces(requested, np.where(c_ii < np.inf, max_force, np.inf))
+    lag = _lags(state, tracked)
     normal = low_pass(previous, limited, lag, dt)
-    tangential = low_pass(previous_tangential, tangential, lag[:, None], dt)
-
-    aside = tangential - previous_tangential
-    change = np.abs(normal - previous) + np.sqrt(np.einsum("ij,ij->i", aside, aside))
-    stiffness = _hand_stiffness(tracked, c_ii)
+    change = np.abs(normal - previous)
+    along = was = tracked.tangential
+    if tracked.rough:
+        scale = present * (limited / np.maximum(requested, 1e-300))
+        was = _previous_tangential(last, tracked, present)
+        along = low_pass(was, scale[:, None] * tracked.tangential, lag[:, None], dt)
+        aside = along - was
+        change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
+    # K of each hand, at most 1 / C_ii where that is known.
+    device = tracked.settings[1]
+    stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
     # A hand that feels no force cannot be moved, so nobody is slowed down for its sake.
     C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
     share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
-    normal = previous + share * (normal - previous)
-    tangential = previous_tangential + share[:, None] * (tangential - previous_tangential)
-    return [
-        user.carrying(
-            force, None if user.requested_tangential is None else along, user.presence * counts
-        )
-        for user, counts, force, along in zip(
-            tracked, present.tolist(), normal.tolist(), tangential, strict=True
-        )
-    ]
+    tangential = was + share[:, None] * (along - was) if tracked.rough else along
+    return Applied(presence, previous + share * (normal - previous), tangential)
 
 
-def _has_jumped(state: WorldState, user: UserState, max_move: float) -> bool:
-    """Whether a contact is new, or further from its previous one than a hand can move it."""
-    previous = state.users.get(user.touch.user)
-    if previous is None:
-        return True
-    return norm(sub(user.contact.places[0], previous.contact.places[0])) > max_move
+def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
+    """Row of each user in the last tick, and whether anybody's contact is new at its place.
+
+    For who was not there, or further away than a hand can move a contact, it is -1. Shape (n,).
+    """
+    rows = np.empty_like(tracked.before)
+    old = state.users.tracked.contacts.frames
+    return rows, jumped(tracked.contacts.frames, tracked.before, old, max_move, rows)
 
 
-def _lag_of(state: WorldState, user: UserState) -> float:
-    """Lag of a user's force [s]: the room's, and a short one for a user who has left."""
-    return state.room.lag if user.touch.fresh else min(state.room.lag, MAX_RELEASE_LAG)
+def _lags(state: WorldState, tracked: Tracked) -> Floats:
+    """Lag of each force, shape (n,) [s]: the room's, and a short one for a user who has left."""
+    lag = state.room.lag
+    return np.where(tracked.settings[3] > 0.0, lag, min(lag, MAX_RELEASE_LAG))
 
 
-def _hand_stiffness(tracked: Sequence[UserState], c_ii: Floats) -> Floats:
-    """K of each hand, at most 1 / C_ii where that is known, shape (n,) [N/m]."""
-    device = np.array([user.touch.max_stiffness for user in tracked])
-    return np.where(np.isfinite(c_ii), np.minimum(device, 1.0 / c_ii), device)
+def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Floats:
+    """Tangential forces of the last tick in the tangent planes of this one, shape (n, 3) [N].
 
-
-def _previous_force(state: WorldState, user: UserState) -> float:
-    """Normal force of a user that the body carried in the last tick [N]."""
-    previous = state.users.get(user.touch.user)
-    return 0.0 if previous is None else previous.force
-
-
-def _tangential_forces(
-    state: WorldState, tracked: Sequence[UserState], present: Floats, scale: Floats
-) -> tuple[Floats, Floats]:
-    """Tangential forces requested now, and those of the last tick, shape (n, 3) each [N].
+    Under a sliding contact the tangent plane turns, and the force is projected onto it.
 
     Args:
-        state: The world after the last tick.
+        last: Forces of the last tick.
         tracked: Users with their contacts and requested forces.
         present: 1 for users who press at their contact, 0 for those whose force fades elsewhere.
-        scale: Factor of the requested tangential force, that of the limited normal force.
     """
-    requested, previous = np.zeros((len(tracked), 3)), np.zeros((len(tracked), 3))
-    for i, user in enumerate(tracked):
-        if user.requested_tangential is None:
-            continue  # no friction
-        requested[i] = scale[i] * user.requested_tangential
-        before = state.users.get(user.touch.user)
-        if before is not None and before.tangential is not None:
-            # Under a sliding contact the tangent plane turns, and the force is projected onto it.
-            n = user.contact.normal
-            previous[i] = present[i] * (before.tangential - (before.tangential @ n) * n)
-    return requested, previous
+    was = np.zeros_like(tracked.tangential)
+    for i in tracked.rough:
+        if (row := tracked.before[i]) >= 0:
+            was[i] = present[i] * last.tangential[row]
+    projected = np.empty_like(was)
+    tangential_parts(tracked.contacts.frames, was, projected)
+    return projected
 
 
-def _previous_coupling(state: WorldState, tracked: Sequence[UserState], max_move: float) -> Floats:
+def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
     """C between users in the last tick, shape (n, n) [m/N].
 
     For a user who was not at its contact then, it is not known. The effect of such a user on others
     is set to infinity; the effect of others on it to zero, since it holds no force there yet.
+
+    Args:
+        state: The world after the last tick.
+        rows: Of the users in it; -1 for who was not at its contact, shape (n,).
+        anybody: Whether there is such a one.
     """
-    row = {number: i for i, number in enumerate(state.users)}
-    index = [-1 if _has_jumped(state, user, max_move) else row[user.touch.user] for user in tracked]
-    if index == list(range(len(state.coupling))):
+    n = len(rows)
+    if not anybody and n == len(state.coupling) and (rows[1:] > rows[:-1]).all():
         return state.coupling.copy()  # nobody came, left or jumped
-    C = np.full((len(tracked), len(tracked)), np.inf)
-    C[np.array(index) < 0] = 0.0
+    C = np.full((n, n), np.inf)
+    C[rows < 0] = 0.0
     np.fill_diagonal(C, np.inf)
-    known = [i for i, before in enumerate(index) if before >= 0]
-    before = [index[i] for i in known]
-    C[np.ix_(known, known)] = state.coupling[np.ix_(before, before)]
+    known = np.flatnonzero(rows >= 0)
+    C[np.ix_(known, known)] = state.coupling[np.ix_(rows[known], rows[known])]
     return C

@@ -14,6 +14,7 @@ their normals, so that a hand that slides feels no facets; a client with the res
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -27,10 +28,10 @@ from cohaptic_server.numeric import Floats, Ints, union, vec3
 from cohaptic_server.world.displacement_field import CachedField, Field
 
 MAX_CONTACT_HEIGHT = 0.03  # m above the surface; a probe higher up applies no force
-_TOLERANCE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
+TOLERANCE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
 # m beside the normal within which a previous contact is kept, so that most ticks of a pressing hand
 # have nothing to search. On a fingertip's curvature it turns the force by 0.2 %.
-_KEEP_DISTANCE = 6e-5
+KEEP_DISTANCE = 6e-5
 _NO_VERTICES = np.zeros(0, dtype=np.int64)
 _NO_VALUES = np.zeros((0, 3))
 
@@ -91,6 +92,61 @@ class Contact:
         return np.asarray(self.point + self.weights @ displacement[self.vertices])
 
 
+class Contacts(NamedTuple):
+    """Contacts of the users of a room, in the order in which compiled loops take them.
+
+    Args:
+        frames: As that of a contact, shape (n, 3, 3).
+        slopes: Shape (n,).
+        starts: Where each contact begins in the next two, and the last one's end, shape (n + 1,).
+        vertices: Under the contacts, user after user, shape (k,) or longer.
+        weights: Of these, as those of a contact, shape (k,) or longer.
+    """
+
+    frames: Floats
+    slopes: Floats
+    starts: Ints
+    vertices: Ints
+    weights: Floats
+
+    @classmethod
+    def of(cls, contacts: Sequence[Contact]) -> Contacts:
+        """The arrays of some contacts."""
+        starts = np.zeros(len(contacts) + 1, dtype=np.int64)
+        np.cumsum([len(contact.vertices) for contact in contacts], out=starts[1:])
+        return cls(
+            np.array([contact.frame for contact in contacts]).reshape(-1, 3, 3),
+            np.array([contact.slope for contact in contacts], dtype=np.float64),
+            starts,
+            np.concatenate([_NO_VERTICES, *(contact.vertices for contact in contacts)]),
+            np.concatenate([np.zeros(0), *(contact.weights for contact in contacts)]),
+        )
+
+    def at(self, i: int) -> Contact:
+        """One of them."""
+        own = slice(self.starts[i], self.starts[i + 1])
+        slope = float(self.slopes[i])
+        return Contact(self.frames[i], self.vertices[own], self.weights[own], slope)
+
+    def put(self, i: int, contact: Contact) -> Contacts:
+        """The contacts up to one of them, which is written behind those before it."""
+        start, count = int(self.starts[i]), len(contact.vertices)
+        self.frames[i], self.slopes[i] = contact.frame, contact.slope
+        self.starts[i + 1] = end = start + count
+        vertices, weights = self.vertices, self.weights
+        if end > len(vertices):
+            more = max(count, len(vertices))
+            vertices = np.concatenate([vertices, np.empty(more, dtype=np.int64)])
+            weights = np.concatenate([weights, np.empty(more)])
+        vertices[start:end], weights[start:end] = contact.vertices, contact.weights
+        return self._replace(vertices=vertices, weights=weights)
+
+    @property
+    def normals(self) -> Floats:
+        """Outward unit normals of the free surfaces, shape (n, 3)."""
+        return self.frames[:, 2]
+
+
 def locate(
     mesh: SurfaceMesh,
     probe: Vec3 | Floats,
@@ -111,7 +167,7 @@ def locate(
         tolerance: Distance along the surface to which the contact is found [m]; None for that of a
             tick.
     """
-    final, keep = (_TOLERANCE, _KEEP_DISTANCE) if tolerance is None else (tolerance, tolerance)
+    final, keep = (TOLERANCE, KEEP_DISTANCE) if tolerance is None else (tolerance, tolerance)
     search = mesh.contacts.search
     x, y, z = probe
     known = _known(free)

@@ -1,19 +1,35 @@
-"""The contact of one user in this tick, and the force that it requests there."""
+"""The contacts of all users in this tick, and the forces that they request there."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
 from cohaptic.control.stability.lag_choice import SHARE, kept, lag_needed
-from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
+from cohaptic.vec import scale, sub
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT, locate, place_on
-from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
-from cohaptic_server.world.state import TickTime, Touch, UserState, WorldState
+from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.world.contact import (
+    KEEP_DISTANCE,
+    MAX_CONTACT_HEIGHT,
+    TOLERANCE,
+    Contacts,
+    locate,
+    place_on,
+)
+from cohaptic_server.world.displacement_field import (
+    NOWHERE_KNOWN,
+    CachedField,
+    Field,
+    KnownFields,
+)
+from cohaptic_server.world.loops.tracking import track
+from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
+from cohaptic_server.world.state import TickTime, Touch
+from cohaptic_server.world.users import Tracked, Users, WorldState, settings_of, vectors
 
 _MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
 _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
@@ -30,94 +46,149 @@ LONGEST_TURN = 2.0  # s
 # limb gives way sideways up to three times as far as along the normal.
 LARGEST_TURN = 1.0 / 3.0
 _GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
+_NOT_MEASURED = LoopDelay()
+_USUAL = 48  # vertices under a contact, for which there is room at first
 
 
-def track_contact(
-    body: Body, state: WorldState, touch: Touch, presence: float, time: TickTime
-) -> UserState:
-    """Find the contact on the surface of the last tick, and the force requested there.
+def track_contacts(
+    body: Body,
+    state: WorldState,
+    touches: Sequence[Touch],
+    before: Ints,
+    presence: Floats,
+    time: TickTime,
+) -> Tracked:
+    """Find each contact on the surface of the last tick, and the force requested there.
 
     Args:
         body: The deformable object.
         state: The world after the last tick.
-        touch: Newest sample of this user.
-        presence: Share of its force that counts, 0 to 1.
+        touches: Newest samples of the users, n of them.
+        before: Row of each in the last tick; -1 for who was not there, shape (n,).
+        presence: Share of each force that counts, 0 to 1, shape (n,).
         time: Of this tick.
+    """
+    probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
+    rough = [i for i, touch in enumerate(touches) if touch.friction]
+    tips = _material_tips(state.users, touches, before, probes, rough)
+    contacts, surfaces, places = _follow(body, state, before, tips, time.period)
+    n, frames = len(touches), contacts.frames
+    height, push, velocity = np.empty(n), np.empty(n), np.empty((n, 3))
+    heights(frames, probes, places, height)
+    pressed(frames, vectors([touch.force for touch in touches]), settings[0], push)
+    requested = np.where(height < MAX_CONTACT_HEIGHT, presence * push, 0.0)
+    sideways = np.zeros((n, 3))
+    for i in rough:
+        share = scale(touches[i].force, float(presence[i]))
+        sideways[i] = tangential(share, vec3(frames[i, 2]), float(requested[i]))
+    last = state.users.tracked
+    smoothed(
+        before, probes, last.probes, last.velocity, settings[2], last.settings[2], settings[3],
+        _MIN_SAMPLE_INTERVAL, _VELOCITY_SMOOTHING, velocity,
+    )  # fmt: skip
+    delays = _loop_delays(state, touches, before, time)
+    return Tracked(
+        touches, before, probes, settings, contacts, presence, requested, sideways, rough, delays,
+        velocity, surfaces,
+    )  # fmt: skip
+
+
+def _follow(
+    body: Body, state: WorldState, before: Ints, tips: Floats, dt: float
+) -> tuple[Contacts, KnownFields, Floats]:
+    """Follow each contact on its relaxed surface.
 
     Returns:
-        The user with its requested force; the applied force is zero until `apply_forces`.
+        The contacts, the surfaces on which they were found, by the rows of the last tick, and the
+        contact points on the free surfaces, shape (n, 3) [m].
     """
-    previous = state.users.get(touch.user)
-    free = _previous_free_field(state, previous)
-    followed = _followed(body.mesh, previous, _share_followed(state, previous, time.period))
-    contact = locate(
-        body.mesh,
-        _material_tip(touch, previous),
-        free if followed is None else followed,
-        radius=body.contact_radius,
-        hint=None if previous is None else previous.contact,
-    )
-    normal = contact.places[2]
-    height = dot(normal, sub(touch.probe, place_on(body.mesh, contact, free)))
-    pressed = min(touch.max_force, max(0.0, dot(normal, touch.force)))
-    requested = presence * pressed if height < MAX_CONTACT_HEIGHT else 0.0
-    friction: Floats | None = None
-    if touch.friction:
-        friction = np.array(tangential(scale(touch.force, presence), normal, requested))
-    return UserState(
-        touch=touch,
-        contact=contact,
-        presence=presence,
-        force=0.0,
-        requested=requested,
-        requested_tangential=friction,
-        delay=_loop_delay(state, previous, touch, time),
-        velocity=_velocity(previous, touch),
-        surface=followed,
-    )
+    n, last, found = len(tips), state.users.tracked, body.mesh.contacts
+    observed, old = state.users.observed, last.contacts
+    if observed is None:  # nobody is followed without a field
+        known, there = NOWHERE_KNOWN, np.full(n, -1)
+    else:
+        windows = observed.windows
+        known, there = KnownFields(windows.starts[0], windows.vertices, observed.free), before
+    surfaces = KnownFields(known.starts, known.vertices, np.empty_like(known.values))
+    shares = _shares_followed(state, before, dt)
+    room = max(_USUAL * n, 5 * int(old.starts[-1]) // 4)
+    contacts = Contacts(
+        np.empty((n, 3, 3)), np.empty(n), np.zeros(n + 1, np.int64), np.empty(room, np.int64),
+        np.empty(room),
+    )  # fmt: skip
+    places = np.empty((n, 3))
+    user = 0
+    while True:
+        user = track(
+            found.search, found.field, user, there, tips, shares, body.contact_radius,
+            KEEP_DISTANCE, TOLERANCE, old.frames, old.slopes, old.starts, old.vertices, old.weights,
+            known.starts, known.vertices, known.values, last.before, last.surfaces.starts,
+            last.surfaces.vertices, last.surfaces.values, surfaces.values, contacts.frames,
+            contacts.slopes, contacts.starts, contacts.vertices, contacts.weights, places,
+        )  # fmt: skip
+        if user == n:
+            return contacts, surfaces, places
+        row = int(before[user])
+        free, hint = state.free_field(row), old.at(row) if row >= 0 else None
+        on: Field = free
+        if isinstance(free, CachedField):
+            a, b = surfaces.starts[row : row + 2].tolist()
+            on = CachedField(surfaces.vertices[a:b], surfaces.values[a:b], free.elsewhere)
+        contact = locate(body.mesh, tips[user], on, radius=body.contact_radius, hint=hint)
+        places[user] = place_on(body.mesh, contact, free)
+        contacts = contacts.put(user, contact)
+        user += 1
 
 
-def _material_tip(touch: Touch, previous: UserState | None) -> Vec3:
-    """The tip, less the stretch of the material under it along the free surface [m].
+def _material_tips(
+    users: Users, touches: Sequence[Touch], before: Ints, probes: Floats, rough: Sequence[int]
+) -> Floats:
+    """The tips, less the stretch of the material under them along the free surface, (n, 3) [m].
 
     A tangential force carries the material with it, which the free surface does not show. A finger
     that sticks must stay on its material point however far both have moved (science 3.10).
     """
-    if not touch.friction or previous is None or previous.compliance is None:
-        return touch.probe
-    normal = previous.contact.places[2]
-    return sub(touch.probe, stretch_of(touch.force, normal, previous.compliance))
+    if not rough:
+        return probes
+    tips = probes.copy()
+    for i in rough:
+        row = int(before[i])
+        compliance = users.compliance[row] if row >= 0 and users.compliance else None
+        if compliance is not None:
+            normal = vec3(users.tracked.contacts.frames[row, 2])
+            tips[i] = sub(touches[i].probe, stretch_of(touches[i].force, normal, compliance))
+    return tips
 
 
-def _velocity(previous: UserState | None, touch: Touch) -> Vec3:
-    """Smoothed velocity of the probe [m/s]; it tells how far a patch has to reach."""
-    if previous is None:
-        return ZERO
-    interval = touch.t_client - previous.touch.t_client
-    if interval < _MIN_SAMPLE_INTERVAL:
-        return previous.velocity if touch.fresh else ZERO
-    newest = scale(sub(touch.probe, previous.touch.probe), 1.0 / interval)
-    before = previous.velocity
-    return add(before, scale(sub(newest, before), _VELOCITY_SMOOTHING))
+def _loop_delays(
+    state: WorldState, touches: Sequence[Touch], before: Ints, time: TickTime
+) -> list[LoopDelay]:
+    delays = state.users.tracked.delays
+    presence: list[float] = state.users.applied.presence.tolist()
+    rows: list[int] = before.tolist()
+    return [
+        _loop_delay(state, touch, _NOT_MEASURED, False, time)
+        if row < 0
+        else _loop_delay(state, touch, delays[row], presence[row] >= 1.0, time)
+        for touch, row in zip(touches, rows, strict=True)
+    ]
 
 
 def _loop_delay(
-    state: WorldState, previous: UserState | None, touch: Touch, time: TickTime
+    state: WorldState, touch: Touch, delay: LoopDelay, faded_in: bool, time: TickTime
 ) -> LoopDelay:
     """Loop delay of a user in this tick: the age of the patch that its force answers.
 
     A force that is held because no newer sample arrives grows older tick by tick, and so does the
     delay.
     """
-    delay = LoopDelay() if previous is None else previous.delay
     if not touch.fresh or touch.tick > state.tick:
         return delay
     if touch.tick > 0:
         return delay.measured((time.number - touch.tick) * time.period, time.now)
     # Before its first patch a client can name none. If it names none after a full fade-in, it does
     # not answer our patches at all, and its loop may have any delay.
-    late = previous is not None and previous.presence >= 1.0
-    return delay.measured(UNKNOWN, time.now) if late else delay
+    return delay.measured(UNKNOWN, time.now) if faded_in else delay
 
 
 def turning_lag(slope: float, longest_delay: float) -> float:
@@ -136,37 +207,19 @@ def turning_lag(slope: float, longest_delay: float) -> float:
     return min(LONGEST_TURN, lag_needed(gain, longest_delay) / SHARE)
 
 
-def _share_followed(state: WorldState, previous: UserState | None, dt: float) -> float:
-    """Share of the body's change that the surface follows on which a contact is tracked."""
-    if previous is None or len(state.users) < 2 or previous.contact.slope >= _GENTLE:
-        return RELAXATION  # nobody else turns it, or not far
-    # As for the room's lag: with the client's way into a new patch, and without who is too slow.
-    delays = [user.delay.counted for user in state.users.values() if not user.delay.too_long]
-    longest = max(delays, default=0.0) + dt
-    return min(RELAXATION, 1.0 - kept(turning_lag(previous.contact.slope, longest), dt))
-
-
-def _followed(mesh: SurfaceMesh, previous: UserState | None, share: float) -> CachedField | None:
-    """The tracking surface after one relaxation step towards the free surface of the body.
-
-    A vertex that the surface did not have begins on the body's; none before the first contact.
-    """
-    if previous is None or previous.free is None:
-        return None
-    surface, free = previous.surface, previous.free
-    if surface is None:
-        return free
-    values = np.empty_like(free.values)
-    field = mesh.contacts.field
-    field.load(surface.vertices, surface.values, False)
-    field.follow(free.vertices, free.values, share, values)
-    return CachedField(free.vertices, values, free.elsewhere)
-
-
-def _previous_free_field(state: WorldState, previous: UserState | None) -> Field:
-    """Displacement of the last tick without the user's own force."""
-    if previous is not None and previous.free is not None:
-        return previous.free
-    if state.response is None:
-        return ZeroField()
-    return FreeField(state.response, np.zeros(0), slice(0, 0))
+def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:
+    """Share of the body's change that each tracked surface follows, shape (n,)."""
+    users = state.users
+    shares = np.full(len(before), RELAXATION)
+    if len(users) < 2:
+        return shares  # nobody else turns it
+    slopes = users.tracked.contacts.slopes[before]
+    steep = (before >= 0) & (slopes < _GENTLE)
+    if steep.any():
+        # As for the room's lag: with the client's way into a new patch, without who is too slow.
+        delays = [delay.counted for delay in users.tracked.delays if not delay.too_long]
+        longest = max(delays, default=0.0) + dt
+        for i in np.flatnonzero(steep).tolist():
+            lag = turning_lag(float(slopes[i]), longest)
+            shares[i] = min(RELAXATION, 1.0 - kept(lag, dt))
+    return shares

@@ -16,20 +16,21 @@ shown flatter about the contact, whose own place and compliance stay as they are
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Response
 from cohaptic_server.mesh import curvature
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.loops.free_surfaces import flatten
 
 # Largest product q of the depth of a probe and the curvature of the bulge over it. A contact then
 # moves by q / (1 - q) of the way that the one on the other side does: by a third, so that they come
 # to rest whatever the delay. From a half on they drive each other away.
 LARGEST_PRODUCT = 0.25
+_BULGE_ROOM = np.zeros((6, 8))  # for the equations of one bulge after the other
 
 
 class Field(Protocol):
@@ -102,6 +103,25 @@ class CachedField:
         return np.asarray(displacement)
 
 
+class KnownFields(NamedTuple):
+    """Fields of several users, each known at some vertices, as compiled loops take them.
+
+    Args:
+        starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).
+        vertices: Of each user, ascending, shape (k,) or longer.
+        values: Their displacement, shape (k, 3) or longer [m].
+    """
+
+    starts: Ints
+    vertices: Ints
+    values: Floats
+
+
+NOWHERE_KNOWN = KnownFields(
+    np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+)  # fields of nobody
+
+
 @dataclass(frozen=True, eq=False)
 class FlatterField:
     """A field whose differences from the displacement of a contact are reduced.
@@ -121,32 +141,35 @@ class FlatterField:
         return np.asarray(self.moved + self.share * (self.field[vertices] - self.moved))
 
 
-def flattened(
-    free: CachedField,
+def flatten_bulges(
     mesh: SurfaceMesh,
-    frame: Floats,
-    x_free: Vec3,
+    fields: KnownFields,
+    frames: Floats,
+    x_free: Floats,
+    depths: Floats,
     contact_radius: float,
-    depth: float,
-) -> CachedField:
-    """The free surface round a contact, with no bulge that its probe would slide off.
+) -> Floats:
+    """Show the free surface round each contact with no bulge that its probe would slide off.
+
+    A surface on which the contact is stable stays as it is, which is everywhere but on parts that
+    others bend as sharply as a fingertip.
 
     Args:
-        free: Displacement without the probe's own force.
         mesh: Resting surface.
-        frame: Foot, point and normal of the contact, shape (3, 3).
-        x_free: Contact point on the free surface, which stays where it is [m].
-        contact_radius: Of its pressure [m].
-        depth: Of the probe below that surface [m].
+        fields: Displacement of each user's surface without its own force; flattened in place.
+        frames: Foot, point and normal of each contact, shape (n, 3, 3).
+        x_free: Contact points on these surfaces, which stay where they are, shape (n, 3) [m].
+        depths: Of the probes below these; at 0 nothing is flattened, shape (n,) [m].
+        contact_radius: Of the pressure under a contact [m].
 
     Returns:
-        `free` itself where the contact is stable on it, which is everywhere but on parts that
-        others bend as sharply as a fingertip.
+        Displacement of each contact [m], and the share of the differences from it that is left, 1
+        for a surface that stays as it is, shape (n, 4).
     """
-    sharp = curvature.bulge(mesh, free.vertices, free.values, frame, contact_radius)
-    if depth * sharp <= LARGEST_PRODUCT:
-        return free
-    share = LARGEST_PRODUCT / (depth * sharp)
-    moved = np.array(x_free) - frame[1]
-    values = moved + share * (free.values - moved)
-    return CachedField(free.vertices, values, FlatterField(free.elsewhere, moved, share))
+    shown = np.empty((len(frames), 4))
+    radius = curvature.fit_radius(mesh, contact_radius)
+    flatten(
+        mesh.vertices, mesh.normals, frames, x_free, depths, radius, LARGEST_PRODUCT,
+        _BULGE_ROOM, fields.starts, fields.vertices, fields.values, shown,
+    )  # fmt: skip
+    return shown

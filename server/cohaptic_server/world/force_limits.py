@@ -65,12 +65,15 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
         max_effect: Largest change of the force on one hand by all others together [N].
     """
     # The campaign compiles this very function with numba, which knows a part of numpy.
-    shares = np.ones(len(change))
+    shares = np.ones_like(change)
     # Change of the force on each hand (row) by each user (column); an unknown compliance is
     # replaced by the worst case.
-    effect = np.minimum(np.expand_dims(stiffness, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
-    np.fill_diagonal(effect, 0.0)
-    for i in np.flatnonzero(effect.sum(axis=1) > max_effect):
+    effect = np.minimum(stiffness.reshape(-1, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
+    effect.reshape(-1)[:: len(change) + 1] = 0.0  # its diagonal
+    moved = effect.sum(axis=1)
+    if not (moved > max_effect).any():
+        return shares
+    for i in np.flatnonzero(moved > max_effect):
         row = effect[i]
         shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
     return shares

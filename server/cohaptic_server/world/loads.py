@@ -15,9 +15,9 @@ import numpy as np
 
 from cohaptic.control.friction import Compliance3, tangents
 from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
-from cohaptic_server.bodies.body import Load
-from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import Contact
+from cohaptic_server.bodies.body import Load, LoadArrays, Loads
+from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.world.contact import Contact, Contacts
 
 # Smallest eigenvalue of a contact's 3x3 compliance over its trace: a direction that hardly gives
 # way must still be resolved in the 32 bits of the wire.
@@ -47,8 +47,7 @@ class Press:
         n = self.contact.normal
         if self.tangential is None:
             return n[None]
-        one, two = tangents((float(n[0]), float(n[1]), float(n[2])))
-        return np.array([n, one, two])
+        return contact_axes(n)
 
     def loads(self) -> list[Load]:
         """One load for each of `axes`; the body gets the opposite of the force on the hand."""
@@ -69,6 +68,60 @@ def load_spans(loads: Sequence[Sequence[Load]]) -> list[slice]:
     return [slice(start, stop) for start, stop in itertools.pairwise(ends)]
 
 
+def loads_of(
+    contacts: Contacts,
+    forces: Floats,
+    tangential: Floats,
+    rough: Sequence[int],
+    others: Sequence[Press],
+) -> tuple[Loads, Ints]:
+    """The loads of all users, and after them those of other presses.
+
+    Args:
+        contacts: Of the users.
+        forces: Normal, shape (n,) [N].
+        tangential: On the hands, shape (n, 3) [N].
+        rough: Rows of those who may have a tangential force.
+        others: Presses of nobody who is at a contact.
+
+    Returns:
+        The loads, and the first load of each user with the end of the last one's, shape (n + 1,).
+    """
+    n = len(forces)
+    spans = np.arange(n + 1)
+    starts, ends, directions = contacts.starts[:-1], contacts.starts[1:], -contacts.normals
+    if rough:
+        directions_of = np.ones(n, dtype=np.int64)
+        directions_of[list(rough)] = 3
+        owner = np.repeat(np.arange(n), directions_of)
+        spans = np.searchsorted(owner, spans)
+        starts, ends, directions = starts[owner], ends[owner], directions[owner]
+        forces = forces[owner]
+        for i in rough:
+            own = slice(spans[i], spans[i + 1])
+            axes = contact_axes(contacts.frames[i, 2])
+            directions[own] = -axes
+            forces[own.start + 1 : own.stop] = axes[1:] @ tangential[i]
+    arrays = LoadArrays(starts, ends, contacts.vertices, contacts.weights, directions, forces)
+    if others:
+        more = LoadArrays.of([load for press in others for load in press.loads()])
+        first = len(contacts.vertices)
+        arrays = LoadArrays(
+            np.concatenate([starts, more.starts + first]),
+            np.concatenate([ends, more.ends + first]),
+            np.concatenate([contacts.vertices, more.vertices]),
+            np.concatenate([contacts.weights, more.weights]),
+            np.concatenate([directions, more.directions]),
+            np.concatenate([forces, more.forces]),
+        )
+    return Loads(arrays), spans
+
+
+def contact_axes(normal: Floats) -> Floats:
+    """The normal of a contact with friction, and two tangents; unit vectors, shape (3, 3)."""
+    return np.array([normal, *tangents(vec3(normal))])
+
+
 def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """C between users for the choice of gains, shape (users, users) [m/N].
 
@@ -86,7 +139,7 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     own = np.maximum(compliance.diagonal(), 1e-300)
     if len(spans) == len(compliance):  # nobody has friction: one direction each
         rows = np.abs(compliance)
-        np.fill_diagonal(rows, own)
+        rows.reshape(-1)[:: len(rows) + 1] = own  # its diagonal
         return rows
     first = np.array([span.start for span in spans])
     owner = np.repeat(np.arange(len(spans)), [span.stop - span.start for span in spans])
@@ -109,11 +162,12 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
         spans: Loads of each user.
     """
     loads = spans[-1].stop if spans else 0
-    C = np.array(compliance[:loads, :loads])
-    if C.diagonal().max(initial=0.0) > MAX_COMPLIANCE / 3.0:
+    C = np.array(compliance[:loads, :loads], order="C")
+    own = C.reshape(-1)[:: loads + 1]  # its diagonal
+    if own.max(initial=0.0) > MAX_COMPLIANCE / 3.0:
         C *= _softest(C, spans)
     if loads == len(spans):  # nobody has friction: one direction each
-        np.fill_diagonal(C, np.maximum(C.diagonal(), MIN_COMPLIANCE))
+        np.maximum(own, MIN_COMPLIANCE, out=own)
         return C
     for span in spans:
         block = C[span, span]
@@ -138,16 +192,16 @@ def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
     return np.asarray(root[:, None] * root)
 
 
-def contact_compliance(compliance: Floats, press: Press, span: slice) -> Compliance3 | None:
+def contact_compliance(compliance: Floats, normal: Floats, span: slice) -> Compliance3 | None:
     """The 3x3 compliance of a contact in the world frame; None without friction.
 
     Args:
         compliance: Between all loads, bounded, shape (loads, loads) [m/N].
-        press: Of the user.
-        span: Its loads.
+        normal: Of the contact, shape (3,).
+        span: Its loads: one, or three with friction.
     """
-    if press.tangential is None:
+    if span.stop - span.start == 1:
         return None
-    axes = press.axes
+    axes = contact_axes(normal)
     C = axes.T @ compliance[span, span] @ axes
     return Compliance3(*(float(C[i, j]) for i, j in _UPPER_TRIANGLE))

@@ -11,11 +11,10 @@ import math
 
 import numpy as np
 
-from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
-from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic.protocol.neighbourhood import ITEM_SIZE, MAX_VERTICES, Neighbourhood
 from cohaptic_server.mesh.touch_mesh import MAX_PATH, TouchMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.packing import FIELDS, largest, pack
+from cohaptic_server.world.loops.packing import FIELDS, largest, pack
 
 MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
 SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
@@ -23,37 +22,30 @@ _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_fit.SU
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
-_LARGEST = np.zeros(2)  # room for one neighbourhood after the other
+_UNITS = np.array([2.0**15 - 1.0, 2.0**16 - 1.0])  # of displacement and compliance, at most
+_SMALLEST = 2.0**-126
+_UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 
 
-def _half_width(mesh: TouchMesh, horizon: float) -> float:
-    """Largest distance of a vertex from the path of the contact [m].
+def _half_widths(mesh: TouchMesh, horizons: Floats) -> Floats:
+    """Largest distance of a vertex from the path of each contact, shape (n,) [m].
 
     It covers all that can be reached, or the disc of `MAX_VERTICES` if that is smaller.
     """
     spacing = mesh.spacing
     widest = _DISC_MARGIN * spacing * math.sqrt(MAX_VERTICES / math.pi)
-    return min(max(MIN_RADIUS, SPEEDING_UP * horizon) + _SUPPORT * spacing, widest)
+    reached = np.maximum(MIN_RADIUS, SPEEDING_UP * horizons)
+    return np.minimum(reached + _SUPPORT * spacing, widest)
 
 
-def cut_neighbourhood(
-    touched_body: TouchedBody, displacement: Floats, touched: Ints
-) -> Neighbourhood:
-    """The neighbourhood of one contact.
-
-    Args:
-        touched_body: The deformable object and its touch mesh.
-        displacement: Of these vertices without this user's own force, shape (k, 3) [m].
-        touched: Vertices of the touch mesh, shape (k,).
-    """
-    return quantised(touched, displacement, touched_body.touch_compliance[touched])
-
-
-def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
-    """`Neighbourhood.of` for arrays, in two compiled loops.
+def quantised(
+    starts: Ints, vertices: Ints, displacement: Floats, c_ii: Floats
+) -> list[Neighbourhood]:
+    """`Neighbourhood.of` for the arrays of several neighbourhoods, in two compiled loops.
 
     Args:
-        vertices: Rising, at most 65,535, shape (k,).
+        starts: Where each of n begins, and the last one's end, shape (n + 1,).
+        vertices: Of each rising, at most 65,535, shape (k,).
         displacement: Shape (k, 3) [m].
         c_ii: Not negative, shape (k,) [m/N].
 
@@ -68,25 +60,39 @@ def quantised(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourho
             f"{len(vertices)} vertices, displacements of shape {displacement.shape} and"
             f" compliances of shape {c_ii.shape} make no neighbourhood"
         )
-    if not largest(displacement, c_ii, _LARGEST):
-        return Neighbourhood(math.nan, math.nan, b"")
-    scale, c_scale = Neighbourhood.scales(*_LARGEST.tolist())
+    most = np.empty((len(starts) - 1, 2))
+    largest(starts, displacement, c_ii, most)
+    scales = _scales(most)
+    known = scales > 0.0
+    per = np.where(known, 1.0 / np.where(known, scales, 1.0), 0.0)
     numbers = np.empty((len(vertices), FIELDS), np.uint16)
-    per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
-    if not pack(vertices, displacement, c_ii, per, c_per, numbers):
-        raise ValueError(f"vertices of a neighbourhood must rise to at most 65535: {vertices}")
-    return Neighbourhood(scale, c_scale, numbers.astype("<u2", copy=False).tobytes())
+    if (wrong := pack(starts, vertices, displacement, c_ii, per, numbers)) < len(per):
+        own = vertices[starts[wrong] : starts[wrong + 1]]
+        raise ValueError(f"vertices of a neighbourhood must rise to at most 65535: {own}")
+    packed = numbers.astype("<u2", copy=False).tobytes()
+    ends: list[int] = (ITEM_SIZE * starts).tolist()
+    return [
+        Neighbourhood(scale, c_scale, packed[a:b]) if scale >= 0.0 else _UNUSABLE
+        for (scale, c_scale), a, b in zip(scales.tolist(), ends[:-1], ends[1:], strict=True)
+    ]
 
 
-def path_ahead(mesh: TouchMesh, speed: float, horizon: float) -> tuple[float, float]:
-    """Path of a sliding contact round which vertices are carried.
+def _scales(most: Floats) -> Floats:
+    """`Neighbourhood.scales` of several, shape (n, 2); what is below 0 stays so."""
+    wanted = most / _UNITS
+    single = (wanted * (1.0 + 1e-7)).astype(np.float32).astype(np.float64)
+    return np.where(np.abs(wanted) < _SMALLEST, 0.0, single)
+
+
+def path_ahead(mesh: TouchMesh, speeds: Floats, horizons: Floats) -> tuple[Floats, Floats]:
+    """Paths of sliding contacts round which vertices are carried.
 
     Args:
         mesh: Touch mesh of the body.
-        speed: Along the surface [m/s].
-        horizon: Duration of the path [s].
+        speeds: Along the surface, shape (n,) [m/s].
+        horizons: Duration of each path, shape (n,) [s].
 
     Returns:
-        Its length, and the largest distance of a vertex from it [m].
+        Their lengths, and the largest distance of a vertex from each, shape (n,) each [m].
     """
-    return min(MAX_PATH, speed * horizon), _half_width(mesh, horizon)
+    return np.minimum(MAX_PATH, speeds * horizons), _half_widths(mesh, horizons)

@@ -1,84 +1,96 @@
-"""The patch of one user: the free surface at its contact, the body's stiffness there, the gains."""
+"""The patches of all users: free surfaces at their contacts, stiffness of the body there, gains."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+
+import numpy as np
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.gains import choose_gains
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import Vec3, dot, sub
+from cohaptic.vec import Vec3
 from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
-from cohaptic_server.world.patch_geometry import free_shape
-from cohaptic_server.world.state import NEGLIGIBLE, TickTime, UserState, UserTick
+from cohaptic_server.world.patch_geometry import free_shapes
+from cohaptic_server.world.state import NEGLIGIBLE, TickTime
+from cohaptic_server.world.users import Applied, Observed, Tracked
 
 NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a neighbour
 
 
-def nearness(user: UserState, x_free: Vec3) -> float:
-    """Weight of a user as a neighbour: 1 in contact or about to be, 0 out of reach.
+def nearness(height: Floats, force: Floats) -> Floats:
+    """Weight of each user as a neighbour, shape (n,): 1 in contact or about to be, 0 out of reach.
 
     Args:
-        user: With the force of this tick.
-        x_free: Its contact point on the surface free of its own force [m].
+        height: Of the probes over the surfaces free of their own forces, shape (n,) [m].
+        force: Normal, that the body carries of each user, shape (n,) [N].
     """
-    height = dot(user.contact.places[2], sub(user.touch.probe, x_free))
     fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
-    return 1.0 if user.force > NEGLIGIBLE else min(1.0, max(0.0, fade))
+    return np.where(force > NEGLIGIBLE, 1.0, np.fmin(1.0, np.fmax(0.0, fade)))
 
 
-def build_patch(
+def build_patches(
     touched_body: TouchedBody,
-    user: UserTick,
-    row: Sequence[float],
-    compliance: Compliance3 | None,
+    users: Tracked,
+    applied: Applied,
+    observed: Observed,
+    connected: Collection[int],
+    rows: Sequence[Sequence[float]],
+    delays: Sequence[float],
+    compliance: Sequence[Compliance3 | None],
     room: RoomLag,
     time: TickTime,
-) -> Patch:
-    """Build the patch of one user, with the geometry that it asked for.
+) -> dict[int, Patch]:
+    """Build the patch of each connected user, with the geometry that it asked for.
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        user: Whose patch it is.
-        row: Its row of C between users, each other user weighted by nearness, of length n [m/N].
-        compliance: 3x3 compliance of its contact; None without friction.
+        users: With their contacts.
+        applied: Their forces.
+        observed: Their surfaces.
+        connected: Numbers of those who get a patch.
+        rows: C between users, each other user weighted by nearness, shape (n, n) [m/N].
+        delays: Loop delays for which gains are chosen [s].
+        compliance: 3x3 compliance of each contact; None without friction.
         room: Lag of the room.
         time: Of this tick.
     """
-    state = user.state
-    touch, contact = state.touch, state.contact
-    gains = choose_gains(
-        touch.law,
-        row,
-        user.index,
-        max_stiffness=touch.max_stiffness,
-        loop_delay=state.delay.value + room.lag,  # the lag is in the loop of the paper's laws
-        simulation_period=time.period,
-        fixed=touch.fixed_gains,
+    frames, x_free = users.contacts.frames, observed.x_free
+    normals = np.ascontiguousarray(frames[:, 2])
+    curvatures, neighbourhoods = free_shapes(
+        touched_body, observed.windows, observed.free, x_free, normals
     )
-    _, point, normal = contact.places
-    curvature, neighbourhood = free_shape(
-        touched_body, user.window, user.free.values, user.x_free, normal
-    )
-    return Patch(
-        tick=time.number,
-        seq=touch.seq,
-        t_server=time.now,
-        t_client=touch.t_client,
-        sample_wait=max(0.0, time.now - touch.arrived),
-        geometry=user.window.geometry,
-        law=touch.law,
-        x_free=user.x_free,
-        normal=normal,
-        curvature=curvature,
-        c_ii=row[user.index],
-        k_h=gains.k_h,
-        integral_gain=gains.integral_gain,
-        own_force=state.applied,
-        u_others=sub(user.x_free, point),
-        room=room,
-        neighbourhood=neighbourhood,
-        compliance=compliance,
-    )
+    own = applied.force[:, None] * normals
+    if users.rough:
+        own += applied.tangential
+    places, normal, force = _tuples(x_free), _tuples(normals), _tuples(own)
+    by_others, curved = _tuples(x_free - frames[:, 1]), curvatures.tolist()
+    patches: dict[int, Patch] = {}
+    for i, (touch, delay) in enumerate(zip(users.touches, delays, strict=True)):
+        if touch.user not in connected:
+            continue
+        gains = choose_gains(
+            touch.law,
+            rows[i],
+            i,
+            max_stiffness=touch.max_stiffness,
+            # The lag is in the loop of the paper's laws.
+            loop_delay=delay + room.lag,
+            simulation_period=time.period,
+            fixed=touch.fixed_gains,
+        )
+        # By position: names take as long again.
+        patches[touch.user] = Patch(
+            time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
+            touch.geometry, touch.law, places[i], normal[i], curved[i], rows[i][i], gains.k_h,
+            gains.integral_gain, force[i], by_others[i], room, neighbourhoods[i], compliance[i],
+        )  # fmt: skip
+    return patches
+
+
+def _tuples(vectors: Floats) -> list[Vec3]:
+    """Vectors of shape (n, 3) as tuples of Python floats."""
+    return list(zip(*vectors.T.tolist(), strict=True))

@@ -1,20 +1,21 @@
-"""From the plane at a contact to the geometry that a user asked for."""
+"""From the planes at the contacts to the geometries that the users asked for."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.patch import Geometry
-from cohaptic.vec import Vec3, dot, norm, scale, sub
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh import curvature
-from cohaptic_server.mesh.contact_windows import Chosen
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world import neighbourhood
-from cohaptic_server.world.contact import Contact
+from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.loops.vectors import tangential_parts
+from cohaptic_server.world.loops.windows import choose_windows as choose_in_one_call
 
 # A window reaches this far beyond the pressure, because a contact moves before the next tick: the
 # sum of a length and a number of vertex spacings.
@@ -24,120 +25,148 @@ _REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen an
 # Ratio of a distance at rest to the same distance on the displaced surface, which may have brought
 # vertices nearer.
 _MAX_COMPRESSION = 1.3
-_NOTHING = (np.zeros(0, dtype=np.int64),) * 3  # fitted, touched, carried
+_PLANE, _MESH = int(Geometry.PLANE), int(Geometry.MESH)
+_KEY = 7  # numbers by which a window is known again: foot, slide, horizon
+_USUAL = 96  # vertices of a window, for which there is room at first
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ContactWindow:
-    """Vertices round one contact at which a tick evaluates the free surface.
+class Windows(NamedTuple):
+    """Vertices round the contacts of n users at which a tick evaluates the free surface.
 
     Args:
-        geometry: Of the patch.
-        foot: Of the contact on the resting surface [m].
-        slide: Distance that the probe slides while the patch is in use [m].
-        horizon: Time for which the patch is in use [s].
-        vertices: Of the surface, ascending, shape (k,).
-        fitted: Those of them that the touch mesh has, as indices into `vertices`, shape (r,); empty
-            for a plane.
-        touched: Vertices of the touch mesh that a mesh patch carries, ascending, shape (t,); empty
-            for other geometries.
-        carried: The same as indices into `vertices`, shape (t,).
+        geometry: Of the patches, as on the wire, shape (n,).
+        keys: Foot of each contact on the resting surface [m], distance that the probe slides while
+            the patch is in use [m], and the time for which it is [s], when the window was chosen;
+            shape (n, 7).
+        starts: Where each window begins, and the last one's end: in `vertices`, in `fitted`, and in
+            `touched` and `carried`; shape (3, n + 1).
+        vertices: Of the surface, those of each window ascending, shape (k,) or longer.
+        fitted: Those of a window that the touch mesh has and that face as the contact does, counted
+            from its first vertex; none for a plane.
+        touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
+            geometries.
+        carried: The same, as positions in `vertices`.
     """
 
-    geometry: Geometry
-    foot: Vec3
-    slide: Vec3
-    horizon: float
+    geometry: Ints
+    keys: Floats
+    starts: Ints
     vertices: Ints
     fitted: Ints
     touched: Ints
     carried: Ints
 
-    def covers(self, foot: Vec3, slide: Vec3, horizon: float) -> bool:
-        """Whether this window still covers a contact."""
-        moved, turned = sub(foot, self.foot), sub(slide, self.slide)
-        widened = neighbourhood.SPEEDING_UP * abs(horizon - self.horizon)
-        return max(widened, *map(abs, moved), *map(abs, turned)) <= _REUSE_DISTANCE
+    @classmethod
+    def room_for(cls, geometry: Ints, vertices: int) -> Windows:
+        """Windows with room for so many vertices in all."""
+        n = len(geometry)
+        starts, flat = np.zeros((3, n + 1), dtype=np.int64), np.empty((4, vertices), dtype=np.int64)
+        return cls(geometry, np.empty((n, _KEY)), starts, *flat)
+
+    def widened(self) -> Windows:
+        """The same windows with twice the room."""
+        flat = (np.concatenate([part, np.empty_like(part)]) for part in self[3:])
+        return Windows(self.geometry, self.keys, self.starts, *flat)
 
 
-def choose_window(
+NO_WINDOWS = Windows.room_for(np.zeros(0, dtype=np.int64), 0)
+
+
+def choose_windows(
     touched_body: TouchedBody,
-    geometry: Geometry,
-    contact: Contact,
-    velocity: Vec3,
-    horizon: float,
-    previous: ContactWindow | None,
-) -> ContactWindow:
-    """Choose the vertices round one contact; those of the last tick where they still cover it.
+    geometries: Sequence[Geometry],
+    contacts: Contacts,
+    velocities: Floats,
+    horizons: Floats,
+    before: Ints,
+    previous: Windows,
+) -> Windows:
+    """Choose the vertices round each contact; those of the last tick where they still cover it.
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        geometry: Of the patch.
-        contact: Of the probe.
-        velocity: Of the probe [m/s].
-        horizon: Time for which the patch will be in use [s].
-        previous: Window of the last tick; None without one.
+        geometries: Of the patches.
+        contacts: Of the probes.
+        velocities: Of the probes, shape (n, 3) [m/s].
+        horizons: Time for which each patch will be in use, shape (n,) [s].
+        before: Row of each user in `previous`; -1 for none, shape (n,).
+        previous: Windows of the last tick.
     """
-    foot, _, normal = contact.places
-    tangential = sub(velocity, scale(normal, dot(velocity, normal)))
-    slide = scale(tangential, horizon)
-    if (
-        previous is not None
-        and previous.geometry is geometry
-        and previous.covers(foot, slide, horizon)
-    ):
-        return previous
     body = touched_body.body
-    mesh = body.mesh
+    mesh, tangential = body.mesh, np.empty_like(velocities)
+    geometry = np.array(geometries, dtype=np.int64)
+    tangential_parts(contacts.frames, velocities, tangential)
     radius = body.contact_radius + _MARGIN + _MARGIN_SPACINGS * mesh.spacing()
-    if geometry is Geometry.PLANE:
-        chosen = Chosen(mesh.near(contact.foot, radius), *_NOTHING)
+    reach = _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius)
+    if not (geometry != _PLANE).any():
+        # A room of planes needs no touch mesh, which may take long to make.
+        finder, spacing = None, 0.0
+        found = fitted = touched = carried = mesh.near_tree.found
+        lengths = half_widths = np.zeros(len(geometry))
     else:
-        length, width = neighbourhood.path_ahead(touched_body.mesh, norm(tangential), horizon)
-        chosen = touched_body.windows.choose(
-            contact.foot,
-            contact.normal,
-            radius,
-            _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius),
-            (np.array(tangential), length, width),
-            MAX_VERTICES if geometry is Geometry.MESH else 0,
-        )
-    # A body may cache its answers by the identity of this array, tick after tick.
-    chosen.vertices.setflags(write=False)
-    return ContactWindow(geometry, foot, slide, horizon, *chosen)
+        window = touched_body.windows
+        finder, found, fitted = window.search, window.vertices, window.fitted
+        touched, carried = window.touched, window.carried
+        spacing = touched_body.mesh.spacing
+        speeds = np.sqrt((tangential * tangential).sum(axis=1))
+        lengths, half_widths = neighbourhood.path_ahead(touched_body.mesh, speeds, horizons)
+    # A quarter more than in the last tick: a hand that slides faster needs a larger one.
+    room = max(_USUAL * len(geometry), 5 * int(previous.starts[0, -1]) // 4)
+    chosen = Windows.room_for(geometry, room)
+    user, slides = 0, tangential * horizons[:, None]
+    while True:
+        user = choose_in_one_call(
+            mesh.near_tree.tree, finder, found, fitted, touched, carried, user, geometry,
+            contacts.frames, slides, tangential, horizons, lengths, half_widths, radius, reach,
+            spacing, MAX_VERTICES, _REUSE_DISTANCE, neighbourhood.SPEEDING_UP, before,
+            previous.geometry, previous.keys, previous.starts, previous.vertices, previous.fitted,
+            previous.touched, previous.carried, chosen.keys, chosen.starts, chosen.vertices,
+            chosen.fitted, chosen.touched, chosen.carried,
+        )  # fmt: skip
+        if user == len(geometry):
+            return chosen
+        chosen = chosen.widened()
 
 
-def free_shape(
+def free_shapes(
     touched_body: TouchedBody,
-    window: ContactWindow,
+    windows: Windows,
     displacement: Floats,
-    x_free: Vec3,
-    normal: Vec3,
-) -> tuple[float, Neighbourhood | None]:
-    """Curvature [1/m] and neighbourhood of the free surface round a contact, for its patch.
+    x_free: Floats,
+    normals: Floats,
+) -> tuple[Floats, list[Neighbourhood | None]]:
+    """Curvature [1/m] and neighbourhood of the free surface round each contact, for its patch.
 
     A plane has neither. A mesh patch carries the curvature as well, for a probe beyond the end of
     its neighbourhood.
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        window: Of the contact; its geometry is the one that is made.
-        displacement: At its vertices without the user's own force, shape (k, 3) [m].
-        x_free: Contact point on that surface [m].
-        normal: Outward unit normal there.
+        windows: Of the contacts; their geometries are the ones that are made.
+        displacement: At their vertices without each user's own force, shape (k, 3) [m].
+        x_free: Contact points on these surfaces, shape (n, 3) [m].
+        normals: Outward unit normals there, shape (n, 3).
     """
-    if window.geometry is Geometry.PLANE:
-        return 0.0, None
-    body = touched_body.body
-    fitted = curvature.fit_curvature(
-        body.mesh.vertices,
-        window.vertices,
-        displacement,
-        window.fitted,
-        np.array([x_free, normal]),
-        curvature.fit_radius(body.mesh, body.contact_radius),
+    body, n = touched_body.body, len(x_free)
+    starts = windows.starts
+    if starts[1, n] == 0:
+        return np.zeros(n), [None] * n
+    radius = curvature.fit_radius(body.mesh, body.contact_radius)
+    curvatures = curvature.fit_curvatures(
+        body.mesh.vertices, starts, windows.vertices, displacement, windows.fitted, x_free, normals,
+        radius,
+    )  # fmt: skip
+    carries = starts[2]
+    if carries[n] == 0:
+        return curvatures, [None] * n
+    touched = windows.touched[: carries[n]]
+    made = neighbourhood.quantised(
+        carries,
+        touched,
+        displacement[windows.carried[: carries[n]]],
+        touched_body.touch_compliance[touched],
     )
-    if window.geometry is Geometry.SPHERE:
-        return fitted, None
-    carried = displacement[window.carried]
-    return fitted, neighbourhood.cut_neighbourhood(touched_body, carried, window.touched)
+    kinds = windows.geometry.tolist()
+    return curvatures, [
+        one if kind == _MESH else None for one, kind in zip(made, kinds, strict=True)
+    ]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
+from cohaptic.control.delay import LoopDelay
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.control.stability.lag_choice import (
@@ -16,7 +18,7 @@ from cohaptic.control.stability.lag_choice import (
 )
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.state import UserState
+from cohaptic_server.world.state import Touch
 
 # Seconds that the lag falls per second while it is below this value; above it, it falls by its own
 # size per second. It may rise at once: the room needs the longer lag now, and a longer lag only
@@ -25,8 +27,22 @@ from cohaptic_server.world.state import UserState
 FALL_RATE = 0.2
 
 
+class Hand(Protocol):
+    """What a lag depends on of a user."""
+
+    @property
+    def touch(self) -> Touch:
+        """Its newest sample, with the settings that it joined with."""
+        ...
+
+    @property
+    def delay(self) -> LoopDelay:
+        """Measured delay of its loop."""
+        ...
+
+
 def find_lag(
-    users: Sequence[UserState],
+    users: Sequence[Hand],
     compliance: Floats,
     spans: Sequence[slice],
     nearness: Floats,
@@ -64,7 +80,7 @@ def find_lag(
 
 
 def room_coupling(
-    users: Sequence[UserState], compliance: Floats, spans: Sequence[slice], nearness: Floats
+    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats
 ) -> float:
     """m, the spectral radius of S, each user weighted by its nearness."""
     if len(users) < 2:
@@ -100,7 +116,7 @@ def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
     return others
 
 
-def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:
+def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
     """K of one hand, no softer than the gain that it is sent, shape (1, 1) or (3, 3) [N/m].
 
     Args:
@@ -113,7 +129,7 @@ def hand_stiffness(user: UserState, C: Floats, others: float = 0.0) -> Floats:
     return np.asarray(_share(user, c_ii, others) * inverse, dtype=np.float64)
 
 
-def _share(user: UserState, c_ii: float, others: float) -> float:
+def _share(user: Hand, c_ii: float, others: float) -> float:
     """K of one hand along the normal, as a share of the body's stiffness there.
 
     Args:

@@ -1,25 +1,18 @@
-"""State of the world between two ticks, and of one user within a tick. Frozen values."""
+"""Values of one user: its newest sample, what the world knows of it, what it leaves behind."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
-
-import numpy as np
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import ZERO, Vec3, add, scale
-from cohaptic_server.bodies.body import Response
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.world.contact import Contact
 from cohaptic_server.world.displacement_field import CachedField
 from cohaptic_server.world.loads import Press
-from cohaptic_server.world.patch_geometry import ContactWindow
 
 # N; a smaller force counts as none. Behind the room's lag a released force decays exponentially and
 # never quite reaches zero.
@@ -95,10 +88,7 @@ class UserState:
             friction.
         delay: Measured delay of the user's loop.
         velocity: Of the probe, smoothed [m/s].
-        surface: Relaxed free surface on which the contact is tracked; None before the first
-            contact.
         free: Displacement without the user's own force; None until the tick is over.
-        window: Vertices at which `free` is known; None until the tick is over.
         compliance: 3x3 compliance of the contact; None without friction or before the first tick
             is over.
         k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| (science 3.2) [N/m].
@@ -113,9 +103,7 @@ class UserState:
     requested_tangential: Floats | None = None
     delay: LoopDelay = field(default_factory=LoopDelay)
     velocity: Vec3 = ZERO
-    surface: CachedField | None = None
     free: CachedField | None = None
-    window: ContactWindow | None = None
     compliance: Compliance3 | None = None
     k_o_coupled: float = 0.0
 
@@ -125,56 +113,10 @@ class UserState:
         normal = scale(self.contact.places[2], self.force)
         return normal if self.tangential is None else add(normal, vec3(self.tangential))
 
-    def carrying(self, force: float, tangential: Floats | None, presence: float) -> UserState:
-        """The same user with the forces that the body carries in this tick."""
-        # By position: `replace` takes ten times as long, for each user in each tick.
-        return UserState(
-            self.touch, self.contact, presence, force, tangential, self.requested,
-            self.requested_tangential, self.delay, self.velocity, self.surface, self.free,
-            self.window, self.compliance, self.k_o_coupled,
-        )  # fmt: skip
-
-    def after(
-        self,
-        free: CachedField,
-        window: ContactWindow,
-        compliance: Compliance3 | None,
-        k_o_coupled: float,
-    ) -> UserState:
-        """The same user at the end of a tick, with what the body answered."""
-        return UserState(
-            self.touch, self.contact, self.presence, self.force, self.tangential, self.requested,
-            self.requested_tangential, self.delay, self.velocity, self.surface, free, window,
-            compliance, k_o_coupled,
-        )  # fmt: skip
-
     @property
     def press(self) -> Press:
         """Contact and force of the user on the body."""
         return Press(self.contact, self.force, self.tangential)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class UserTick:
-    """One user within a tick, once the body has responded to everybody.
-
-    Args:
-        state: Contact and applied force of this tick.
-        index: Row and column of the user in C between users.
-        loads: Position of the user's loads among those of the response.
-        window: Vertices round the contact.
-        free: Displacement without the user's own force, known in the window.
-        x_free: Contact point on that free surface [m].
-        nearness: Weight of the user as a neighbour, 0 to 1.
-    """
-
-    state: UserState
-    index: int
-    loads: slice
-    window: ContactWindow
-    free: CachedField
-    x_free: Vec3
-    nearness: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,24 +141,3 @@ class Release:
             self.share * self.press.force,
             None if tangential is None else self.share * tangential,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class WorldState:
-    """The world between two ticks.
-
-    Args:
-        tick: Number of the last tick; 0 before the first.
-        users: By number, in the order of the response's loads.
-        response: Of the body at that tick; None before the first.
-        releases: Forces that fade where their probes have left them.
-        room: Lag of the room, with the coupling and margin that it comes from.
-        coupling: C between the users, in their order, shape (n, n) [m/N].
-    """
-
-    tick: int = 0
-    users: Mapping[int, UserState] = field(default_factory=lambda: MappingProxyType({}))
-    response: Response | None = None
-    releases: tuple[Release, ...] = ()
-    room: RoomLag = field(default_factory=RoomLag)
-    coupling: Floats = field(default_factory=lambda: np.zeros((0, 0)))

@@ -8,44 +8,41 @@ A tick has five steps:
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
 5. choose the room's lag (`room_lag.py`) and build one patch per user (`patch.py`).
 
+Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
+
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
 a pulled cable makes nobody else's force jump.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
+from cohaptic.control.friction import Compliance3
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import add, dot, norm, scale, sub
-from cohaptic_server.bodies.body import Body, Load, Response
+from cohaptic_server.bodies.body import Body, Response, without_own
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
-from cohaptic_server.world.contact import place_on
-from cohaptic_server.world.contact_tracking import track_contact
-from cohaptic_server.world.displacement_field import CachedField, FreeField, flattened
+from cohaptic_server.world.contact_tracking import track_contacts
+from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
 from cohaptic_server.world.loads import (
     bounded,
     compliance_between,
     contact_compliance,
-    load_spans,
+    loads_of,
 )
-from cohaptic_server.world.patch import build_patch, nearness
-from cohaptic_server.world.patch_geometry import choose_window
+from cohaptic_server.world.loops.free_surfaces import put_contacts
+from cohaptic_server.world.loops.vectors import heights, tangential_parts
+from cohaptic_server.world.patch import build_patches, nearness
+from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
 from cohaptic_server.world.room_lag import find_lag
-from cohaptic_server.world.state import (
-    NEGLIGIBLE,
-    TickTime,
-    Touch,
-    UserState,
-    UserTick,
-    WorldState,
-)
+from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
+from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldState
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 PREFETCH_TIME = 0.2  # s; a body is told of vertices this long before a finger reaches them
@@ -57,6 +54,7 @@ _MAX_STEP = 0.03  # m
 _MAX_SPEED = 1.5  # m/s, the speed at which a client's safety layer lets go
 
 
+# The five steps in their order, each of which needs the arrays of those before it.
 def advance(
     touched_body: TouchedBody,
     state: WorldState,
@@ -82,67 +80,77 @@ def advance(
     connected = {touch.user: touch for touch in touches}
     fade, max_move = dt / RELEASE_TIME, _max_contact_move(body, dt)
 
-    taking_part = _participants(state, connected, fade)
-    tracked = [track_contact(body, state, p.touch, p.presence, time) for p in taking_part]
+    tracked = track_contacts(body, state, *_participants(state, connected, fade), time)
     releases = update_releases(state, tracked, fade, max_move=max_move)
     released = {release.user for release in releases}
-    users = apply_forces(body, state, tracked, released, dt, max_move=max_move)
+    applied = apply_forces(body, state, tracked, released, dt, max_move=max_move)
 
-    own_loads = [user.press.loads() for user in users]
-    fading_loads = [release.faded().loads() for release in releases]
-    prefetching = touched_body.prefetching
-    if prefetching is not None:
-        prefetching.prefetch(_vertices_ahead(body, users))
-    response = body.respond(_flat([*own_loads, *fading_loads]), state.response)
+    fading = [release.faded() for release in releases]
+    loads, starts = loads_of(tracked.contacts, *applied[1:], tracked.rough, fading)
+    if (prefetching := touched_body.prefetching) is not None:
+        prefetching.prefetch(_vertices_ahead(body, tracked))
+    response = body.respond(loads, state.response)
 
-    observed = _observe(touched_body, state, users, own_loads, response, dt)
-    spans = [user.loads for user in observed]
+    own = loads.arrays.forces[: starts[-1]]
+    delays = [delay.value for delay in tracked.delays]
+    # A patch is used until the one that answers the next sample has arrived, and for one more
+    # period, in which the client's loop moves over to that one.
+    horizons = np.array(delays, dtype=np.float64) + 2.0 * dt
+    observed, height = _observe(
+        touched_body, state.users.observed, tracked, horizons, response, starts, own
+    )
+    spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
     compliance = bounded(response.compliance, spans)
     coupling = compliance_between(compliance, spans)
-    weight = np.array([user.nearness for user in observed])
-    room = find_lag(users, compliance, spans, weight, state.room, dt)
+    weight = nearness(height, applied.force)
+    hands = list(map(Hand, tracked.touches, tracked.delays))
+    room = find_lag(hands, compliance, spans, weight, state.room, dt)
 
-    patches: dict[int, Patch] = {}
-    after: dict[int, UserState] = {}
-    for user, row in zip(observed, _weighted_rows(coupling, weight).tolist(), strict=True):
-        number = user.state.touch.user
-        own = contact_compliance(compliance, user.state.press, user.loads)
-        if number in connected:
-            patches[number] = build_patch(touched_body, user, row, own, room, time)
-        after[number] = user.state.after(user.free, user.window, own, 1.0 / sum(map(abs, row)))
-    world = WorldState(time.number, MappingProxyType(after), response, releases, room, coupling)
-    return world, patches
-
-
-@dataclass(frozen=True, slots=True)
-class _Participant:
-    touch: Touch
-    presence: float
+    weighted = _weighted_rows(coupling, weight)
+    of_contacts: list[Compliance3 | None] = [None] * len(spans)
+    for i in tracked.rough:
+        of_contacts[i] = contact_compliance(compliance, tracked.contacts.frames[i, 2], spans[i])
+    patches = build_patches(
+        touched_body, tracked, applied, observed, connected, weighted.tolist(), delays, of_contacts,
+        room, time,
+    )  # fmt: skip
+    k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
+    users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
+    return WorldState(time.number, users, response, releases, room, coupling), patches
 
 
 def _participants(
     state: WorldState, connected: Mapping[int, Touch], fade: float
-) -> list[_Participant]:
-    """Users who take part in this tick, with the share of their force that counts.
+) -> tuple[list[Touch], Ints, Floats]:
+    """Users who take part in this tick: samples, rows in the last tick, shares that count.
 
     The share of those who are heard rises towards 1 by `fade`; that of all others falls to 0.
     """
-    fading = {release.user for release in state.releases}
-    participants: list[_Participant] = []
-    for number, user in state.users.items():
-        touch = connected.get(number) or replace(user.touch, fresh=False)
-        rises = touch.fresh and not user.delay.too_long
-        presence = user.presence + (fade if rises else -fade)
-        if number in fading:
-            presence = 0.0  # until the force at its previous contact has faded
-        if number in connected or presence > 0.0 or user.force > NEGLIGIBLE:
-            participants.append(_Participant(touch, min(1.0, max(0.0, presence))))
-    participants += [
-        _Participant(touch, min(1.0, fade))
-        for number, touch in connected.items()
-        if number not in state.users
+    last, applied = state.users.tracked, state.users.applied
+    touches: list[Touch] = [
+        connected.get(old.user) or replace(old, fresh=False) for old in last.touches
     ]
-    return participants
+    rises = [
+        touch.fresh and not delay.too_long
+        for touch, delay in zip(touches, last.delays, strict=True)
+    ]
+    presence = applied.presence + np.where(rises, fade, -fade)
+    if state.releases:
+        fading = {release.user for release in state.releases}
+        # Until the force at its previous contact has faded.
+        presence[[touch.user in fading for touch in touches]] = 0.0
+    rows = np.arange(len(touches))
+    stays = (presence > 0.0) | (applied.force > NEGLIGIBLE)
+    if not stays.all():
+        stays |= np.array([touch.user in connected for touch in touches])
+        rows, presence = rows[stays], presence[stays]
+        touches = [touches[row] for row in rows.tolist()]
+    known = {old.user for old in last.touches}
+    if new := [touch for number, touch in connected.items() if number not in known]:
+        touches += new
+        rows = np.concatenate([rows, np.full(len(new), -1)])
+        presence = np.concatenate([presence, np.full(len(new), fade)])
+    return touches, rows, np.minimum(1.0, np.maximum(0.0, presence))
 
 
 def _max_contact_move(body: Body, dt: float) -> float:
@@ -150,67 +158,77 @@ def _max_contact_move(body: Body, dt: float) -> float:
     return max(_MAX_STEP, _MAX_SPEED * dt) + body.contact_radius
 
 
-def _vertices_ahead(body: Body, users: Sequence[UserState]) -> Ints:
+def _vertices_ahead(body: Body, users: Tracked) -> Ints:
     """Vertices that fingers will press in `PREFETCH_TIME` if they slide on, shape (k,)."""
+    frames, slides = users.contacts.frames, np.empty_like(users.velocity)
+    tangential_parts(frames, PREFETCH_TIME * users.velocity, slides)
+    lengths = np.sqrt((slides * slides).sum(axis=1)) / body.contact_radius
     vertices = [np.zeros(0, dtype=np.int64)]
-    for user in users:
-        foot, _, n = user.contact.places
-        slide = scale(sub(user.velocity, scale(n, dot(user.velocity, n))), PREFETCH_TIME)
-        if _SLOWEST_SLIDE < norm(slide) / body.contact_radius < _FASTEST_SLIDE:
-            vertices.append(body.mesh.near(np.array(add(foot, slide)), body.contact_radius))
+    for i in np.flatnonzero((_SLOWEST_SLIDE < lengths) & (lengths < _FASTEST_SLIDE)).tolist():
+        vertices.append(body.mesh.near(frames[i, 0] + slides[i], body.contact_radius))
     return np.concatenate(vertices)
 
 
 def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
     """Rows of C as gains see them: each other user by its nearness, the user itself in full."""
     rows = coupling * weight
-    rows[np.diag_indices(len(rows))] = np.diag(coupling)
+    rows.reshape(-1)[:: len(rows) + 1] = coupling.diagonal()
     return rows
-
-
-def _flat(loads: Sequence[Sequence[Load]]) -> list[Load]:
-    return [load for several in loads for load in several]
 
 
 def _observe(
     touched_body: TouchedBody,
-    state: WorldState,
-    users: Sequence[UserState],
-    own_loads: Sequence[Sequence[Load]],
+    last: Observed | None,
+    users: Tracked,
+    horizons: Floats,
     response: Response,
-    dt: float,
-) -> list[UserTick]:
+    spans: Ints,
+    forces: Floats,
+) -> tuple[Observed, Floats]:
     """Evaluate the surface round each contact, free of that user's own force (science 3.3).
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        state: The world after the last tick.
-        users: With the forces of this tick.
-        own_loads: Loads of each user, in the order in which the body got them.
+        last: Surfaces of the last tick; None before the first.
+        users: With their contacts.
+        horizons: Time for which the patches will be in use, shape (n,) [s].
         response: Of the body to everybody.
-        dt: Simulation period N T [s].
+        spans: First load of each user, and the end of the last one's, shape (n + 1,).
+        forces: Of these loads, shape (l,) [N].
+
+    Returns:
+        The surfaces, and the height of each probe over its own, shape (n,) [m].
     """
-    observed: list[UserTick] = []
-    for user, loads, span in zip(users, own_loads, load_spans(own_loads), strict=True):
-        previous = state.users.get(user.touch.user)
-        window = choose_window(
-            touched_body,
-            user.touch.geometry,
-            user.contact,
-            user.velocity,
-            # A patch is used until the one that answers the next sample has arrived, and for one
-            # more period, in which the client's loop moves over to that one.
-            user.delay.value + 2.0 * dt,
-            None if previous is None else previous.window,
-        )
-        forces: Floats = np.array([load.force for load in loads])
-        surface = FreeField(response, forces, span)
-        free = CachedField(window.vertices, surface.on(window.vertices), surface)
-        x_free = place_on(touched_body.body.mesh, user.contact, free)
-        depth = dot(user.contact.places[2], sub(x_free, user.touch.probe))
-        if depth > 0.0 and len(users) > 1:  # alone, nobody bulges it
-            frame, radius = user.contact.frame, touched_body.body.contact_radius
-            free = flattened(free, touched_body.body.mesh, frame, x_free, radius, depth)
-        near = nearness(user, x_free)
-        observed.append(UserTick(user, len(observed), span, window, free, x_free, near))
-    return observed
+    mesh, contacts, n = touched_body.body.mesh, users.contacts, len(users.touches)
+    windows = choose_windows(
+        touched_body,
+        [touch.geometry for touch in users.touches],
+        contacts,
+        users.velocity,
+        horizons,
+        np.full(n, -1) if last is None else users.before,
+        NO_WINDOWS if last is None else last.windows,
+    )
+    known = windows.starts[0]
+    vertices, x_free = windows.vertices[: known[n]], np.empty((n, 3))
+    free = without_own(response, spans, forces, known, vertices)
+    search, user = mesh.contacts, 0
+    while True:
+        user = put_contacts(
+            search.search, search.field, user, contacts.frames, contacts.starts, contacts.vertices,
+            contacts.weights, known, vertices, free, x_free,
+        )  # fmt: skip
+        if user == n:
+            break
+        a, b = spans[user : user + 2].tolist()
+        elsewhere = FreeField(response, forces[a:b], slice(a, b))
+        x_free[user] = contacts.at(user).moved(elsewhere)
+        user += 1
+    height, shown = np.empty(n), None
+    heights(contacts.frames, users.probes, x_free, height)
+    if n > 1:  # alone, nobody bulges it
+        shown = flatten_bulges(
+            mesh, KnownFields(known, vertices, free), contacts.frames, x_free, -height,
+            touched_body.body.contact_radius,
+        )  # fmt: skip
+    return Observed(response, spans, forces, windows, free, shown, x_free), height

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, union
+from tests.server.windows import choose
 
 OUT = np.array([1.0, 0.0, 0.0])
 MOST = 40  # vertices that are carried: fewer than are near, so that the bound is met
@@ -33,7 +34,7 @@ def test_a_window_is_what_lies_near_and_what_is_carried(
     mesh, touch = touched.body.mesh, touched.mesh
     path = (np.array([0.0, 1.0, 0.5]), length, 0.05)
     normal = foot / max(1e-9, float(np.linalg.norm(foot)))
-    found = touched.windows.choose(foot, normal, radius, reach, path, MOST if carries else 0)
+    found = choose(touched, foot, normal, radius, reach, path, MOST if carries else 0)
     near = np.flatnonzero(np.linalg.norm(mesh.vertices - foot, axis=1) <= radius)
     shape = touch.vertices[np.linalg.norm(touch.points - foot, axis=1) <= reach]
     assert found.vertices.tolist() == union(near, shape, touch.vertices[found.touched]).tolist()
@@ -47,7 +48,7 @@ def test_a_window_is_what_lies_near_and_what_is_carried(
 
 def test_the_nearest_to_the_path_are_carried(touched: TouchedBody) -> None:
     foot = np.array([0.1, 0.0, 0.0])
-    found = touched.windows.choose(foot, OUT, 0.01, 0.01, (np.zeros(3), 0.0, 0.2), MOST)
+    found = choose(touched, foot, OUT, 0.01, 0.01, (np.zeros(3), 0.0, 0.2), MOST)
     distance = np.linalg.norm(touched.mesh.points - foot, axis=1)
     assert len(found.touched) == MOST
     assert distance[found.touched].max() < np.delete(distance, found.touched).min()
@@ -56,7 +57,7 @@ def test_the_nearest_to_the_path_are_carried(touched: TouchedBody) -> None:
 def test_one_window_leaves_nothing_for_the_next(touched: TouchedBody) -> None:
     path = (np.array([0.0, 1.0, 0.0]), 0.05, 0.05)
     one, two = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, 0.1])
-    first = touched.windows.choose(one, OUT, 0.03, 0.05, path, MOST)
-    touched.windows.choose(two, OUT, 0.04, 0.02, path, MOST)
-    again = touched.windows.choose(one, OUT, 0.03, 0.05, path, MOST)
+    first = choose(touched, one, OUT, 0.03, 0.05, path, MOST)
+    choose(touched, two, OUT, 0.04, 0.02, path, MOST)
+    again = choose(touched, one, OUT, 0.03, 0.05, path, MOST)
     assert all((a == b).all() for a, b in zip(first, again, strict=True))

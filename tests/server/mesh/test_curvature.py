@@ -6,11 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.mesh.curvature import bulge, fit_curvature, fit_radius
+from cohaptic_server.mesh.curvature import fit_curvatures, fit_radius
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import locate
+from tests.server.fields import bulge
 
 seeds = st.integers(0, 2**32 - 1)
 OUT = np.array([0.0, 0.0, 1.0])
@@ -19,8 +20,11 @@ OUT = np.array([0.0, 0.0, 1.0])
 def curvature_of(points: Floats, x_free: Floats, normal: Floats, radius: float) -> float:
     """Of the sphere through points of a surface that is not displaced."""
     every = np.arange(len(points))
-    still, frame = np.zeros_like(points), np.array([x_free, normal])
-    return fit_curvature(points, every, still, every, frame, radius)
+    still, starts = np.zeros_like(points), np.array([[0, len(points)]] * 2)
+    (found,) = fit_curvatures(
+        points, starts, every, still, every, x_free[None], normal[None], radius
+    )
+    return float(found)
 
 
 def cap(radius: float, rng: np.random.Generator, count: int = 40, width: float = 0.4) -> Floats:

@@ -13,9 +13,10 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.sticking_equilibrium import StickingHand, compliance_of
 from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.users import WorldState
 
 DT = 1.0 / 60.0  # s
 TICKS = 3 * round(RELEASE_TIME / DT)

@@ -6,18 +6,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.mesh.curvature import bulge
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import (
     LARGEST_PRODUCT,
     CachedField,
+    FlatterField,
     FreeField,
+    KnownFields,
     ZeroField,
-    flattened,
+    flatten_bulges,
 )
+from tests.server.fields import bulge
 
 vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
 
@@ -87,17 +89,30 @@ def test_a_bulge_is_no_sharper_than_lets_a_probe_stay_on_it(depth: float, sharp:
     at = mesh.vertices[0]
     out = at / np.linalg.norm(at)
     heights = 0.03 - 0.5 * sharp * ((mesh.vertices - at) ** 2).sum(axis=1)
-    free = CachedField(every, heights[:, None] * out, ZeroField())
-    frame, x_free = np.array([at, at, out]), vec3(at + 0.03 * out)
-    shown = flattened(free, mesh, frame, x_free, 0.01, depth)
-    assert shown.values[0] == pytest.approx(0.03 * out)  # the contact stays
-    found = bulge(mesh, every, free.values, frame, 0.01)
+    free: Floats = heights[:, None] * out
+    frame, x_free = np.array([at, at, out]), at + 0.03 * out
+    # A second contact, of a probe in the air, on the same surface.
+    both = KnownFields(
+        np.array([0, len(every), 2 * len(every)]), np.tile(every, 2), np.tile(free, (2, 1))
+    )
+    shown = flatten_bulges(
+        mesh, both, np.array([frame, frame]), np.array([x_free, x_free]), np.array([depth, -0.3]),
+        0.01,
+    )  # fmt: skip
+    values, other = np.split(both.values, 2)
+    assert (other == free).all()
+    assert values[0] == pytest.approx(0.03 * out)  # the contact stays
+    assert shown[:, :3] == pytest.approx(np.array([x_free, x_free]) - at)
+    found = bulge(mesh, every, free, frame, 0.01)
     assert found == pytest.approx(sharp, rel=0.1)
     if depth * found <= LARGEST_PRODUCT:
-        assert shown is free
+        assert (values == free).all()
+        assert shown[:, 3].tolist() == [1.0, 1.0]
     else:
-        left = depth * bulge(mesh, every, shown.values, frame, 0.01)
+        left = depth * bulge(mesh, every, values, frame, 0.01)
         assert left == pytest.approx(LARGEST_PRODUCT)
         # Elsewhere, too, so that a window does not end in a step.
         share = LARGEST_PRODUCT / (depth * found)
-        assert shown.elsewhere[every[:1]] == pytest.approx(0.03 * (1.0 - share) * out[None])
+        assert shown[:, 3] == pytest.approx(np.array([share, 1.0]))
+        elsewhere = FlatterField(ZeroField(), shown[0, :3], shown[0, 3])
+        assert elsewhere[every[:1]] == pytest.approx(0.03 * (1.0 - share) * out[None])

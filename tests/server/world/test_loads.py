@@ -59,7 +59,7 @@ def test_the_3x3_compliance_moves_the_contact_as_the_body_does(
     """The contact point moves by -C f for a force f on the hand."""
     mine = press(small_balloon, where[0], force, along)
     response = small_balloon.respond(mine.loads())
-    C = contact_compliance(response.compliance, mine, load_spans([mine.loads()])[0])
+    C = contact_compliance(response.compliance, mine.contact.normal, load_spans([mine.loads()])[0])
     assert C is not None
     assert mine.tangential is not None
     f = mine.force * mine.contact.normal + mine.tangential

@@ -15,10 +15,10 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.neighbourhood import (
     MIN_RADIUS,
-    cut_neighbourhood,
     path_ahead,
     quantised,
 )
+from tests.server.windows import choose as choose_window
 
 RADIUS = 0.1  # m, of the balloon
 OUT = np.array([1.0, 0.0, 0.0])
@@ -34,10 +34,21 @@ def gap(mesh: SurfaceMesh, chosen: Ints, at: Floats) -> float:
 def choose(body: Balloon, at: Floats, slide: Floats, horizon: float) -> Ints:
     """What a mesh patch carries of a balloon, as numbers of its touch mesh."""
     touched = TouchedBody(body)
-    length, width = path_ahead(touched.mesh, float(np.linalg.norm(slide)), horizon)
-    return touched.windows.choose(
-        at, at / RADIUS, 0.03, 0.03, (slide, length, width), MAX_VERTICES
-    ).touched
+    speeds, horizons = np.array([float(np.linalg.norm(slide))]), np.array([horizon])
+    (length,), (width,) = path_ahead(touched.mesh, speeds, horizons)
+    path = (slide, float(length), float(width))
+    return choose_window(touched, at, at / RADIUS, 0.03, 0.03, path, MAX_VERTICES).touched
+
+
+def one(vertices: Ints, displacement: Floats, c_ii: Floats) -> Neighbourhood:
+    """One neighbourhood from its arrays."""
+    (made,) = quantised(np.array([0, len(vertices)]), vertices, displacement, c_ii)
+    return made
+
+
+def cut(body: TouchedBody, displacement: Floats, touched: Ints) -> Neighbourhood:
+    """The neighbourhood that a mesh patch would carry of these vertices."""
+    return one(touched, displacement, body.touch_compliance[touched])
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
@@ -84,7 +95,7 @@ def test_the_neighbourhood_says_where_its_vertices_are(balloon: Balloon) -> None
     rng = np.random.default_rng(1)
     free = rng.uniform(-0.02, 0.02, balloon.mesh.vertices.shape)
     chosen = choose(balloon, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(TouchedBody(balloon), free[chosen], chosen)
+    near = cut(TouchedBody(balloon), free[chosen], chosen)
     assert near.indices == tuple(chosen.tolist())
     assert near.scale * np.array(near.displacements) == pytest.approx(free[chosen], abs=1e-6)
     table = vertex_compliance(balloon)[chosen]
@@ -98,7 +109,7 @@ def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
     assert len(mesh.vertices) < 0.7 * len(body.mesh.vertices)
     free = np.random.default_rng(2).uniform(-0.02, 0.02, body.mesh.vertices.shape)
     touched = choose(body, RADIUS * OUT, np.zeros(3), 0.2)
-    near = cut_neighbourhood(TouchedBody(body), free[mesh.vertices[touched]], touched)
+    near = cut(TouchedBody(body), free[mesh.vertices[touched]], touched)
     assert near.indices == tuple(touched.tolist())
     chosen = mesh.vertices[touched]
     assert len(chosen) > 20
@@ -115,14 +126,14 @@ def test_on_a_fine_mesh_it_numbers_the_vertices_that_are_touched() -> None:
 def test_arrays_are_packed_as_numbers_are(vertices: list[int], size: float, random: Random) -> None:
     u = [[random.uniform(-size, size) for _ in range(3)] for _ in vertices]
     c = [random.uniform(0.0, size) for _ in vertices]
-    packed = quantised(np.array(vertices, np.int64), np.array(u).reshape(-1, 3), np.array(c))
+    packed = one(np.array(vertices, np.int64), np.array(u).reshape(-1, 3), np.array(c))
     assert packed == Neighbourhood.of(vertices, [(x, y, z) for x, y, z in u], c)
 
 
 @pytest.mark.parametrize("vertices", [[3, 3], [7, 3], [1, 2**16], [-1, 2]])
 def test_vertices_that_the_wire_cannot_number_are_refused(vertices: list[int]) -> None:
     with pytest.raises(ValueError, match="must rise to at most 65535"):
-        quantised(np.array(vertices), np.zeros((2, 3)), np.zeros(2))
+        one(np.array(vertices), np.zeros((2, 3)), np.zeros(2))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -134,15 +145,15 @@ def test_values_that_are_none_cost_their_user_and_not_the_tick(bad: float, where
     else:
         c[1] = bad
     with pytest.raises(LocalProtocolError, match="of a neighbourhood is nan"):
-        quantised(np.array([1, 5]), u, c).encode()
+        one(np.array([1, 5]), u, c).encode()
 
 
 def test_a_negative_compliance_is_none() -> None:
     with pytest.raises(LocalProtocolError, match="is nan"):
-        quantised(np.array([1, 5]), np.zeros((2, 3)), np.array([1e-3, -5e-4])).encode()
+        one(np.array([1, 5]), np.zeros((2, 3)), np.array([1e-3, -5e-4])).encode()
 
 
 @pytest.mark.parametrize(("rows", "count"), [((2, 3), 3), ((3, 2), 3), ((3, 3), 2), ((3, 3), 4)])
 def test_arrays_that_do_not_fit_are_refused(rows: tuple[int, int], count: int) -> None:
     with pytest.raises(ValueError, match="make no neighbourhood"):
-        quantised(np.arange(3), np.zeros(rows), np.zeros(count))
+        one(np.arange(3), np.zeros(rows), np.zeros(count))

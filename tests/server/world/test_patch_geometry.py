@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.vec import ZERO, dot, norm, scale, sub, unit
+from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub, unit
 from cohaptic_client.loop.surfaces import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.contact import locate
-from cohaptic_server.world.patch_geometry import choose_window
+from cohaptic_server.world.contact import Contact, Contacts, locate
+from cohaptic_server.world.patch_geometry import NO_WINDOWS, Windows, choose_windows
 from cohaptic_server.world.state import Touch
 from tests.server.fields import free_of
 from tests.server.touches import RADIUS, side, touch
@@ -115,22 +115,46 @@ def test_a_window_is_kept_while_a_finger_hardly_moves(
 ) -> None:
     """It stays at rest, and is the one that is chosen anew as soon as something has changed."""
     still = np.zeros_like(balloon.mesh.vertices)
-    contacts = [
+    here, there = (
         locate(balloon.mesh, np.array(side(a)) * 0.099, still, radius=balloon.contact_radius)
         for a in (0.0, slid)
-    ]
-    body, velocity = TouchedBody(balloon), ZERO
-    previous = choose_window(body, Geometry.MESH, contacts[0], velocity, first, None)
-    assert choose_window(body, Geometry.MESH, contacts[0], velocity, first, previous) is previous
-    now = choose_window(body, Geometry.MESH, contacts[1], velocity, later, previous)
-    if now is not previous:
-        fresh = choose_window(body, Geometry.MESH, contacts[1], velocity, later, None)
-        assert (now.touched == fresh.touched).all()
-        assert (now.vertices == fresh.vertices).all()
+    )
+    body = TouchedBody(balloon)
+
+    def choose(
+        contact: Contact,
+        horizon: float,
+        before: Windows | None,
+        geometry: Geometry = Geometry.MESH,
+        velocity: Vec3 = ZERO,
+    ) -> Windows:
+        # Somebody else comes before in the same call, and stays where it is.
+        contacts, velocities = Contacts.of([here, contact]), np.array([ZERO, velocity])
+        rows = np.array([-1, -1] if before is None else [0, 1])
+        horizons = np.array([first, horizon])
+        return choose_windows(
+            body, [Geometry.MESH, geometry], contacts, velocities, horizons, rows,
+            NO_WINDOWS if before is None else before,
+        )  # fmt: skip
+
+    def parts(windows: Windows) -> list[list[int]]:
+        """Vertices, those that are fitted, touched, and carried, of the second user."""
+        a, b = windows.starts[:, 1], windows.starts[:, 2]
+        carried = windows.carried[a[2] : b[2]] - a[0]
+        flat = (windows.vertices[a[0] : b[0]], windows.fitted[a[1] : b[1]])
+        return [part.tolist() for part in (*flat, windows.touched[a[2] : b[2]], carried)]
+
+    previous = choose(here, first, None)
+    assert parts(choose(here, first, previous)) == parts(previous)
+    now = choose(there, later, previous)
+    if (now.keys[1] != previous.keys[1]).any():
+        assert parts(now) == parts(choose(there, later, None))
     elif slid != 0.0:
         assert abs(slid) < 0.05
-    quick = choose_window(body, Geometry.MESH, contacts[0], (0.0, 0.3, 0.0), 0.3, previous)
-    assert quick is not previous
-    other = choose_window(body, Geometry.PLANE, contacts[0], velocity, first, previous)
-    assert set(other.vertices.tolist()) <= set(previous.vertices.tolist())
-    assert not len(other.touched)
+        assert parts(now) == parts(previous)
+    assert (now.keys[0] == previous.keys[0]).all()
+    quick = choose(here, 0.3, previous, velocity=(0.0, 0.3, 0.0))
+    assert (quick.keys[1] != previous.keys[1]).any()
+    vertices, _, touched, _ = parts(choose(here, first, previous, Geometry.PLANE))
+    assert set(vertices) <= set(parts(previous)[0])
+    assert not touched

@@ -18,8 +18,8 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
 from cohaptic_server.world.patch import NEAR_HEIGHT
-from cohaptic_server.world.state import WorldState
 from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.users import WorldState
 from tests.server.touches import RADIUS, side, touch
 from tests.server.world.worlds import DT, RISE, angles, depths, forces, play
 

@@ -16,8 +16,9 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import vec3
 from cohaptic_server.world.force_limits import EFFECT_RATE
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.users import WorldState
 from tests.server.touches import side, touch
 from tests.server.world.worlds import DT, RISE, forces, play
 

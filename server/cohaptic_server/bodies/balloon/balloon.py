@@ -122,16 +122,16 @@ class Balloon:
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Superpose the Green's functions under the loads; damping delays it from `before`."""
         n, count = len(self.mesh.vertices), len(loads)
-        starts, vertices, weights, directions, forces = LoadArrays.of(loads)
+        starts, ends, vertices, weights, directions, forces = LoadArrays.of(loads)
         flat, C = np.empty((count, 3 * n)), np.empty((count, count))
         # C is symmetric: its rows are its columns, and rows lie together in memory.
         if COMPILED:
-            superpose(self.compliance, starts, vertices, weights, directions, flat)
+            superpose(self.compliance, starts, ends, vertices, weights, directions, flat)
         else:
             for i, load in enumerate(loads):
                 rows = self.compliance.reshape(n, 3, 3 * n)[load.vertices]
                 flat[i] = np.einsum("k,a,kam->m", load.weights, load.direction, rows)
-        seen_by(flat, starts, vertices, weights, directions, C)
+        seen_by(flat, starts, ends, vertices, weights, directions, C)
         displacement, fields = (forces @ flat).reshape(n, 3), flat.reshape(count, n, 3)
         if self.damping == 0.0:
             return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))

@@ -76,6 +76,15 @@ class ContactSearch:
             self.weights[k] = weights[k]
         self.slope = slope
 
+    def give(self, frame: Floats, under: Ints, weights: Floats) -> None:
+        """Copy the contact that it holds into the first places of arrays that are long enough."""
+        for i in range(3):
+            for j in range(3):
+                frame[i, j] = self.frame[i, j]
+        for k in range(self.count):
+            under[k] = self.under[k]
+            weights[k] = self.weights[k]
+
     # One iteration with a dozen numbers that each step needs from the one before.
     def locate(
         self,

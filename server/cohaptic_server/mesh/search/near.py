@@ -18,17 +18,18 @@ class NearTree:
 
     Attributes:
         tree: Of the points.
+        found: Room for the indices of all points, shape (n,).
     """
 
     def __init__(self, points: Floats) -> None:
         self.tree = point_tree(points)
-        self._found = np.zeros(len(points), dtype=np.int64)
+        self.found = np.zeros(len(points), dtype=np.int64)
 
     def near(self, point: Floats, radius: float) -> Ints:
         """Indices within `radius` [m] of a place (3,) [m], rising, shape (k,)."""
         x, y, z = point.tolist()
-        count = self.tree.within(x, y, z, radius, self._found)
-        return np.sort(self._found[:count])
+        count = self.tree.within(x, y, z, radius, self.found)
+        return np.sort(self.found[:count])
 
 
 def point_tree(points: Floats) -> PointTree:

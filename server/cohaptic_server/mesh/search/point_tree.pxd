@@ -28,4 +28,4 @@ cdef class PointTree:
     @cython.locals(dx=double, dy=double, dz=double)
     cdef double apart(self, int64_t node, double x, double y, double z) noexcept
     @cython.locals(gap=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, number=int64_t)
-    cdef void sort(self, int64_t[::1] numbers, Py_ssize_t count) noexcept
+    cpdef void sort(self, int64_t[::1] numbers, Py_ssize_t count) noexcept

@@ -9,12 +9,52 @@ _TIKHONOV = 1e-10  # relative to the mean of the normal matrix's diagonal
 MIN_POINTS = 6  # a sphere with height and tilt has four unknowns
 
 
+def fit_spheres(
+    rest: Floats,
+    starts: Ints,
+    vertices: Ints,
+    displacement: Floats,
+    rows: Ints,
+    points: Floats,
+    normals: Floats,
+    radius: float,
+    matrix: Floats,
+    curvature: Floats,
+) -> None:
+    """Curvature of the sphere nearest to displaced vertices round each contact [1/m].
+
+    Args:
+        rest: Resting positions of all vertices, shape (v, 3) [m].
+        starts: Where the vertices of each contact begin, and the last one's end, in the first row,
+            and the same of `rows` in the second, shape (2 or more, n + 1).
+        vertices: Those whose displacement is known, shape (k,).
+        displacement: Of these, shape (k, 3) [m].
+        rows: Those of its vertices that are fitted, counted from a contact's first, shape (r,).
+        points: Points through which the spheres go, roughly, shape (n, 3) [m].
+        normals: Outward unit normals there, shape (n, 3).
+        radius: Of the fit [m].
+        matrix: Room for the normal equations, shape (5, 6).
+        curvature: Set to the curvatures, without a bound, 0 for fewer than six points, shape (n,)
+            [1/m].
+    """
+    for i in range(curvature.shape[0]):
+        a, b, c, d = starts[0, i], starts[0, i + 1], starts[1, i], starts[1, i + 1]
+        curvature[i] = 0.0
+        if d - c >= MIN_POINTS:
+            curvature[i] = fit_sphere(
+                rest, vertices[a:b], displacement[a:b], rows[c:d], points[i], normals[i], radius,
+                matrix,
+            )  # fmt: skip
+
+
+# One pass over the vertices with a point and a normal, which are six numbers.
 def fit_sphere(
     rest: Floats,
     vertices: Ints,
     displacement: Floats,
     rows: Ints,
-    frame: Floats,
+    point: Floats,
+    normal: Floats,
     radius: float,
     matrix: Floats,
 ) -> float:
@@ -25,14 +65,15 @@ def fit_sphere(
         vertices: Those whose displacement is known, shape (k,).
         displacement: Of these, shape (k, 3) [m].
         rows: Those of `vertices` that are fitted, as indices into them, shape (r,).
-        frame: Point through which the sphere goes, roughly, and its normal, shape (2, 3).
+        point: Through which the sphere goes, roughly, shape (3,) [m].
+        normal: Outward unit normal there, shape (3,).
         radius: Of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
 
     Returns:
         The curvature; zero with fewer than six points.
     """
-    nx, ny, nz = frame[1, 0], frame[1, 1], frame[1, 2]
+    nx, ny, nz = normal[0], normal[1], normal[2]
     used, per = 0, 1.0 / radius
     for i in range(_UNKNOWNS):
         for j in range(_UNKNOWNS + 1):
@@ -40,9 +81,9 @@ def fit_sphere(
     for r in range(rows.shape[0]):
         k = rows[r]
         v = vertices[k]
-        x = rest[v, 0] + displacement[k, 0] - frame[0, 0]
-        y = rest[v, 1] + displacement[k, 1] - frame[0, 1]
-        z = rest[v, 2] + displacement[k, 2] - frame[0, 2]
+        x = rest[v, 0] + displacement[k, 0] - point[0]
+        y = rest[v, 1] + displacement[k, 1] - point[1]
+        z = rest[v, 2] + displacement[k, 2] - point[2]
         height = x * nx + y * ny + z * nz
         # With the height: points on the far side of a thin body are close in the tangent plane.
         square = (x * x + y * y + z * z) * (per * per)

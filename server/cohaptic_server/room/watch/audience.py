@@ -13,7 +13,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
-from cohaptic_server.world.state import WorldState
+from cohaptic_server.world.users import WorldState
 
 
 class Audience:

@@ -9,7 +9,8 @@ import numpy as np
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.scene import MAX_CURVATURE, MAX_LOOP_DELAY, MAX_USERS, UserRecord
 from cohaptic_server.numeric import Floats, vec3
-from cohaptic_server.world.state import UserState, WorldState
+from cohaptic_server.world.state import UserState
+from cohaptic_server.world.users import WorldState
 
 
 def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:

@@ -9,8 +9,9 @@ from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world.state import Touch, WorldState
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 
 PERIOD = 1.0 / 60.0  # s
 

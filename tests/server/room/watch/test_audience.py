@@ -28,8 +28,8 @@ from cohaptic_server.room.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEnc
 from cohaptic_server.room.watch.user_records import displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.state import WorldState
 from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
 from tests.server.peers import hello
 from tests.server.room.watch.hands import PERIOD, motion, touches
 

@@ -1,0 +1,1 @@
+"""Loops of a tick over all users of a room, compiled where a compiler is at hand."""

@@ -1,0 +1,94 @@
+"""The surfaces free of each user's own force: contact points, and bulges."""
+
+from __future__ import annotations
+
+from cohaptic_server.mesh.search.bulge_fit import fit_bulge
+from cohaptic_server.mesh.search.contact_search import ContactSearch
+from cohaptic_server.mesh.search.loaded_field import LoadedField
+from cohaptic_server.numeric import Floats, Ints
+
+
+def put_contacts(
+    search: ContactSearch,
+    field: LoadedField,
+    first: int,
+    frames: Floats,
+    starts: Ints,
+    under: Ints,
+    weights: Floats,
+    known_starts: Ints,
+    known: Ints,
+    values: Floats,
+    places: Floats,
+) -> int:
+    """Put the contact point of each user on its surface.
+
+    Args:
+        search: On the resting surface.
+        field: That the search looks at.
+        first: User to begin with.
+        frames, starts, under, weights: Contacts, as `Contacts`.
+        known_starts, known: Vertices at which each user's surface is known, shape (k,).
+        values: Its displacement there, shape (k, 3) [m].
+        places: Set to the contact points, shape (n, 3) [m].
+
+    Returns:
+        The user at which it came to an end: n, or one whose surface is not known at some vertex
+        under its contact.
+    """
+    for i in range(first, frames.shape[0]):
+        a, b, c, d = known_starts[i], known_starts[i + 1], starts[i], starts[i + 1]
+        field.load(known[a:b], values[a:b], False)
+        search.take(frames[i], 1.0, under[c:d], weights[c:d])
+        search.put(places[i])
+        if field.lacking:
+            return i
+    return int(frames.shape[0])
+
+
+def flatten(
+    rest: Floats,
+    normals: Floats,
+    frames: Floats,
+    x_free: Floats,
+    depths: Floats,
+    radius: float,
+    largest: float,
+    matrix: Floats,
+    known_starts: Ints,
+    known: Ints,
+    values: Floats,
+    shown: Floats,
+) -> None:
+    """Flatten the bulges off which probes would slide (`displacement_field.flattened`).
+
+    Args:
+        rest: Resting positions, shape (v, 3) [m].
+        normals: At these, shape (v, 3).
+        frames: Of the contacts, shape (n, 3, 3).
+        x_free: Contact points on their surfaces, shape (n, 3) [m].
+        depths: Of the probes below these, shape (n,) [m].
+        radius: Of the fit of a bulge [m].
+        largest: Product of depth and curvature up to which a bulge is shown as it is.
+        matrix: Room for `fit_bulge`, shape (6, 8).
+        known_starts, known: Vertices at which each user's surface is known, shape (k,).
+        values: Its displacement there, flattened in place, shape (k, 3) [m].
+        shown: Set to the displacement of each contact and the share of the differences from it that
+            is left, 1 for a surface that is shown as it is, shape (n, 4).
+    """
+    for i in range(frames.shape[0]):
+        shown[i, 3] = 1.0
+        for axis in range(3):
+            shown[i, axis] = x_free[i, axis] - frames[i, 1, axis]
+        if not depths[i] > 0.0:
+            continue
+        a, b = known_starts[i], known_starts[i + 1]
+        sharp = fit_bulge(rest, normals, known[a:b], values[a:b], frames[i], radius, matrix)
+        if depths[i] * sharp <= largest:
+            continue
+        share = largest / (depths[i] * sharp)
+        shown[i, 3] = share
+        for k in range(a, b):
+            for axis in range(3):
+                moved = shown[i, axis]
+                values[k, axis] = moved + share * (values[k, axis] - moved)

@@ -1,0 +1,122 @@
+"""The contacts of all users on the surfaces of the last tick, one after the other in one call.
+
+What is ragged lies in one array, user after user: a row of `starts` says where each begins, and the
+last one's end.
+"""
+
+from __future__ import annotations
+
+from cohaptic_server.mesh.search.contact_search import ContactSearch
+from cohaptic_server.mesh.search.loaded_field import LoadedField
+from cohaptic_server.numeric import Floats, Ints
+
+_UNKNOWN = -1  # as `contact_search` says
+
+
+# Every argument is an array of the room; the steps of one user share their bounds in them.
+def track(
+    search: ContactSearch,
+    field: LoadedField,
+    first: int,
+    before: Ints,
+    tips: Floats,
+    shares: Floats,
+    radius: float,
+    keep: float,
+    tolerance: float,
+    frames: Floats,
+    slopes: Floats,
+    starts: Ints,
+    under: Ints,
+    weights: Floats,
+    known_starts: Ints,
+    known: Ints,
+    free: Floats,
+    surface_of: Ints,
+    surface_starts: Ints,
+    surface_known: Ints,
+    surface: Floats,
+    followed: Floats,
+    new_frames: Floats,
+    new_slopes: Floats,
+    new_starts: Ints,
+    new_under: Ints,
+    new_weights: Floats,
+    places: Floats,
+) -> int:
+    """Relax the surface of each user towards its free surface, and find its contact there.
+
+    Args:
+        search: On the resting surface.
+        field: That the search looks at.
+        first: User to begin with.
+        before: Row of each user in the last tick, -1 for none, shape (n,).
+        tips: That the contacts follow, shape (n, 3) [m].
+        shares: Of the way to the free surface, 0 to 1, shape (n,).
+        radius: Of the pressure [m].
+        keep: Offset beside the normal within which a contact stays [m].
+        tolerance: Offset to which a moved contact is found [m].
+        frames, slopes, starts, under, weights: Contacts of the last tick, as `Contacts`.
+        known_starts, known: Vertices at which each user's free surface of the last tick is known.
+        free: Its displacement there, shape (k, 3) [m].
+        surface_of: Row of each user of the last tick among surfaces, -1 for none, shape (m,).
+        surface_starts, surface_known, surface: Surfaces on which contacts were tracked then.
+        followed: Set to the surfaces on which they are tracked now, known where `free` is, shape
+            (k, 3) [m].
+        new_frames, new_slopes, new_starts, new_under, new_weights: Set to the contacts.
+        places: Set to the contact points on the free surfaces, shape (n, 3) [m].
+
+    Returns:
+        The user at which it came to an end: n, or one who needs more room, who was not there in
+        the last tick, or whose surface is not known at some vertex at which it is needed.
+    """
+    for i in range(first, before.shape[0]):
+        row = before[i]
+        if row < 0:
+            return i
+        a, b = known_starts[row], known_starts[row + 1]
+        if a == b:
+            return i
+        relax(
+            field, known[a:b], free[a:b], int(surface_of[row]), surface_starts, surface_known,
+            surface, shares[i], followed[a:b],
+        )  # fmt: skip
+        field.load(known[a:b], followed[a:b], False)
+        c, d = starts[row], starts[row + 1]
+        search.take(frames[row], float(slopes[row]), under[c:d], weights[c:d])
+        x, y, z = tips[i, 0], tips[i, 1], tips[i, 2]
+        state = search.locate(x, y, z, radius, True, keep, tolerance)
+        c = new_starts[i]
+        if state == _UNKNOWN or c + search.count > new_under.shape[0]:
+            return i
+        # The same vertices, without the tracking.
+        field.load(known[a:b], free[a:b], False)
+        search.put(places[i])
+        if field.lacking:
+            return i
+        new_starts[i + 1] = c + search.count
+        search.give(new_frames[i], new_under[c:], new_weights[c:])
+        new_slopes[i] = search.slope
+    return int(before.shape[0])
+
+
+def relax(
+    field: LoadedField,
+    known: Ints,
+    free: Floats,
+    of: int,
+    starts: Ints,
+    surface_known: Ints,
+    surface: Floats,
+    share: float,
+    followed: Floats,
+) -> None:
+    """Move a tracked surface by a share of the way to the free one; without one, all the way."""
+    if of < 0:
+        for k in range(known.shape[0]):
+            for axis in range(3):
+                followed[k, axis] = free[k, axis]
+        return
+    a, b = starts[of], starts[of + 1]
+    field.load(surface_known[a:b], surface[a:b], False)
+    field.follow(known, free, share, followed)

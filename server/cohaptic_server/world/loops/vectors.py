@@ -1,0 +1,130 @@
+"""Small sums over the vectors of all users, each of which would take numpy several calls."""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic_server.numeric import Floats, Ints
+
+
+def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None:
+    """Height of each tip over a place of its contact, along the contact's normal.
+
+    Args:
+        frames: Of the contacts, shape (n, 3, 3).
+        tips: Shape (n, 3) [m].
+        places: Shape (n, 3) [m].
+        found: Set to the heights, shape (n,) [m].
+    """
+    for i in range(frames.shape[0]):
+        height = 0.0
+        for axis in range(3):
+            height += frames[i, 2, axis] * (tips[i, axis] - places[i, axis])
+        found[i] = height
+
+
+def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None:
+    """Normal part of each force on a hand, from 0 to its device's largest; 0 for what is no number.
+
+    Args:
+        frames: Of the contacts, shape (n, 3, 3).
+        forces: Shape (n, 3) [N].
+        most: Shape (n,) [N].
+        found: Set to the normal forces, shape (n,) [N].
+    """
+    for i in range(frames.shape[0]):
+        along = 0.0
+        for axis in range(3):
+            along += frames[i, 2, axis] * forces[i, axis]
+        found[i] = 0.0
+        if along > 0.0:
+            found[i] = min(along, most[i])
+
+
+def tangential_parts(frames: Floats, vectors: Floats, found: Floats) -> None:
+    """Part of each vector in the tangent plane of its contact.
+
+    Args:
+        frames: Of the contacts, shape (n, 3, 3).
+        vectors: Shape (n, 3).
+        found: Set to these parts, shape (n, 3).
+    """
+    for i in range(frames.shape[0]):
+        along = 0.0
+        for axis in range(3):
+            along += frames[i, 2, axis] * vectors[i, axis]
+        for axis in range(3):
+            found[i, axis] = vectors[i, axis] - along * frames[i, 2, axis]
+
+
+def smoothed(
+    before: Ints,
+    tips: Floats,
+    old_tips: Floats,
+    old: Floats,
+    times: Floats,
+    old_times: Floats,
+    fresh: Floats,
+    least: float,
+    share: float,
+    found: Floats,
+) -> None:
+    """Running mean of each tip's velocity.
+
+    Args:
+        before: Row of each user in the last tick; -1 for one who was not there, at rest, shape
+            (n,).
+        tips: Now, shape (n, 3) [m].
+        old_tips: In the last tick, by its rows, shape (m, 3) [m].
+        old: Velocities of the last tick, by its rows, shape (m, 3) [m/s].
+        times: Of the samples, shape (n,) [s].
+        old_times: Of those of the last tick, by its rows, shape (m,) [s].
+        fresh: 1 for users whose samples still arrive, else 0, shape (n,).
+        least: Shorter interval between two samples, which gives no velocity [s].
+        share: Of the newest velocity in the mean.
+        found: Set to the velocities, shape (n, 3) [m/s].
+    """
+    for i in range(before.shape[0]):
+        row = before[i]
+        for axis in range(3):
+            found[i, axis] = 0.0
+        if row < 0:
+            continue
+        interval = times[i] - old_times[row]
+        for axis in range(3):
+            mean = old[row, axis]
+            if interval >= least:
+                newest = (tips[i, axis] - old_tips[row, axis]) / interval
+                found[i, axis] = mean + share * (newest - mean)
+            elif fresh[i] > 0.0:
+                found[i, axis] = mean
+
+
+def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) -> bool:
+    """Whose contact is new, or further from its previous place than a hand can move it.
+
+    Args:
+        frames: Of the contacts, shape (n, 3, 3).
+        before: Row of each user in the last tick; -1 for one who was not there, shape (n,).
+        old: Frames of the contacts of the last tick, by its rows, shape (m, 3, 3).
+        most: Distance that a hand can move a contact in a tick [m].
+        found: Set to the rows before, -1 for whoever is new at its place, shape (n,).
+
+    Returns:
+        Whether anybody is.
+    """
+    anybody = False
+    for i in range(frames.shape[0]):
+        row = before[i]
+        found[i] = row
+        if row >= 0:
+            square = 0.0
+            for axis in range(3):
+                way = frames[i, 0, axis] - old[row, 0, axis]
+                square += way * way
+            # Not the opposite comparison: what is no number has not been moved by a hand.
+            if not math.sqrt(square) <= most:
+                found[i] = -1
+        if found[i] < 0:
+            anybody = True
+    return anybody

@@ -1,0 +1,278 @@
+"""The users of a room as arrays, which a tick takes from stage to stage, and the world's state.
+
+A tick of many users costs calls of Python more than arithmetic, so each of its stages is one call
+for all of them (docs/decisions/0037). Row i of every array is the same user. Whoever wants one user
+asks for its `UserState`, which is made then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from cohaptic.control.delay import LoopDelay
+from cohaptic.control.friction import Compliance3
+from cohaptic.control.room_lag import RoomLag
+from cohaptic_server.bodies.body import Response
+from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.displacement_field import (
+    NOWHERE_KNOWN,
+    CachedField,
+    Field,
+    FlatterField,
+    FreeField,
+    KnownFields,
+    ZeroField,
+)
+from cohaptic_server.world.patch_geometry import Windows
+from cohaptic_server.world.state import Release, Touch, UserState
+
+
+def vectors(rows: Sequence[Sequence[float]]) -> Floats:
+    """Vectors of the users, shape (n, 3)."""
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What the end of a tick adds: the surfaces of n users, each free of that user's own force.
+
+    Args:
+        response: Of the body to everybody.
+        spans: First of each user's loads, and the end of the last one's, shape (n + 1,).
+        forces: Of these loads, shape (l,) [N].
+        windows: Vertices round the contacts at which the surfaces are known.
+        free: Displacement at these vertices, shape (k, 3) [m].
+        shown: Displacement of each contact [m], and the share of the differences from it with which
+            the surface is shown beyond its window, shape (n, 4); None where all are shown as they
+            are.
+        x_free: Contact points on these surfaces, shape (n, 3) [m].
+    """
+
+    response: Response
+    spans: Ints
+    forces: Floats
+    windows: Windows
+    free: Floats
+    shown: Floats | None
+    x_free: Floats
+
+    def field(self, i: int) -> CachedField:
+        """The surface of one user, at all vertices."""
+        a, b = self.windows.starts[0, i : i + 2].tolist()
+        return CachedField(self.windows.vertices[a:b], self.free[a:b], self.elsewhere(i))
+
+    def elsewhere(self, i: int) -> Field:
+        """The surface of one user beyond its window."""
+        first, last = self.spans[i : i + 2].tolist()
+        free = FreeField(self.response, self.forces[first:last], slice(first, last))
+        if self.shown is None or (share := float(self.shown[i, 3])) == 1.0:
+            return free
+        return FlatterField(free, self.shown[i, :3], share)
+
+
+class Hand(NamedTuple):
+    """What the room's lag depends on of a user.
+
+    Args:
+        touch: Newest sample.
+        delay: Measured delay of its loop.
+    """
+
+    touch: Touch
+    delay: LoopDelay
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """The users of a tick, n of them, with their contacts and what they request there.
+
+    Args:
+        touches: Newest samples.
+        before: Row of each in the tick before; -1 for who was not there, shape (n,).
+        probes: Positions of the tips, shape (n, 3) [m].
+        settings: Numbers of the samples, shape (4, n): largest force [N] and stiffness [N/m] of the
+            device, time stamp [s], and 1 where samples still arrive, else 0.
+        contacts: On the surface.
+        presence: Share of each user's force that counts, 0 to 1, shape (n,).
+        requested: Normal forces before lag and limits, shape (n,) [N].
+        tangential: Tangential forces before lag and limits, zeros without friction, shape (n, 3)
+            [N].
+        rough: Rows of those who may have a tangential force.
+        delays: Measured delays of the users' loops.
+        velocity: Of the probes, smoothed, shape (n, 3) [m/s].
+        surfaces: Relaxed free surfaces on which the contacts are tracked, by the rows of the tick
+            before.
+    """
+
+    touches: Sequence[Touch]
+    before: Ints
+    probes: Floats
+    settings: Floats
+    contacts: Contacts
+    presence: Floats
+    requested: Floats
+    tangential: Floats
+    rough: Sequence[int]
+    delays: Sequence[LoopDelay]
+    velocity: Floats
+    surfaces: KnownFields
+
+    @classmethod
+    def of(cls, users: Sequence[UserState], before: Iterable[int] = ()) -> Tracked:
+        """The arrays of some users as values.
+
+        Args:
+            users: As values.
+            before: Numbers of the users of the tick before.
+        """
+        touches, rows = [user.touch for user in users], {k: i for i, k in enumerate(before)}
+        return cls(
+            touches,
+            np.array([rows.get(touch.user, -1) for touch in touches], dtype=np.int64),
+            vectors([touch.probe for touch in touches]),
+            settings_of(touches),
+            Contacts.of([user.contact for user in users]),
+            np.array([user.presence for user in users], dtype=np.float64),
+            np.array([user.requested for user in users], dtype=np.float64),
+            _tangential([user.requested_tangential for user in users]),
+            [i for i, touch in enumerate(touches) if touch.friction],
+            [user.delay for user in users],
+            vectors([user.velocity for user in users]),
+            NOWHERE_KNOWN,
+        )
+
+
+def settings_of(touches: Sequence[Touch]) -> Floats:
+    """`Tracked.settings` of some samples, shape (4, n)."""
+    rows = [(t.max_force, t.max_stiffness, t.t_client, t.fresh) for t in touches]
+    return np.ascontiguousarray(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
+
+
+class Applied(NamedTuple):
+    """The forces of the users that the body carries in a tick.
+
+    Args:
+        presence: Share of each user's force that counts, 0 to 1, shape (n,).
+        force: Normal, shape (n,) [N].
+        tangential: Zeros without friction, shape (n, 3) [N].
+    """
+
+    presence: Floats
+    force: Floats
+    tangential: Floats
+
+    @classmethod
+    def of(cls, users: Sequence[UserState]) -> Applied:
+        """The arrays of some users as values."""
+        return cls(
+            np.array([user.presence for user in users], dtype=np.float64),
+            np.array([user.force for user in users], dtype=np.float64),
+            _tangential([user.tangential for user in users]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Users(Mapping[int, UserState]):
+    """The users of a room after a tick, as a mapping from their numbers.
+
+    Args:
+        tracked: With their contacts.
+        applied: Their forces.
+        observed: Their surfaces; None before the first tick is over.
+        compliance: 3x3 compliance of each contact; None without friction or before the end.
+        k_o_coupled: Coupling-aware stiffness of each user; empty before the end [N/m].
+    """
+
+    tracked: Tracked
+    applied: Applied
+    observed: Observed | None = None
+    compliance: Sequence[Compliance3 | None] = ()
+    k_o_coupled: Sequence[float] = ()
+
+    @classmethod
+    def of(cls, users: Sequence[UserState]) -> Users:
+        """Some users as values, without what a tick has observed."""
+        return cls(Tracked.of(users), Applied.of(users))
+
+    @cached_property
+    def rows(self) -> dict[int, int]:
+        """Row of each user by its number."""
+        return {touch.user: i for i, touch in enumerate(self.tracked.touches)}
+
+    @cached_property
+    def _states(self) -> dict[int, UserState]:
+        return {}
+
+    def __getitem__(self, number: int, /) -> UserState:
+        state = self._states.get(number)
+        if state is None:
+            self._states[number] = state = self._state(self.rows[number])
+        return state
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.tracked.touches)
+
+    def _state(self, i: int) -> UserState:
+        """The user of a row as a value."""
+        tracked, applied, observed = self.tracked, self.applied, self.observed
+        rough = tracked.touches[i].friction
+        return UserState(
+            touch=tracked.touches[i],
+            contact=tracked.contacts.at(i),
+            presence=float(applied.presence[i]),
+            force=float(applied.force[i]),
+            tangential=applied.tangential[i] if rough else None,
+            requested=float(tracked.requested[i]),
+            requested_tangential=tracked.tangential[i] if rough else None,
+            delay=tracked.delays[i],
+            velocity=vec3(tracked.velocity[i]),
+            free=None if observed is None else observed.field(i),
+            compliance=self.compliance[i] if self.compliance else None,
+            k_o_coupled=self.k_o_coupled[i] if self.k_o_coupled else 0.0,
+        )
+
+
+def _tangential(forces: Sequence[Floats | None]) -> Floats:
+    return vectors([(0.0, 0.0, 0.0) if force is None else force.tolist() for force in forces])
+
+
+NOBODY = Users.of(())
+
+
+@dataclass(frozen=True, slots=True)
+class WorldState:
+    """The world between two ticks.
+
+    Args:
+        tick: Number of the last tick; 0 before the first.
+        users: By number, in the order of the response's loads.
+        response: Of the body at that tick; None before the first.
+        releases: Forces that fade where their probes have left them.
+        room: Lag of the room, with the coupling and margin that it comes from.
+        coupling: C between the users, in their order, shape (n, n) [m/N].
+    """
+
+    tick: int = 0
+    users: Users = field(default_factory=lambda: NOBODY)
+    response: Response | None = None
+    releases: tuple[Release, ...] = ()
+    room: RoomLag = field(default_factory=RoomLag)
+    coupling: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def free_field(self, row: int) -> Field:
+        """The surface free of a user's own force after the tick; -1 for one who was not there."""
+        observed = self.users.observed
+        if observed is not None and row >= 0:
+            return observed.field(row)
+        if self.response is None:
+            return ZeroField()
+        return FreeField(self.response, np.zeros(0), slice(0, 0))
