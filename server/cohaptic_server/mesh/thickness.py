@@ -14,8 +14,8 @@ _SMOOTH = 0.82  # cosine of 35 degrees, between the normals of a vertex and of a
 def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     """Depth under each vertex down to which its own side is the nearest, shape (k,) [m].
 
-    It is half of the thickness of a plate, and the radius of a tube or a ball. Of what is thinner
-    than a twenty-fifth of the body it is half of what lies straight below.
+    It is half of the thickness of a plate, and the radius of a tube or a ball. Where the other side
+    is nearer after a fiftieth of the body already, it is half of what lies straight below.
     """
     steps = mesh.size * np.linspace(0.02, 1.0, 50)
     inner = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]

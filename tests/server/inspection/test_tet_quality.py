@@ -53,12 +53,14 @@ def test_a_plate_is_half_of_its_thickness_deep() -> None:
 
 
 def test_what_is_thinner_than_a_step_is_not_without_depth() -> None:
-    sheet = block((0.2, 0.2, 0.001), (20, 20, 1))
+    sheet = block((0.2, 0.2, 0.001), (80, 80, 1))
     faces = boundary(sheet.tets)
     used = np.unique(faces)
     mesh = SurfaceMesh(sheet.vertices[used], np.searchsorted(used, faces))
     inner = np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) < 0.07)
-    assert depth_under(mesh, inner) == pytest.approx(0.0005)
+    deep = depth_under(mesh, inner)
+    assert deep.min() == np.median(deep) == pytest.approx(0.0005)
+    assert deep.max() < 0.05 * mesh.size  # a point of the surface may lie just as far beside it
 
 
 def test_edges_and_tips_are_not_smooth() -> None:
