@@ -1,13 +1,14 @@
-"""Hostile files are brought to a server while a hand touches: missed ticks and memory, for each.
+"""Does an upload cost the server a tick? Each is measured beside a load that is none.
 
-    python benchmarks/hostile_uploads.py [--only NAME ...] [--json FILE]
+    python benchmarks/hostile_uploads.py [--only NAME ...] [--rounds N] [--ordinary] [--json FILE]
 
-The server runs here, with its own meters; a simulated hand presses from one process, and a visitor
-brings the files from another. Each row has the ticks while that happened, how many of them were
-missed, and the peak memory of the server and of the worker. `nothing` is the same without a visitor
-and `prepared` a sound file up to its preparation, which is then cancelled. Beside the files of
-`tests/server/upload/hostile.py` there are visitors who send a byte a second, who all come at once,
-and who go in the middle.
+A server and a simulated hand that presses run in processes of their own. In turn, N times, a
+visitor brings a file (`upload_visitors.py`), and then, for as long, nobody does: an unrelated
+process of the worker's priority, and one of the visitor's, take as much of the processor as the two
+did. Each row has the ticks of both, how many were missed, how many a bare timer of the server's
+priority missed meanwhile (which nothing in the server can cause), and the peak memory of server
+and worker. The last row is the sum. `--ordinary` leaves the server without real-time priority, as
+many people's systems do.
 """
 
 from __future__ import annotations
@@ -16,216 +17,254 @@ import asyncio
 import contextlib
 import json
 import os
+import resource
+import select
 import subprocess
 import sys
+import tempfile
+import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-
-from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
-from websockets.typing import Subprotocol
+from typing import IO, Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.protocol.messages import encode_control
-from cohaptic.protocol.upload_messages import CHUNK, SUBPROTOCOL, BeginUpload, PrepareObject
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.cli.serve import SWITCH_INTERVAL
-from cohaptic_server.room.pace import TickMeters
+from cohaptic_server.room.pace import TickMeters, is_missed, next_tick
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
-from cohaptic_server.upload.process import ordinary_priority
 from object_start import memory
+from upload_visitors import NAMES, file_of
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))  # for the files, which the tests have
-from tests.server.upload.hostile import HOSTILE  # noqa: E402
-
-QUIET = 20.0  # s without a visitor
+PERIOD = 1.0 / 60.0  # s
 CLOCK = SystemClock()
+LOW_NICENESS = 10  # as a worker has
+_WARM_UP = 2.0  # s
 
 
-def open_desk(url: str) -> contextlib.AbstractContextManager[ClientConnection]:
-    """A connection that may bring a file."""
-    kinds = [Subprotocol(SUBPROTOCOL)]
-    return connect(url, subprotocols=kinds, compression=None, proxy=None, max_size=2**22)
+class Helper:
+    """A process that is asked one line at a time, and answers with a line of JSON."""
+
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, __file__, *arguments]
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def tell(self, line: str) -> None:
+        """Ask, and do not wait."""
+        stream: IO[str] | None = self.process.stdin
+        assert stream is not None
+        stream.write(line + "\n")
+        stream.flush()
+
+    def hear(self) -> Any:
+        """The next answer."""
+        assert self.process.stdout is not None
+        return json.loads(self.process.stdout.readline())
+
+    def ask(self, line: str) -> Any:
+        """Ask, and wait for the answer."""
+        self.tell(line)
+        return self.hear()
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.wait()
 
 
-def begin(ws: ClientConnection, name: str, content: bytes, share: float = 1.0) -> None:
-    """Send the file, or the first part of it."""
-    ws.recv()
-    ws.send(encode_control(BeginUpload(name=name, size=len(content))))
-    for at in range(0, round(share * len(content)), CHUNK):
-        ws.send(content[at : at + CHUNK])
+def children_used() -> float:
+    """Processor time of the children that have ended and were waited for [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
-def answer(ws: ClientConnection) -> str:
-    """The last word of the server: what is in the file, or why not."""
-    said = json.loads(ws.recv())
-    return str(said.get("message") or f"examined, {said['triangles']:,} triangles")
-
-
-def bring(url: str, name: str) -> str:
-    """Bring one file, and hear what becomes of it."""
-    with open_desk(url) as ws:
-        begin(ws, name, HOSTILE[name]())
-        return answer(ws)
-
-
-def bring_slowly(url: str) -> str:
-    """A byte a second, until the server has had enough."""
-    with open_desk(url) as ws:
-        ws.recv()
-        ws.send(encode_control(BeginUpload(name="slow.stl", size=10**6)))
-        while True:
-            try:
-                return str(json.loads(ws.recv(timeout=1.0))["message"])
-            except TimeoutError:
-                ws.send(b"1")
-
-
-def bring_at_once(url: str) -> str:
-    """Ten visitors with five million triangles each."""
-    content = HOSTILE["five-million.ply"]()
-    served = 0
-    with contextlib.ExitStack() as all_of_them:
-        for _ in range(10):
-            with contextlib.suppress(ConnectionClosed):
-                begin(all_of_them.enter_context(open_desk(url)), "many.ply", content, 0.9)
-                served += 1
-    return f"{served} of 10 could send"
-
-
-def go_in_the_middle(url: str) -> str:
-    """Thirty visitors, one after another, who are gone before the file is there."""
-    content = HOSTILE["polygon.obj"]()
-    for _ in range(30):
-        with open_desk(url) as ws, contextlib.suppress(ConnectionClosed):
-            begin(ws, "gone.obj", content, 0.1)  # the rest never comes
-    return "30 went"
-
-
-def prepare(url: str) -> str:
-    """A sound file, prepared for half a minute and then left."""
-    with open_desk(url) as ws:
-        begin(ws, "organ.ply", (ROOT / "examples/organ.ply").read_bytes())
-        said = answer(ws)
-        ws.recv()
-        ws.send(encode_control(PrepareObject(fix="z < 15%", young=6e3)))
-        until = CLOCK.now() + 30.0
-        while CLOCK.now() < until and json.loads(ws.recv())["phase"] != "storing":
-            pass
-    return f"{said}; prepared up to storing"
-
-
-OTHERS: dict[str, Callable[[str], str]] = {
-    "slow": bring_slowly,
-    "ten at once": bring_at_once,
-    "gone": go_in_the_middle,
-    "prepared": prepare,
-}
-
-
-def send_visitor(url: str, name: str) -> str:
-    """A visitor in a process of ordinary priority: it would inherit that of the tick's thread."""
-    ordinary_priority()
-    command = [sys.executable, __file__, "--visit", url, name]
-    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
+async def be_server(*, ordinary: bool) -> None:
+    """The server: says its address, then for each line what was since the line before."""
+    body = Balloon()
+    server = CohapticServer(body, ServerSettings(port=0, allow_upload=True))
+    desk = take_uploads(server, ServedBody(body), 0.0)
+    url = await server.start()
+    print(json.dumps(url), flush=True)
+    if not ordinary:
+        prefer_this_process(SERVER_PRIORITY)
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    lines = asyncio.StreamReader()
+    await asyncio.get_running_loop().connect_read_pipe(
+        lambda: asyncio.StreamReaderProtocol(lines), sys.stdin
+    )
+    ticking = asyncio.create_task(server.run())
+    peak = [0]
+    watching = asyncio.create_task(watch_worker(desk, peak))
+    used = children_used()
+    while await lines.readline():
+        while desk.busy:
+            await asyncio.sleep(0.01)
+        meters, now = server.meters, children_used()
+        told = {
+            "ticks": meters.ticks,
+            "missed": meters.missed,
+            "worst_late": meters.late.quantile(1.0),
+            "worst_cost": meters.cost.quantile(1.0),
+            "worker_used": now - used,
+            "worker_peak": peak[0],
+            "server_peak": memory(os.getpid()),
+        }
+        print(json.dumps(told), flush=True)
+        server.meters, used, peak[0] = TickMeters(), now, 0
+    watching.cancel()
+    ticking.cancel()
 
 
 async def watch_worker(desk: UploadDesk, peak: list[int]) -> None:
-    """Keep the largest memory of all workers in `peak[0]`."""
+    """Keep the largest memory of a worker in `peak[0]`."""
     while True:
         if desk.worker is not None:
             peak[0] = max(peak[0], memory(desk.worker.pid))
         await asyncio.sleep(0.1)
 
 
-async def measure(options: Namespace) -> list[dict[str, Any]]:
-    """Serve, and let the visitors come one after another."""
-    body = Balloon()
-    server = CohapticServer(body, ServerSettings(port=0, allow_upload=True))
-    desk = take_uploads(server, ServedBody(body), 0.0)
-    url = await server.start()
-    ticking = asyncio.create_task(server.run())
-    hand = subprocess.Popen(
-        [sys.executable, "-m", "cohaptic", "touch", url, "--name", "hand", "--json-lines"],
-        stdout=subprocess.DEVNULL,
-    )
-    rows: list[dict[str, Any]] = []
-    try:
-        while not server.room.patches:
-            await asyncio.sleep(0.1)
-        await asyncio.sleep(2.0)
-        for name in ("nothing", *HOSTILE, *OTHERS):
-            if options.only and name not in options.only:
+def be_timer(*, ordinary: bool) -> None:
+    """A bare timer of the server's period and priority: how often it woke a period late."""
+    if not ordinary:
+        prefer_this_process(SERVER_PRIORITY)
+    ticks = missed = 0
+    due = CLOCK.now()
+    while True:
+        due, left_out = next_tick(due, CLOCK.now(), PERIOD)
+        while (wait := due - CLOCK.now()) > 0.0:
+            if not select.select([sys.stdin], [], [], wait)[0]:
                 continue
-            rows.append(await visit(server, desk, url, name))
-            print(line(rows[-1]), flush=True)
-    finally:
-        hand.terminate()
-        hand.wait()
-        ticking.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await ticking
+            if not sys.stdin.readline():
+                return
+            print(json.dumps({"ticks": ticks, "missed": missed}), flush=True)
+            ticks = missed = 0
+        ticks += 1 + left_out
+        missed += left_out + is_missed(due, CLOCK.now(), PERIOD)
+
+
+def measure(options: Namespace) -> list[dict[str, Any]]:
+    """All rounds of all visitors."""
+    ordinary = ["--ordinary"] if options.ordinary else []
+    rows: list[dict[str, Any]] = []
+    with tempfile.TemporaryDirectory(prefix="uploads-") as folder, contextlib.ExitStack() as ends:
+        names = [name for name in NAMES if not options.only or name in options.only]
+        for name in names:
+            file_of(name, Path(folder))
+        server = Helper("--be", "server", *ordinary)
+        ends.callback(server.close)
+        timer = Helper("--be", "timer", *ordinary)
+        ends.callback(timer.close)
+        url = server.hear()
+        hand = subprocess.Popen(
+            [sys.executable, "-m", "cohaptic", "touch", url, "--name", "hand", "--json-lines"],
+            stdout=subprocess.DEVNULL,
+        )
+        ends.callback(hand.wait)
+        ends.callback(hand.terminate)
+        time.sleep(_WARM_UP)
+        for _ in range(options.rounds):
+            for name in names:
+                rows.append(one_round(server, timer, url, name, folder))
+                print(line(rows[-1]), flush=True)
     return rows
 
 
-async def visit(server: CohapticServer, desk: UploadDesk, url: str, name: str) -> dict[str, Any]:
-    """One row."""
-    server.meters, peak = TickMeters(), [0]
-    watching = asyncio.create_task(watch_worker(desk, peak))
-    started = CLOCK.now()
-    said = ""
-    if name == "nothing":
-        await asyncio.sleep(QUIET)
-    else:
-        said = await asyncio.to_thread(send_visitor, url, name)
-        while desk.busy:
-            await asyncio.sleep(0.05)
-    watching.cancel()
+def one_round(server: Helper, timer: Helper, url: str, name: str, folder: str) -> dict[str, Any]:
+    """A visitor, and then the load that is like it."""
+    for helper in (server, timer):
+        helper.ask("from now on")
+    began, used = CLOCK.now(), children_used()
+    visitor = str(Path(__file__).with_name("upload_visitors.py"))
+    done = subprocess.run(
+        [sys.executable, visitor, url, name, folder], stdout=subprocess.PIPE, text=True, check=False
+    )
+    with_upload, with_timer = server.ask("and?"), timer.ask("and?")
+    seconds = CLOCK.now() - began
+    worker_share = with_upload["worker_used"] / seconds
+    visitor_share = (children_used() - used) / seconds
+    loads = [
+        start_load(share, seconds, niceness)
+        for share, niceness in ((worker_share, LOW_NICENESS), (visitor_share, 0))
+    ]
+    for helper in (server, timer):
+        helper.ask("from now on")
+    for load in loads:
+        load.wait()
+    beside, beside_timer = server.ask("and?"), timer.ask("and?")
     return {
         "visitor": name,
-        "seconds": CLOCK.now() - started,
-        "ticks": server.meters.ticks,
-        "missed": server.meters.missed,
-        "server_peak_bytes": memory(os.getpid()),
-        "worker_peak_bytes": peak[0],
-        "said": said,
+        "seconds": seconds,
+        "upload": with_upload,
+        "upload_timer": with_timer,
+        "load": beside,
+        "load_timer": beside_timer,
+        "worker_share": worker_share,
+        "visitor_share": visitor_share,
+        "said": done.stdout.strip(),
     }
+
+
+def start_load(share: float, seconds: float, niceness: int) -> subprocess.Popen[str]:
+    """A load that has begun."""
+    script = str(Path(__file__).with_name("like_load.py"))
+    command = [sys.executable, script, str(share), str(seconds), str(niceness)]
+    load = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert load.stdout is not None
+    load.stdout.readline()
+    return load
 
 
 def line(row: dict[str, Any]) -> str:
     """A row of the table."""
+    up, load = row["upload"], row["load"]
+    peaks = f"{up['server_peak'] / 1e6:.0f} MB | {up['worker_peak'] / 1e6:.0f} MB"
     return (
-        f"| {row['visitor']} | {row['seconds']:.1f} s | {row['missed']} of {row['ticks']} |"
-        f" {row['server_peak_bytes'] / 1e6:.0f} MB | {row['worker_peak_bytes'] / 1e6:.0f} MB |"
-        f" {row['said'][:160]} |"
+        f"| {row['visitor']} | {row['seconds']:.1f} s |"
+        f" {up['missed']} of {up['ticks']} ({row['upload_timer']['missed']}) |"
+        f" {load['missed']} of {load['ticks']} ({row['load_timer']['missed']}) | {peaks} |"
+        f" {row['said'][:120]} |"
     )
 
 
+def total(rows: list[dict[str, Any]]) -> str:
+    """The sum of all rounds."""
+
+    def both(kind: str) -> str:
+        missed, ticks = (sum(row[kind][of] for row in rows) for of in ("missed", "ticks"))
+        timer = sum(row[f"{kind}_timer"]["missed"] for row in rows)
+        return f"{missed} of {ticks} ({timer})"
+
+    seconds = sum(row["seconds"] for row in rows)
+    return f"| all | {seconds:.0f} s | {both('upload')} | {both('load')} | | | |"
+
+
 def main() -> None:
-    """Measure, or be the visitor."""
+    """Measure, or be one of the processes."""
     parser = ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--only", nargs="*", help="these visitors alone")
+    parser.add_argument("--rounds", type=int, default=1, help="how often")
+    parser.add_argument("--ordinary", action="store_true", help="no real-time priority")
     parser.add_argument("--json", type=Path, help="write the rows here")
-    parser.add_argument("--visit", nargs=2, help="be this visitor: URL and name")
+    parser.add_argument("--be", choices=["server", "timer"])
     options = parser.parse_args()
-    if options.visit:
-        url, name = options.visit
-        print(bring(url, name) if name in HOSTILE else OTHERS[name](url))
-        return
-    prefer_this_process(SERVER_PRIORITY)
-    sys.setswitchinterval(SWITCH_INTERVAL)
-    print("| visitor | time | missed ticks | server | worker | the answer |")
-    print("| --- | --- | --- | --- | --- | --- |", flush=True)
-    rows = asyncio.run(measure(options))
-    if options.json:
-        options.json.write_text(json.dumps(rows, indent=1))
+    if options.be == "server":
+        asyncio.run(be_server(ordinary=options.ordinary))
+    elif options.be == "timer":
+        be_timer(ordinary=options.ordinary)
+    else:
+        print(
+            "| visitor | time | missed (timer) | a load like it | server | worker | answer |"
+        )
+        print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
+        rows = measure(options)
+        print(total(rows))
+        if options.json:
+            options.json.write_text(json.dumps(rows, indent=1))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, ServerLost
 from cohaptic.status.report import TouchStatus
-from cohaptic_client.haptics import Haptics
+from cohaptic_client.haptics import AnotherObject, Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming
@@ -40,6 +40,7 @@ class Client:
         self.settings = settings
         self.clock = SystemClock()
         self._tell = tell
+        self._keep = keep
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest; it may be over
         self._next_beat = 0.0
@@ -111,6 +112,15 @@ class Client:
                 error = ServerLost(self.settings.url, reason)
             except ServerLost as lost:
                 error = lost
+            except AnotherObject as another:
+                # Gains that a person has fixed for one object may be unstable at another.
+                if self.settings.fixed_gains is not None:
+                    raise
+                self._tell(f"{another}; the hand comes back to it")
+                await self._begin_anew()
+                await asyncio.sleep(RETRY)
+                until = self.clock.now() + patience
+                continue
             except Refused as refused:
                 # After a broken connection the server may not know yet that it is broken.
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
@@ -121,6 +131,12 @@ class Client:
                 raise error
             self._tell(f"{error}; trying again for {until - self.clock.now():.0f} s")
             await asyncio.sleep(RETRY)
+
+    async def _begin_anew(self) -> None:
+        """End the loop, whose force fades, for one that begins as free of the new object."""
+        await self._haptics.stop()
+        self._haptics.close()
+        self._haptics = Haptics(self.settings, self.clock, self._keep)
 
     async def _converse(self) -> str:
         """One connection, to its end; returns why it ended."""

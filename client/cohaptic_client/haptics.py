@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import RemoteProtocolError
+from cohaptic.errors import CohapticError, RemoteProtocolError
 from cohaptic.protocol.messages import Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
@@ -24,6 +24,13 @@ from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
 from cohaptic_client.settings import ClientSettings
+
+
+class AnotherObject(CohapticError):
+    """The server has another object than the one that the loop runs at."""
+
+    def __str__(self) -> str:
+        return "the server has another object now"
 
 
 class Haptics:
@@ -74,11 +81,10 @@ class Haptics:
         """Keep the resting mesh for the loop, which starts with it.
 
         Raises:
-            RemoteProtocolError: The loop has the mesh of another body.
+            AnotherObject: The loop has the mesh of another one.
         """
         if self._mesh not in (None, mesh):
-            limit = "the one of before: start anew"
-            raise RemoteProtocolError("rest mesh", "another body's", limit)
+            raise AnotherObject
         if self._mesh is None:
             self._mesh_file.write_bytes(mesh.encode())
             self._mesh = mesh
@@ -87,7 +93,7 @@ class Haptics:
         """Start the loop at the body of a welcome, unless it runs already.
 
         Raises:
-            RemoteProtocolError: It runs at another body, or for another rate.
+            AnotherObject: It runs at another one, or for another rate.
         """
         if self._welcome is None:
             rest_mesh = str(self._mesh_file) if self._mesh is not None else None
@@ -107,9 +113,7 @@ class Haptics:
             self._welcome.body,
             self._welcome.simulation_period,
         ):
-            offer = f"{welcome.body.name} at {1.0 / welcome.simulation_period:.4g} Hz"
-            limit = "the body and rate from before: start anew"
-            raise RemoteProtocolError("what the server has now", offer, limit)
+            raise AnotherObject
 
     def give_patch(self, frame: bytes) -> None:
         """Hand the newest patch to the loop.

@@ -52,6 +52,8 @@ class Visit:
         refuse: Sent instead of a welcome.
         rest_mesh: Sent after the welcome; patches are then of a mesh.
         period: That the welcome names [s].
+        body: The same.
+        farewell: Sent after the last patch.
         heard: All that the client said, in order.
     """
 
@@ -60,6 +62,8 @@ class Visit:
     refuse: Error | str | None = None
     rest_mesh: RestMesh | None = None
     period: float = PERIOD
+    body: BodyInfo = BODY
+    farewell: Error | None = None
     heard: list[ClientControl | ContactSample] = field(
         default_factory=list[ClientControl | ContactSample]
     )
@@ -81,7 +85,7 @@ class Visit:
             name="left",
             simulation_period=self.period,
             to_wall=CLOCK.to_wall(),
-            body=BODY,
+            body=self.body,
             users=(),
         )
         await ws.send(encode_control(welcome))
@@ -101,6 +105,8 @@ class Visit:
                     patch = replace(patch, seq=newest.seq, t_client=newest.t_client)
                 await ws.send(patch.encode())
                 await asyncio.sleep(PERIOD)
+            if self.farewell is not None:
+                await ws.send(encode_control(self.farewell))
         finally:
             listener.cancel()
 

@@ -15,7 +15,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.haptics import Haptics, loop_config
+from cohaptic_client.haptics import AnotherObject, Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.settings import ClientSettings
 
@@ -106,7 +106,7 @@ def test_a_mesh_is_kept_once_and_another_one_is_refused() -> None:
     try:
         haptics.keep_mesh(mesh)
         haptics.keep_mesh(mesh)
-        with pytest.raises(RemoteProtocolError, match="another body's"):
+        with pytest.raises(AnotherObject):
             haptics.keep_mesh(other)
     finally:
         haptics.close()

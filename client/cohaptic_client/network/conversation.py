@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic.clock import Clock
-from cohaptic.errors import CohapticError, RemoteProtocolError
+from cohaptic.errors import CloseCode, CohapticError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
@@ -16,7 +16,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.haptics import Haptics
+from cohaptic_client.haptics import AnotherObject, Haptics
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.pacing import Pacer
@@ -93,6 +93,7 @@ class Conversation:
 
         Raises:
             Refused: The server refused this client.
+            AnotherObject: The server has another object than before.
             RemoteProtocolError: The server broke the protocol.
         """
         self._link.send(self._session.greeting(greeting(self._settings)))
@@ -140,6 +141,8 @@ class Conversation:
             self._tell(f"{event.name} joined")
         elif isinstance(event, UserLeft):
             self._tell(f"{event.name} left: {event.reason}")
+        elif event.code == CloseCode.OBJECT_CHANGED.value:
+            raise AnotherObject
         else:
             raise Refused(event.code, event.message)
 

@@ -19,6 +19,7 @@ from multiprocessing import resource_tracker
 
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.interrupt import uninterrupted
+from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of
 from cohaptic_server.bodies.solid.solid import Solid
@@ -82,6 +83,8 @@ class ColumnWorker:
             resource_tracker.ensure_running()
         with uninterrupted():  # Ctrl-C is for the server, which ends it
             self._process.start()
+        assert self._process.pid is not None
+        stand_back(self._process.pid)
         self._theirs.close()
 
     def pump(self) -> None:

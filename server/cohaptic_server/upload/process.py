@@ -13,6 +13,7 @@ import sys
 from typing import IO, Any
 
 from cohaptic.errors import CohapticError
+from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.upload.confine import TOO_MUCH_MEMORY
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.pipe import DATA, PipeEnded, receive, send, send_text
@@ -38,8 +39,6 @@ class WorkerProcess:
     """
 
     def __init__(self, limits: UploadLimits, name: str) -> None:
-        # A thread has the priority of the one that made it, and a process that of its thread.
-        ordinary_priority()
         told = {
             "memory": limits.memory,
             "cpu": limits.examine + limits.prepare,
@@ -54,6 +53,9 @@ class WorkerProcess:
             stderr=subprocess.DEVNULL,
             env=os.environ | _ONE_THREAD,
         )
+        # Only now, and not this thread before: until the child runs its own program this thread
+        # holds Python's lock, and a tick would wait for whatever the two of them wait for.
+        stand_back(self._process.pid)
         send_text(self._in, name=name)
 
     @property
@@ -136,10 +138,3 @@ class WorkerProcess:
         if status in (-_SIGKILL, -_SIGXFSZ):
             return "the system ended what reads it"
         return f"what reads it has ended with status {status}"
-
-
-def ordinary_priority() -> None:
-    """Give up the real-time priority that this thread inherited from the tick's; Linux only."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

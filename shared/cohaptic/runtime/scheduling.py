@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import sys
@@ -11,6 +12,7 @@ from typing import Any
 # goes before the server, since a late period is felt at once.
 LOOP_PRIORITY = 5
 SERVER_PRIORITY = 2
+LOW_NICENESS = 10
 
 
 def prefer_this_process(priority: int) -> str:
@@ -29,15 +31,21 @@ def prefer_this_process(priority: int) -> str:
     return _niceness()
 
 
-def stand_back() -> None:
-    """Lower the priority of this process below all others, where the system allows it."""
+def stand_back(pid: int = 0) -> None:
+    """Lower the priority of a process below all others, where the system allows it.
+
+    A process has the priority of the thread that starts it, be that a real-time one: who starts it
+    calls this at once, and does not leave it to the process, which imports for seconds before.
+
+    Args:
+        pid: A process that was just started, elsewhere than on Windows; 0 is this one.
+    """
     if sys.platform == "linux":
-        try:
-            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-        except OSError:
-            pass
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(pid, os.SCHED_OTHER, os.sched_param(0))
     if sys.platform != "win32":
-        os.nice(10)
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, pid, LOW_NICENESS)
 
 
 def _linux(priority: int) -> str:

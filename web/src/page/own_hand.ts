@@ -4,7 +4,7 @@ import type { RestMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import type { LawName } from "../model/laws";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
-import { along, norm, unit, type Vec3 } from "../model/vec";
+import { along, norm, sub, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
 import { vertexNormals } from "../view/body/normals";
 import { deeper, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
@@ -16,6 +16,7 @@ const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
   firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
 };
 const MAX_FORCE = 10; // N
+const AWAY = 1.3; // radii of the body, where a hand appears
 /** Share of K_o that the paper's rule is run with: inside K_h < K_o, eq. (8). */
 const PAPER = 0.98;
 
@@ -74,10 +75,20 @@ export class OwnHand {
   setBody(mesh: RestMesh | null, info: WatchInfo | null): void {
     this.info = info;
     if (mesh === null || mesh === this.mesh) return;
+    const another = this.mesh !== null && !sameShape(mesh, this.mesh);
     this.mesh = mesh;
     this.normals = vertexNormals(mesh.vertices, mesh.faces);
     this.positions = null;
     this.finger = null;
+    if (another && info !== null && this.handle !== null) this.standOff(info.body);
+  }
+
+  /** Where the hand was, the new object may be: it waits outside, from where it can be engaged. */
+  private standOff({ center, radius }: WatchInfo["body"]): void {
+    const away = sub(this.tip, center);
+    this.tip = along(center, AWAY * radius, norm(away) > 0 ? unit(away) : [0, -1, 0]);
+    this.paperPending = this.law === "paper"; // its gains were those of the object before
+    this.handle?.point(this.tip);
   }
 
   /** @param towards From the middle of the body to where the hand appears. */
@@ -85,7 +96,7 @@ export class OwnHand {
     if (this.handle !== null || this.info === null) return;
     this.ended = null;
     const { center, radius } = this.info.body;
-    this.tip = along(center, 1.3 * radius, unit(towards));
+    this.tip = along(center, AWAY * radius, unit(towards));
     this.handle = this.startTouch({
       url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
       max_force: MAX_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip,
@@ -177,7 +188,7 @@ export class OwnHand {
       if (this.tip !== before) handle.point(this.tip);
     }
     const k_o = handle.state?.k_o ?? 0;
-    if (this.paperPending && k_o > 0 && norm(handle.state?.force ?? [0, 0, 0]) > 0) {
+    if (this.paperPending && handle.state?.phase === "joined" && k_o > 0 && norm(handle.state?.force ?? [0, 0, 0]) > 0) {
       this.paperPending = false;
       handle.setLaw("proportional", { k_h: PAPER * k_o, integral_gain: 0 });
     }
@@ -199,4 +210,9 @@ export class OwnHand {
       point: at(this.positions ?? mesh.vertices, mesh.faces, place),
     };
   }
+}
+
+/** Whether it is the object of before: a page that comes in again reads its mesh anew. */
+function sameShape(a: RestMesh, b: RestMesh): boolean {
+  return a.vertices.length === b.vertices.length && a.vertices.every((x, i) => x === b.vertices[i]);
 }

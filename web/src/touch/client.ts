@@ -5,10 +5,10 @@
  */
 
 import type { TouchSettings, TouchState } from "../model/hand";
-import { ABNORMAL, NAME_TAKEN, NORMAL, SERVER_STOPS } from "../protocol/close_codes";
+import { ABNORMAL, NAME_TAKEN, NORMAL, OBJECT_CHANGED, SERVER_STOPS } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { SUBPROTOCOL } from "../protocol/version";
-import { Refused, TouchEngine } from "./engine";
+import { AnotherObject, Refused, TouchEngine } from "./engine";
 import type { Connection } from "./report";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
@@ -17,6 +17,7 @@ const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
+const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
 export interface World {
@@ -137,6 +138,7 @@ export class TouchClient {
       if (typeof data === "string") this.connection = { phase: "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
+      else if (error instanceof AnotherObject) this.comeBack(socket);
       else if (error instanceof ProtocolError) this.end(`the server broke the protocol: ${error.message}`);
       else throw error;
       return;
@@ -145,6 +147,10 @@ export class TouchClient {
   }
 
   private refused(socket: WebSocket, refusal: Refused): void {
+    if (refusal.code === OBJECT_CHANGED) {
+      this.comeBack(socket);
+      return;
+    }
     // After a broken connection the server may not know yet that it is broken; one that stops may come back.
     const again = refusal.code === NAME_TAKEN || refusal.code === SERVER_STOPS;
     if (again && this.engine.joined) this.lost(socket, refusal.code, refusal.message);
@@ -153,6 +159,10 @@ export class TouchClient {
 
   private lost(socket: WebSocket, code: number, reason: string): void {
     if (socket !== this.socket || this.ended) return;
+    if (code === OBJECT_CHANGED) {
+      this.comeBack(socket);
+      return;
+    }
     this.socket = null;
     this.engine.lost();
     if (this.leaves) {
@@ -167,6 +177,21 @@ export class TouchClient {
     this.world.later(RETRY, () => {
       this.connect();
     });
+  }
+
+  /** To another object: once there is no force any more, as a hand that is new. */
+  private comeBack(socket: WebSocket): void {
+    this.socket = null;
+    this.leaves = false;
+    socket.close(NORMAL);
+    this.engine.leaveObject();
+    this.connection = { phase: "connecting", reason: CHANGED, code: OBJECT_CHANGED };
+    const connect = (): void => {
+      if (this.ended) return;
+      if (this.engine.beginAnew()) this.connect();
+      else this.world.later(RETRY, connect);
+    };
+    this.world.later(RETRY, connect);
   }
 
   private end(reason: string, code = 0): void {

@@ -9,7 +9,6 @@ import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
 import type { FixedGains, LawName } from "../model/laws";
 import { norm, type Vec3, ZERO } from "../model/vec";
 import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
-import { ProtocolError } from "../protocol/frame";
 import { encodeControl, type Welcome } from "../protocol/messages";
 import { receive } from "./loop/arrival";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
@@ -34,6 +33,11 @@ export class Refused extends Error {
   }
 }
 
+/** The server has another object than the one that the loop runs at. */
+export class AnotherObject extends Error {
+  override readonly name = "AnotherObject";
+}
+
 /** One user's haptics. */
 export class TouchEngine {
   private cursor: Vec3;
@@ -49,6 +53,8 @@ export class TouchEngine {
   private timing = UNTIMED;
   private seq = 0;
   private welcome: Welcome | null = null;
+  private taken_in = false;
+  private object_gone = false;
   private leaving = false;
   private trace: number[] = [];
   private periods = 0;
@@ -68,7 +74,7 @@ export class TouchEngine {
 
   /** Whether a server has taken this hand in at some time. */
   get joined(): boolean {
-    return this.welcome !== null;
+    return this.taken_in;
   }
 
   /** A connection is open: returns its first message. */
@@ -86,11 +92,32 @@ export class TouchEngine {
     this.pacer = null;
   }
 
-  /** One message from the server; throws ProtocolError or Refused, and the connection is to be closed. */
+  /** There is another object: the force of the one of before fades at once, and no patch of it counts any more. */
+  leaveObject(): void {
+    this.pacer = null;
+    this.object_gone = true;
+    this.loop = { ...this.loop, arrived: -Infinity };
+  }
+
+  /**
+   * Begin anew, as a hand that has touched nothing yet: force comes again only after it was free of the new surface.
+   *
+   * @returns Whether it has; not while the force of before still fades.
+   */
+  beginAnew(): boolean {
+    if (!this.free) return false;
+    this.object_gone = false;
+    this.loop = START;
+    this.requests.fixed = null; // chosen for the object of before
+    this.settings = this.output = this.welcome = null;
+    return true;
+  }
+
+  /** One message from the server; throws ProtocolError, AnotherObject or Refused, and the connection is to be closed. */
   hear(data: string | Uint8Array, now: number): void {
     const event = this.session.receive(data);
     if (event.type === "patch") {
-      if (this.settings === null || this.leaving) return;
+      if (this.settings === null || this.leaving || this.object_gone) return;
       this.loop = receive(this.loop, event.patch, now, this.settings);
       const { seq, t_client, sample_wait } = event.patch;
       if (seq === 0 || this.pacer === null) return;
@@ -207,10 +234,11 @@ export class TouchEngine {
       const same =
         welcome.simulation_period === this.welcome.simulation_period &&
         JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
-      if (!same) throw new ProtocolError("body of the server", welcome.body.name, "the body and rate from before");
+      if (!same) throw new AnotherObject(welcome.body.name);
     }
     const { max_force, passivity } = this.initial;
     this.welcome = welcome;
+    this.taken_in = true;
     this.settings ??= {
       ...loopSettings(welcome.simulation_period, max_force, CURSOR.stall, CURSOR.max_stiffness),
       max_damping: passivity ? dampingLimit(CURSOR, HAPTIC_PERIOD) : 0,

@@ -206,6 +206,61 @@ describe("a client", () => {
     expect(browser.line.texts.length).toBe(1);
   });
 
+  test.each([
+    ["told", (line: Line) => { line.say({ type: "error", code: 4410, message: "there is another object now" }); }],
+    ["closed", (line: Line) => { line.break(4410, "there is another object now"); }],
+  ])("that presses as the object changes (%s) comes back by itself, engaged once it is free of the new one", (_, change) => {
+    const browser = new Browser();
+    browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    const forces = [Math.hypot(...browser.state.force)];
+    expect(forces[0]).toBeGreaterThan(2);
+    // Traces have every period: the force of each, in turn.
+    const from = browser.posts.length;
+    const old = browser.line;
+    change(old);
+    browser.run(3, false);
+    expect(browser.lines.length).toBe(2);
+    const body = { ...WELCOME.body, name: "another", radius: 0.2, contact_radius: 0.01 };
+    browser.line.onopen?.();
+    browser.line.say({ ...WELCOME, simulation_period: 0.02, body });
+    browser.run(1);
+    // The hand lies in the new object too: no force before it was out of it.
+    expect(browser.state).toMatchObject({ phase: "joined", reason: "", doing: "waiting", scale: 0 });
+    browser.client.obey({ type: "point", target: [0.15, 0, 0] });
+    browser.run(0.5);
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    expect(browser.state).toMatchObject({ phase: "joined", doing: "touching", simulation_period: 0.02 });
+    for (const post of browser.posts.slice(from)) {
+      if (post.type !== "state") continue;
+      for (let i = 1; i < post.state.trace.length; i += 4) forces.push(post.state.trace[i] ?? NaN);
+    }
+    expect(forces.at(-1)).toBeCloseTo(forces[0] ?? 0, 0);
+    const jumps = forces.slice(1).map((force, i) => Math.abs(force - (forces[i] ?? 0)));
+    // A millisecond's worth of the limit for what the hand's own motion does not cause is 0.02 N.
+    expect(Math.max(...jumps)).toBeLessThan(0.1);
+    expect(Math.min(...forces)).toBe(0);
+  });
+
+  test("that reaches another object than it left, with no word of it, begins anew as well", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    browser.line.say({ ...WELCOME, body: { ...WELCOME.body, name: "another" } });
+    browser.run(3, false);
+    expect(browser.lines.length).toBe(3);
+    browser.line.onopen?.();
+    browser.line.say({ ...WELCOME, body: { ...WELCOME.body, name: "another" } });
+    browser.run(0.5);
+    expect(browser.state).toMatchObject({ phase: "joined", doing: "waiting" });
+  });
+
   test("leaves a sample out while the one before is not out yet", () => {
     const browser = new Browser();
     browser.join();

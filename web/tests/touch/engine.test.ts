@@ -250,7 +250,7 @@ describe("the engine", () => {
     const other = { ...WELCOME, body: { ...WELCOME.body, name: "cube" } };
     expect(() => {
       session.engine.hear(JSON.stringify(other), session.now);
-    }).toThrow("body of the server");
+    }).toThrow("cube");
   });
 });
 
