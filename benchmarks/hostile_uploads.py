@@ -22,6 +22,7 @@ import select
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -77,6 +78,43 @@ class Helper:
         self.process.wait()
 
 
+class Waits:
+    """What the tick's thread did in the time of missed ticks, as the system has it.
+
+    Args:
+        server: Whose ticks they are.
+    """
+
+    def __init__(self, server: CohapticServer) -> None:
+        self._server = server
+        self._task = Path(f"/proc/self/task/{threading.get_native_id()}/schedstat")
+        self._before = self._now()
+        self._missed = 0
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self.told: list[dict[str, float]] = []
+
+    def look(self) -> None:
+        """Before each tick: note where the time went, if one was missed since the last look."""
+        now, missed = self._now(), self._server.meters.missed
+        if missed > self._missed:
+            since = {key: 1e3 * (value - self._before[key]) for key, value in now.items()}
+            self.told.append({"missed": missed - self._missed} | since)
+        self._before, self._missed = now, missed
+
+    def _now(self) -> dict[str, float]:
+        ran, ready, _ = map(int, self._task.read_text().split())
+        stolen = int(Path("/proc/stat").read_text().split(maxsplit=9)[8])
+        return {
+            "passed": CLOCK.now(),
+            "ran": 1e-9 * ran,
+            "ready": 1e-9 * ready,  # to run, and had no processor
+            "stolen": stolen / os.sysconf("SC_CLK_TCK"),  # from this machine by its host
+        }
+
+
 def children_used() -> float:
     """Processor time of the children that have ended and were waited for [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -97,7 +135,8 @@ async def be_server(*, ordinary: bool) -> None:
     await asyncio.get_running_loop().connect_read_pipe(
         lambda: asyncio.StreamReaderProtocol(lines), sys.stdin
     )
-    ticking = asyncio.create_task(server.run())
+    waits = Waits(server)
+    ticking = asyncio.create_task(server.run(waits.look))
     peak = [0]
     watching = asyncio.create_task(watch_worker(desk, peak))
     used = children_used()
@@ -113,8 +152,10 @@ async def be_server(*, ordinary: bool) -> None:
             "worker_used": now - used,
             "worker_peak": peak[0],
             "server_peak": memory(os.getpid()),
+            "waits": waits.told,
         }
         print(json.dumps(told), flush=True)
+        waits.clear()
         server.meters, used, peak[0] = TickMeters(), now, 0
     watching.cancel()
     ticking.cancel()

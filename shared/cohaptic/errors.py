@@ -116,6 +116,10 @@ class BodyError(CohapticError):
     """An elastic body cannot be built or solved."""
 
 
+class HeldError(BodyError):
+    """What is held of a body does not hold it, or leaves nothing free."""
+
+
 class LinkOverflow(CohapticError):
     """A simulated link holds more messages than it may."""
 

@@ -47,10 +47,18 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     drop(ann, "my block.vtu", block_vtu(6))
     ann.until(lambda: shown(ann), "the object to be shown")
     assert "432 triangles" in ann.text(".upload-findings")
+    assert "10 \u00d7 10 \u00d7 10 cm" in ann.text("#upload-size-words")
+    assert ann.text(".upload-beside") == "Beside it: a hand, 18 cm"
+    length = ann.page.locator(".upload-length")
+    length.fill("0.4")
+    assert "too small to be touched" in ann.text("#upload-size-words")
+    assert ann.page.locator(".upload-foot .primary").first.is_disabled()
+    length.fill("12")
+    assert "12 \u00d7 12 \u00d7 12 cm, shorter than a hand" in ann.text("#upload-size-words")
     ann.page.locator(".upload-names .button", has_text="liver").click()
     assert ann.text(".upload-soft").startswith("Like liver")
     ann.page.locator(".upload .choice-option", has_text="Paint").click()
-    go = ann.page.locator(".upload-foot .primary")
+    go = ann.page.locator(".upload-foot .primary").first
     assert go.is_disabled()
     box = ann.page.locator(".upload-host").bounding_box()
     assert box is not None
@@ -62,6 +70,9 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     ann.until(go.is_enabled, "something to be painted")
     OUT.mkdir(parents=True, exist_ok=True)
     ann.page.screenshot(path=OUT / f"upload-{look.width}.png", caret="initial")
+    ann.prefer("dark")
+    ann.page.screenshot(path=OUT / f"upload-{look.width}-dark.png", caret="initial")
+    ann.prefer("light")
     for part in (".upload", ".upload-host", ".upload-foot"):
         found = ann.page.locator(part).bounding_box()
         assert found is not None, part
@@ -69,11 +80,96 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
         assert found["x"] + found["width"] <= look.width, part
     go.click()
     ann.until(lambda: "everybody" in ann.text(".upload-words"), "the object to be served")
-    ann.page.locator(".upload .dialog-close").click()
+    assert "--scale 1.2" in ann.text(".upload-words")
+    ann.page.locator(".upload-foot .primary", has_text="Touch it").click()
     ann.until(ann.watches, "the page to come back")
     if not look.phone:
         ann.until(lambda: ann.text(".room").startswith("my-block-"), "the new object's name")
     ann.take_part("ann")
+
+
+def test_who_touches_comes_back_touching_when_somebody_brings_another_object(
+    visitors: Open, serve: Serve
+) -> None:
+    """Pages and native hands, without a word from anybody."""
+    room = serve("--allow-upload")
+    with room.hand("steady", "--angle", "180"):
+        ann, ben = visitors(), visitors()
+        for visitor in (ann, ben):
+            visitor.visit(room.address)
+        ann.take_part("ann")
+        ann.press()
+        ann.until(lambda: ann.force > 0.1, "a force from the balloon")
+        drop(ben, "my block.vtu", block_vtu(4))
+        ben.until(lambda: shown(ben), "the object to be shown")
+        ben.page.locator(".upload-foot .primary").first.click()
+        ben.until(lambda: "everybody" in ben.text(".upload-words"), "the object to be served")
+        ann.until(ann.watches, "the page to come back")
+        ann.until(lambda: ann.text(".dock-facts") == "in the air", "the hand to be engaged again")
+        ann.release()
+        assert ann.notice == ""
+        ann.press()
+        ann.until(lambda: ann.force > 0.1, "a force from the block")
+        ann.until(lambda: len(room.users()) == 2, "the native hand")
+
+
+def test_what_holds_nothing_is_said_beside_the_choice_and_another_is_taken(
+    visitors: Open, serve: Serve
+) -> None:
+    room = serve("--allow-upload")
+    ann = visitors(DESKTOP)
+    ann.visit(room.address)
+    # Two blocks of tetrahedra with nothing between: the vertices lie at both ends alone.
+    drop(ann, "slab.vtu", block_vtu(1))
+    ann.until(lambda: shown(ann), "the object to be shown")
+    ann.page.locator(".upload .choice-option", has_text="Paint").click()
+    box = ann.page.locator(".upload-host").bounding_box()
+    assert box is not None
+    # On a face of two triangles the brush reaches no vertex.
+    ann.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    go = ann.page.locator(".upload-foot .primary").first
+    ann.until(go.is_enabled, "something to be painted")
+    go.click()
+    refusal = ann.page.locator("section[aria-labelledby=upload-held] .upload-refusal")
+    ann.until(refusal.is_visible, "the sentence beside the choice")
+    assert "it would float away" in refusal.inner_text()
+    assert ann.page.evaluate("document.activeElement?.textContent") == "Clear"
+    OUT.mkdir(parents=True, exist_ok=True)
+    ann.page.screenshot(path=OUT / "upload-refused.png", caret="initial")
+    ann.page.locator(".upload .choice-option", has_text="Bottom").click()
+    assert not refusal.is_visible()
+    go.click()
+    ann.until(lambda: "everybody" in ann.text(".upload-words"), "the object to be served")
+
+
+def test_all_of_it_goes_by_keys_and_is_said_to_those_who_do_not_see(
+    visitors: Open, serve: Serve
+) -> None:
+    ann = visitors(DESKTOP)
+    ann.visit(serve("--allow-upload").address)
+    drop(ann, "my block.vtu", block_vtu(2))
+    ann.until(lambda: shown(ann), "the object to be shown")
+    focused = "document.activeElement"
+    names: list[str] = []
+    for _ in range(40):
+        ann.page.keyboard.press("Tab")
+        said = ann.page.evaluate(
+            f"{focused}.getAttribute('aria-label') ?? {focused}.closest('label')?.innerText"
+            f" ?? {focused}.innerText"
+        )
+        assert said, ann.page.evaluate(f"{focused}.outerHTML")
+        if said in names and said != "Bottom":
+            break
+        names.append(said)
+    for name in ("How much is held", "How soft", "Prepare it", "Cancel", "Another file"):
+        assert name in names
+    assert any(name.startswith("Longest side") for name in names)
+    ann.page.locator("input[aria-label='How soft']").focus()
+    before = ann.text(".upload-soft")
+    ann.page.keyboard.press("ArrowRight")
+    assert ann.text(".upload-soft") != before
+    ann.page.keyboard.press("Escape")
+    ann.until(lambda: not ann.page.locator(".upload").is_visible(), "the dialog to be closed")
 
 
 def test_a_file_that_is_none_is_one_sentence_and_nobody_else_notices(

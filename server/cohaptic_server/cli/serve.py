@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from threadpoolctl import threadpool_limits
 
-from cohaptic.compiled import describe, is_complete
+from cohaptic.compiled import describe, is_complete, use
 from cohaptic.errors import SettingError
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
@@ -106,8 +106,10 @@ def serve(
         tuple(allow_origin or ()), allow_upload,
     )  # fmt: skip
     damping = relaxation * simulation_hz
-    if allow_upload and nonlinear:
-        raise SettingError("--allow-upload", "given with --nonlinear", "given without it")
+    # Told at once, and not to the first who brings a file.
+    if allow_upload and nonlinear and not use("kernels"):
+        limit = f"given without --nonlinear here: {describe('kernels')}"
+        raise SettingError("--allow-upload", "given with --nonlinear", limit)
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
@@ -122,17 +124,18 @@ def serve(
             progress=progress,
             late=True,  # a process of its own solves with the factor
         )
-    asyncio.run(until_interrupted(_serve(touched, settings, damping), lifeline=lifeline))
+    serving = _serve(touched, settings, damping, nonlinear=nonlinear)
+    asyncio.run(until_interrupted(serving, lifeline=lifeline))
 
 
-async def _serve(body: Body, settings: ServerSettings, damping: float) -> None:
+async def _serve(body: Body, settings: ServerSettings, damping: float, *, nonlinear: bool) -> None:
     served = ServedBody(body)
     try:
         # First: the process gets ready while this one does, and hands need not wait for it.
         served.start()
         server = CohapticServer(body, settings, served.solve)
         if settings.allow_upload:
-            take_uploads(server, served, damping)
+            take_uploads(server, served, damping, nonlinear=nonlinear)
         url = await server.start()
         await _run(server, url, settings, served.pump)
     finally:

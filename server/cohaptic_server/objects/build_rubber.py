@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
+from pathlib import Path
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
@@ -11,10 +12,12 @@ from cohaptic_server.mesh.tetrahedra import quadratic
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.volume_file import VOLUMES
 from cohaptic_server.progress import Progress
 
+_FORM = 1  # of what is stored; raised when a press would be computed otherwise
 # Tried in this order if the user names no edge; a strongly curved surface needs the longer ones.
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 
@@ -39,27 +42,52 @@ def build_rubber_solid(
         BodyError: The file is no object that can be touched, or too fine for the period.
         SettingError: An option does not fit it.
     """
+    return build_affordable(source, period=period, damping=damping, progress=progress)[1]
+
+
+def build_affordable(
+    source: ObjectFile,
+    *,
+    period: float,
+    damping: float = 0.0,
+    progress: Progress = lambda phase, share: None,
+) -> tuple[ObjectFile, RubberSolid]:
+    """The same, with the options that it was built with: those with which it is built again."""
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    held = _affordable(source, period, progress)
+    source, held = _affordable(source, period, progress)
     name = source.path.stem[:40]
-    solid = RubberSolid(held.tets, held.fixed, source.material, name, damping=damping)
+    path = _table_path(source, held, damping)
+    kept = load_entry(path, "presses", mapped=False) or {}
+    solid = RubberSolid(
+        held.tets, held.fixed, source.material, name, damping=damping, table=kept.get("table")
+    )
     # Whoever serves or places hands needs the table, and a thin part takes half a minute.
-    solid.vertex_compliance(lambda share: progress("pressing", share))
-    return solid
+    table = solid.vertex_compliance(lambda share: progress("pressing", share))
+    if not kept:
+        save_entry(path, "presses", {"table": table})
+    return source, solid
 
 
-def _affordable(source: ObjectFile, period: float, progress: Progress) -> Cut:
+def _table_path(source: ObjectFile, held: Cut, damping: float) -> Path:
+    """Of the entry with the compliance at each vertex."""
+    options = repr((_FORM, *astuple(source.material), damping)).encode()
+    arrays = (held.tets.vertices, held.tets.tets, held.fixed)
+    return entry_path(options, *(array.tobytes() for array in arrays))
+
+
+def _affordable(source: ObjectFile, period: float, progress: Progress) -> tuple[ObjectFile, Cut]:
     is_volume = source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
     nodes = 0
     for edge in edges:
-        held = hold(source, load_or_prepare(replace(source, edge=edge), progress).tets)
+        tried = replace(source, edge=edge)
+        held = hold(source, load_or_prepare(tried, progress).tets)
         tets = held.tets
         nodes = len(quadratic(tets)[0]) if source.material.order == 2 else len(tets.vertices)
         if tick_seconds(nodes) <= period:
-            return held
+            return tried, held
     expected = tick_seconds(nodes)
     ways = ["a coarser mesh" if is_volume else f"a larger --edge than {edges[-1]:g}"]
     if expected <= 0.1:

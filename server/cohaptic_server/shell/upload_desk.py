@@ -12,10 +12,12 @@ import logging
 import shlex
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
+from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, ProtocolError, RemoteProtocolError, one_line
 from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.upload_messages import (
@@ -23,21 +25,21 @@ from cohaptic.protocol.upload_messages import (
     Prepared,
     PrepareObject,
     Progress,
+    Refused,
     UploadOffer,
 )
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.shell.upload_talk import Caller, follow, next_request, pass_on
+from cohaptic_server.shell.upload_talk import Caller, ChoiceRefused, follow, next_request, pass_on
 from cohaptic_server.shell.wire import Wire
 from cohaptic_server.upload.kept_files import kind_of
 from cohaptic_server.upload.limits import UploadLimits
-from cohaptic_server.upload.process import UploadFailed, WorkerProcess
+from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess
 
 log = logging.getLogger("cohaptic.server")
 
@@ -52,16 +54,24 @@ class UploadDesk:
     Args:
         open_object: Makes a prepared object that of the server.
         limits: Of one upload.
+        rubber: What makes nonlinear solids of the files; None makes linear ones.
 
     Attributes:
         worker: Of the upload that runs; None without one.
         busy: Whether there is one.
     """
 
-    def __init__(self, open_object: Open, limits: UploadLimits | None = None) -> None:
+    def __init__(
+        self,
+        open_object: Open,
+        limits: UploadLimits | None = None,
+        rubber: Rubber | None = None,
+    ) -> None:
         self.limits = limits or UploadLimits()
         self.worker: WorkerProcess | None = None
         self._open_object = open_object
+        self._rubber = rubber
+        self._clock = SystemClock()
         self.busy = False
         self._connections = 0
 
@@ -121,7 +131,7 @@ class UploadDesk:
         thread = ThreadPoolExecutor(1, "upload")
         call = Caller(thread)
         try:
-            self.worker = await call(lambda: WorkerProcess(self.limits, name))
+            self.worker = await call(lambda: WorkerProcess(self.limits, name, self._rubber))
             yield call
         finally:
             worker, self.worker = self.worker, None
@@ -140,16 +150,35 @@ class UploadDesk:
             words = f"the file did not come within {limits.receive:g} s"
             raise UploadFailed(words) from error
         await follow(ws, worker, call, limits.examine, "reading it")
-        wish = await next_request(ws, PrepareObject, limits.decide)
-        fields: dict[str, Any] = wish.model_dump(exclude={"type"})
-        await call(lambda: worker.send_wish(**fields))
-        source = await follow(ws, worker, call, limits.prepare, "preparing it")
-        if source is None:
-            raise UploadFailed("what reads it says nothing that can be understood")
+        source = await self._choose(ws, worker, call)
         await ws.send(encode_control(Progress(phase="opening", share=0.0)))
         await self._open_object(source)
         arguments = ["cohaptic", "serve", "--body", str(source.path), *source.to_arguments()]
+        arguments += ["--nonlinear"] if self._rubber is not None else []
         await ws.send(encode_control(Prepared(command=shlex.join(arguments))))
+
+    async def _choose(self, ws: Wire, worker: WorkerProcess, call: Caller) -> ObjectFile:
+        """Prepare the object as the visitor wishes; one who wished for what cannot be may again."""
+        limits = self.limits
+        patience = limits.decide
+        for left in reversed(range(limits.tries)):
+            asked = self._clock.now()
+            wish = await next_request(ws, PrepareObject, patience)
+            patience = max(0.0, patience - (self._clock.now() - asked))
+            fields: dict[str, Any] = wish.model_dump(exclude={"type"})
+            await call(partial(worker.send_wish, **fields))
+            try:
+                source = await follow(ws, worker, call, limits.prepare, "preparing it")
+            except ChoiceRefused as refused:
+                if not left:
+                    raise
+                told = {"about": refused.about, "message": refused.why, "tries": left}
+                await ws.send(encode_control(Refused.model_validate(told)))
+                continue
+            if source is not None:
+                return source
+            break
+        raise UploadFailed("what reads it says nothing that can be understood")
 
 
 async def _refuse(ws: Wire, code: CloseCode, why: str) -> None:
@@ -158,22 +187,29 @@ async def _refuse(ws: Wire, code: CloseCode, why: str) -> None:
         await ws.close(*close_frame(code.value, why))
 
 
-def take_uploads(server: CohapticServer, served: ServedBody, damping: float) -> UploadDesk:
+def take_uploads(
+    server: CohapticServer, served: ServedBody, damping: float, *, nonlinear: bool = False
+) -> UploadDesk:
     """Let visitors bring objects to a server.
 
     Args:
         server: Of the object.
         served: Its body.
         damping: B_o over K_o of every object.
+        nonlinear: Whether they are nonlinear solids, on meshes as fine as the tick affords.
     """
+    period = server.settings.simulation_period
 
     async def open_object(source: ObjectFile) -> None:
         def made() -> Body:
-            solid = build_solid(source, late=True)  # a process of its own solves with the factor
-            return Viscous(solid, damping) if damping else solid
+            # What takes long is in the store; a process of its own solves with the factor.
+            return build_body(
+                str(source.path), source, nonlinear=nonlinear, damping=damping, period=period,
+                late=True,
+            )  # fmt: skip
 
         await server.exchange(made, served.use)
 
-    desk = UploadDesk(open_object)
+    desk = UploadDesk(open_object, rubber=Rubber(period, damping) if nonlinear else None)
     server.take_upload = desk.serve
     return desk

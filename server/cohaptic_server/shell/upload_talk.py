@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from websockets.exceptions import ConnectionClosedError
 
-from cohaptic.errors import RemoteProtocolError, one_line
+from cohaptic.errors import CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.upload_messages import (
     CHUNK,
@@ -32,6 +32,23 @@ from cohaptic_server.upload.process import UploadFailed, WorkerProcess
 _RATE = 8e6
 
 T = TypeVar("T")
+
+
+class ChoiceRefused(CohapticError):
+    """The object cannot be made as the visitor chose.
+
+    Args:
+        about: Which choice, as in `Refused`.
+        why: A sentence.
+    """
+
+    def __init__(self, about: str, why: str) -> None:
+        super().__init__(about, why)
+        self.about = about
+        self.why = why
+
+    def __str__(self) -> str:
+        return self.why
 
 
 class Caller:
@@ -82,7 +99,12 @@ async def pass_on(ws: Wire, size: int, worker: WorkerProcess, call: Caller) -> N
 async def follow(
     ws: Wire, worker: WorkerProcess, call: Caller, patience: float, doing: str
 ) -> ObjectFile | None:
-    """Tell the visitor what the worker says, until it is done with a step; the object, if any."""
+    """Tell the visitor what the worker says, until it is done with a step; the object, if any.
+
+    Raises:
+        ChoiceRefused: It cannot be made as it was chosen.
+        UploadFailed: It cannot be made.
+    """
     try:
         async with asyncio.timeout(patience):
             while True:
@@ -93,6 +115,8 @@ async def follow(
                 fields = fields_of(data)
                 if fields.get("event") == "failed":
                     raise UploadFailed(one_line(str(fields.get("why")), 1600))
+                if fields.get("event") == "refused":
+                    raise ChoiceRefused(str(fields["about"]), one_line(str(fields["why"]), 1600))
                 if fields.get("event") == "prepared":
                     return from_fields(dict(fields["source"]))
                 await ws.send(_told(fields))

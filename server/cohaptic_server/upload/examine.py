@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, SettingError
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.rest_mesh import MAX_VERTICES, RestMesh
 from cohaptic.protocol.upload_messages import MAX_FINDINGS, Examined, Finding
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.resolve import find_problems, read_outside
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import MAX_SIZE, MIN_SIZE
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
+from cohaptic_server.upload.limits import SIZE
 
 _LONGEST = 600  # characters of a phrase
 _MOST_TRIANGLES = 1_000_000  # in a file; five million took 2.5 GB to look at, and half a minute
@@ -28,10 +30,32 @@ class Preview:
     Args:
         examined: The findings.
         surface: In metres, as it would be with the proposed unit.
+        extent: Longest side of its bounding box, in units of the file.
+        farthest: Largest coordinate, in units of the file.
     """
 
     examined: Examined
     surface: RestMesh
+    extent: float
+    farthest: float
+
+    def check_scale(self, scale: float) -> None:
+        """Check how large the object would be.
+
+        Args:
+            scale: Metres in one unit of the file.
+
+        Raises:
+            SettingError: It would be too small, too large, or too far away to be touched.
+        """
+        size, away = scale * self.extent, scale * self.farthest
+        # A file of single precision may round a size at the limit.
+        if not (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
+            limit = f"from {1e3 * MIN_SIZE:g} mm to {MAX_SIZE:g} m"
+            raise SettingError(SIZE, f"{size:.3g} m", limit)
+        if away > 0.5 * MAX_POSITION:
+            limit = f"at most {0.5 * MAX_POSITION:g} m from the origin of its coordinates"
+            raise SettingError(SIZE, f"such that it lies {away:.3g} m away", limit)
 
 
 def examine(path: Path, triangles: int) -> Preview:
@@ -54,8 +78,9 @@ def examine(path: Path, triangles: int) -> Preview:
     found = find_problems(source)
     x, faces = read_outside(path)
     count = len(faces)
+    extent, most = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
     x = x * found.source.scale
-    farthest = float(np.abs(x).max())
+    farthest = most * found.source.scale
     if farthest > 0.5 * MAX_POSITION:
         raise BodyError(
             f"{path}: it lies {farthest:.3g} m from the origin of its coordinates; the limit is"
@@ -66,9 +91,12 @@ def examine(path: Path, triangles: int) -> Preview:
         for one in found.remedies
     ]
     examined = Examined(
-        findings=tuple(findings[:MAX_FINDINGS]), fix=found.source.fix, triangles=count
+        findings=tuple(findings[:MAX_FINDINGS]),
+        fix=found.source.fix,
+        scale=found.source.scale,
+        triangles=count,
     )
-    return Preview(examined, _shown(x, faces, triangles))
+    return Preview(examined, _shown(x, faces, triangles), extent, most)
 
 
 def _shown(x: Floats, faces: Ints, triangles: int) -> RestMesh:

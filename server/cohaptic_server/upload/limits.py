@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from cohaptic.errors import SettingError
 
+SIZE = "the size"  # of an object, as an error names it
+
 
 @dataclass(frozen=True, slots=True)
 class UploadLimits:
@@ -17,9 +19,10 @@ class UploadLimits:
             counts, of which its libraries have 0.3 GB.
         receive: For the file to come [s].
         examine: For it to be read and looked at [s].
-        decide: For the visitor to choose [s].
+        decide: For the visitor to choose, in all tries together [s].
         prepare: For the preparation [s].
         preview: Triangles of the surface that is shown before.
+        tries: How often the visitor may choose.
 
     Raises:
         SettingError: A value is out of its range.
@@ -32,6 +35,7 @@ class UploadLimits:
     decide: float = 600.0
     prepare: float = 300.0
     preview: int = 12_000
+    tries: int = 8
 
     def __post_init__(self) -> None:
         if not 2**10 <= self.file <= 2**30:

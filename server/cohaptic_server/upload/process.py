@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import asdict, dataclass
 from typing import IO, Any
 
 from cohaptic.errors import CohapticError
@@ -26,6 +27,19 @@ _ONE_THREAD = dict.fromkeys(
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Rubber:
+    """What `build_affordable` makes a nonlinear solid with.
+
+    Args:
+        period: In which it must be solved [s].
+        damping: B_o over K_o.
+    """
+
+    period: float
+    damping: float
+
+
 class UploadFailed(CohapticError):
     """An upload came to nothing, and why."""
 
@@ -36,14 +50,16 @@ class WorkerProcess:
     Args:
         limits: Of the upload.
         name: Of the visitor's file.
+        rubber: What makes a nonlinear solid of it; None makes a linear one.
     """
 
-    def __init__(self, limits: UploadLimits, name: str) -> None:
+    def __init__(self, limits: UploadLimits, name: str, rubber: Rubber | None = None) -> None:
         told = {
             "memory": limits.memory,
             "cpu": limits.examine + limits.prepare,
             "preview": limits.preview,
             "budget": limits.budget,
+            "rubber": None if rubber is None else asdict(rubber),
         }
         self._limits = limits
         self._process = subprocess.Popen(

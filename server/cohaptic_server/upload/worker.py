@@ -2,7 +2,8 @@
 
 It is started as `python -m cohaptic_server.upload.worker LIMITS` by `process.py`. It limits itself
 first, then takes the file from its standard input, answers with what is in it, and on request
-prepares it into the store. It ends when its input does. Standard output belongs to the messages:
+prepares it into the store; where what was chosen does not fit, it says so and waits for another
+choice. It ends when its input does. Standard output belongs to the messages:
 whatever a library prints goes nowhere.
 """
 
@@ -13,15 +14,22 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CohapticError, one_line
+from cohaptic.errors import CohapticError, HeldError, SettingError, one_line
 from cohaptic_server.upload.confine import confine
 from cohaptic_server.upload.kept_files import keep, kind_of
+from cohaptic_server.upload.limits import SIZE
 from cohaptic_server.upload.pipe import DATA, PipeEnded, fields_of, receive, send, send_text
 
+if TYPE_CHECKING:
+    from cohaptic_server.upload.examine import Preview
+
+T = TypeVar("T")
 _TELL_EVERY = 0.2  # s between two words on the same phase
 _READABLE = 100  # characters of a rule
 _LONGEST = 1500  # characters of an error
@@ -50,18 +58,22 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
     with tempfile.TemporaryDirectory(prefix="cohaptic-") as folder:
         path = Path(folder) / f"object{kind_of(name)}"
         path.write_bytes(content)
-        step = _Step(outgoing, name, path)
-        if not step.done(lambda: _examine(path, outgoing, limits["preview"])):
+        preview = _Step(outgoing, name, path).result(
+            lambda: _examine(path, outgoing, limits["preview"])
+        )
+    # The server counts the choices, and ends this process.
+    while preview is not None:
+        wish = fields_of(receive(incoming)[1])
+        # A painted region is a long rule, which nobody would read in an error.
+        rule = str(wish["fix"])
+        long_rule = repr(rule) if len(rule) > _READABLE else ""
+        kept = keep(content, name, kind_of(name))
+        step = _Step(outgoing, name, kept, long_rule, event="refused")
+        if step.result(partial(_prepare, kept, wish, outgoing, limits, preview)):
             return
-    wish = fields_of(receive(incoming)[1])
-    # A painted region is a long rule, which nobody would read in an error.
-    rule = str(wish["fix"])
-    long_rule = repr(rule) if len(rule) > _READABLE else ""
-    kept = keep(content, name, kind_of(name))
-    del content
-    step = _Step(outgoing, name, kept, long_rule)
-    if not step.done(lambda: _prepare(kept, wish, outgoing, limits["budget"])):
         kept.unlink(missing_ok=True)
+        if step.hopeless:
+            return
 
 
 def _file(incoming: IO[bytes]) -> bytes:
@@ -76,28 +88,49 @@ def _file(incoming: IO[bytes]) -> bytes:
         pieces.append(piece)
 
 
-def _examine(path: Path, outgoing: IO[bytes], triangles: int) -> None:
+def _examine(path: Path, outgoing: IO[bytes], triangles: int) -> Preview:
     # Only now, within the limits, are the readers imported.
     from cohaptic_server.upload.examine import examine
 
     preview = examine(path, triangles)
     send_text(outgoing, event="examined", message=preview.examined.model_dump_json())
     send(outgoing, DATA, preview.surface.encode())
+    return preview
 
 
-def _prepare(path: Path, wish: dict[str, Any], outgoing: IO[bytes], budget: float) -> None:
+def _prepare(
+    path: Path,
+    wish: dict[str, Any],
+    outgoing: IO[bytes],
+    limits: dict[str, Any],
+    preview: Preview,
+) -> bool:
     from cohaptic_server.bodies.solid.shape import SolidSettings
-    from cohaptic_server.objects.auto.resolve import resolve
+    from cohaptic_server.objects.auto.resolve import find_problems, resolve
     from cohaptic_server.objects.build import build
+    from cohaptic_server.objects.build_rubber import build_affordable
     from cohaptic_server.objects.object_file import ObjectFile
+    from cohaptic_server.objects.prepare import VolumeLostError
     from cohaptic_server.upload.described import to_fields
 
     material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
-    source = ObjectFile(path, str(wish["fix"]), material=material, max_memory=budget)
-    tell = _teller(outgoing)
-    source = resolve(source, tell).source
-    build(source, tell)
+    scale = wish.get("scale") or preview.examined.scale
+    preview.check_scale(scale)
+    source = ObjectFile(
+        path, str(wish["fix"]), scale=scale, material=material, max_memory=limits["budget"]
+    )
+    tell, rubber = _teller(outgoing), limits["rubber"]
+    if rubber is None:
+        source = resolve(source, tell, scale_given=True).source
+        build(source, tell)
+    else:
+        source = find_problems(source, scale_given=True).source
+        try:
+            source, _ = build_affordable(source, **rubber, progress=tell)
+        except VolumeLostError:
+            source, _ = build_affordable(replace(source, repair=True), **rubber, progress=tell)
     send_text(outgoing, event="prepared", source=to_fields(source))
+    return True
 
 
 class _Step:
@@ -108,18 +141,32 @@ class _Step:
         name: Of the file, in the sentence.
         path: That the error says in its place.
         painted: Rule that is too long to be said; empty without one.
+        event: What an error is that the visitor can do something about.
+
+    Attributes:
+        hopeless: Whether it ended in one that nobody can.
     """
 
-    def __init__(self, outgoing: IO[bytes], name: str, path: Path, painted: str = "") -> None:
+    def __init__(
+        self,
+        outgoing: IO[bytes],
+        name: str,
+        path: Path,
+        painted: str = "",
+        event: str = "failed",
+    ) -> None:
+        self.hopeless = True
+        self._event = event
         self._outgoing = outgoing
         self._name = one_line(name, 80)
         self._path = str(path)
         self._painted = painted
 
-    def done(self, work: Callable[[], None]) -> bool:
-        """Do it; whether it went well."""
+    def result(self, work: Callable[[], T]) -> T | None:
+        """Do it; returns its result, or None where it came to nothing."""
+        event, about = "failed", "file"
         try:
-            work()
+            return work()
         except PipeEnded:
             raise
         except MemoryError:
@@ -127,16 +174,26 @@ class _Step:
         except RecursionError:
             why = "its parts lie too deep in each other to be read"
         except CohapticError as error:
-            why = str(error)
+            event, self.hopeless = self._event, self._event == "failed"
+            about, why = _choice_of(error)
         except Exception as error:  # of a library, which did not foresee this file
             why = f"it cannot be read ({type(error).__name__}: {error})"
-        else:
-            return True
         said = why.replace(f"{self._path}: ", "").replace(self._path, self._name)
         if self._painted:
             said = said.replace(self._painted, "what was painted")
-        send_text(self._outgoing, event="failed", why=f"{self._name}: {said[:_LONGEST]}")
-        return False
+        if about == "file":
+            said = f"{self._name}: {said}"
+        send_text(self._outgoing, event=event, about=about, why=said[:_LONGEST])
+        return None
+
+
+def _choice_of(error: CohapticError) -> tuple[str, str]:
+    """Which of a visitor's choices an error is about, and the error in words for one."""
+    if isinstance(error, SettingError) and error.name == "--fix":
+        return "held", f"what is held does not fit: it must be {error.limit}"
+    if isinstance(error, SettingError) and error.name == SIZE:
+        return "size", str(error)
+    return ("held" if isinstance(error, HeldError) else "file"), str(error)
 
 
 def _teller(outgoing: IO[bytes]) -> Callable[[str, float], None]:

@@ -1,7 +1,7 @@
 """Messages of a connection that brings a mesh file to a server, as JSON text.
 
 client -> server    begin_upload, the file as binary messages, prepare_object
-server -> client    upload_offer, examined and a rest mesh, progress, prepared; or error
+server -> client    upload_offer, examined and a rest mesh, progress, refused, prepared; or error
 
 The subprotocol is one of its own: the messages of those who touch and watch do not change with it.
 """
@@ -19,6 +19,7 @@ CHUNK = 32 * 1024  # bytes of the file in one message
 MAX_RULE = 16_384  # characters of a rule that says what is held; a painted region is a long one
 MAX_UPLOAD_TEXT = 24_576  # characters of the longest message, that with such a rule
 MAX_FINDINGS = 32
+MIN_SCALE, MAX_SCALE = 1e-9, 1e9  # m in one unit of a file
 
 Words = Annotated[str, Field(max_length=600)]
 
@@ -71,12 +72,14 @@ class Examined(ControlMessage):
     Args:
         findings: All of them.
         fix: Rule of the proposed part that is held.
+        scale: Metres in one unit of the file, as proposed; the rest mesh is in metres with it.
         triangles: Of the surface in the file.
     """
 
     type: Literal["examined"] = "examined"
     findings: tuple[Finding, ...] = Field(max_length=MAX_FINDINGS)
     fix: str = Field(max_length=MAX_RULE)
+    scale: float = Field(ge=MIN_SCALE, le=MAX_SCALE)
     triangles: int = Field(ge=1, lt=2**40)
 
 
@@ -84,13 +87,15 @@ class PrepareObject(ControlMessage):
     """Make the object of the file.
 
     Args:
-        fix: Rule that says what is held.
+        fix: Rule that says what is held; its lengths are in metres with `scale`.
+        scale: Metres in one unit of the file; None takes the proposed ones.
         young: Young's modulus E [Pa].
         poisson: Poisson's ratio.
     """
 
     type: Literal["prepare_object"] = "prepare_object"
     fix: str = Field(min_length=1, max_length=MAX_RULE)
+    scale: float | None = Field(default=None, ge=MIN_SCALE, le=MAX_SCALE)
     young: float = Field(ge=100.0, le=1e8)
     poisson: float = Field(default=0.45, ge=0.0, le=0.499)
 
@@ -108,6 +113,21 @@ class Progress(ControlMessage):
     share: float = Field(ge=0.0, le=1.0)
 
 
+class Refused(ControlMessage):
+    """The object cannot be made as it was chosen: `prepare_object` may come again.
+
+    Args:
+        about: Which of the choices does not fit; "file" for none of them alone.
+        message: Why, a sentence.
+        tries: How many are left.
+    """
+
+    type: Literal["refused"] = "refused"
+    about: Literal["held", "size", "file"]
+    message: str = Field(max_length=1600)
+    tries: int = Field(ge=0, le=100)
+
+
 class Prepared(ControlMessage):
     """The object is served: everybody who was there is closed with 4410 and may come again.
 
@@ -120,7 +140,7 @@ class Prepared(ControlMessage):
 
 
 UploadRequest = BeginUpload | PrepareObject
-UploadAnswer = UploadOffer | Examined | Progress | Prepared | Error
+UploadAnswer = UploadOffer | Examined | Progress | Refused | Prepared | Error
 
 _CLIENT: TypeAdapter[UploadRequest] = TypeAdapter(
     Annotated[UploadRequest, Field(discriminator="type")]

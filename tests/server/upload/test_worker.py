@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,14 @@ import trimesh
 
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
+from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
+from cohaptic_server.objects.build_rubber import EDGES, build_affordable
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.upload.described import from_fields
+from cohaptic_server.upload.kept_files import uploads_folder
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.pipe import DATA, fields_of
-from cohaptic_server.upload.process import UploadFailed, WorkerProcess
+from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess
 from tests.server.upload.hostile import HOSTILE
 
 LIMITS = UploadLimits()
@@ -123,41 +127,67 @@ def test_a_sound_file_is_examined_and_prepared_as_it_was_wished() -> None:
         worker.close()
 
 
-@pytest.mark.parametrize("rule", ["z < 1e999%", "w > 3", "z < 200%", "z < -1%", "(" * 10_000])
-def test_a_rule_that_holds_nothing_or_all_is_one_sentence(rule: str) -> None:
-    worker = brought("cube.stl", cube())
-    worker.receive()
-    worker.receive()
-    worker.send_wish(fix=rule, young=6e3, poisson=0.3)
-    while True:
-        try:
-            fields = fields_of(worker.receive()[1])
-        except UploadFailed as failed:
-            pytest.fail(f"the worker ended: {failed}")
-        if fields["event"] != "progress":
-            break
-    worker.close()
-    assert fields["event"] == "failed"
-    assert "Traceback" not in fields["why"]
-
-
-def test_a_painted_region_that_holds_nothing_is_not_read_out() -> None:
-    worker = brought("block.vtu", block_vtu())
-    worker.receive()
-    worker.receive()
-    rule = " or ".join(f"x>{k}.001 and x<{k}.002 and y>0.001 and y<0.002" for k in range(9))
-    worker.send_wish(fix=rule, young=6e3, poisson=0.3)
+def told(worker: WorkerProcess) -> dict[str, Any]:
+    """What it says of a wish, behind its progress."""
     while (fields := fields_of(worker.receive()[1]))["event"] == "progress":
         pass
-    worker.close()
-    assert fields["why"].startswith("block.vtu: --fix is what was painted; it must be a rule")
+    return fields
 
 
-def test_a_worker_ends_with_the_server() -> None:
-    worker = brought("cube.stl", cube())
-    worker.receive()
-    worker.receive()
-    worker.kill()
-    with pytest.raises(UploadFailed, match="the system ended what reads it"):
+@pytest.mark.parametrize("rule", ["z < 1e999%", "w > 3", "z < 200%", "z < -1%", "(" * 10_000])
+def test_a_rule_that_holds_nothing_or_all_is_one_sentence_and_another_may_follow(rule: str) -> None:
+    worker = brought("block.vtu", block_vtu())
+    try:
         worker.receive()
-    worker.close()
+        worker.receive()
+        worker.send_wish(fix=rule, young=6e3, poisson=0.3)
+        fields = told(worker)
+        assert (fields["event"], fields["about"]) == ("refused", "held")
+        assert "\n" not in fields["why"]
+        assert "--fix" not in fields["why"]
+        worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3)
+        assert told(worker)["event"] == "prepared"
+    finally:
+        worker.close()
+    # What was refused is not kept.
+    assert len(list(uploads_folder().iterdir())) == 1
+
+
+@pytest.mark.parametrize("scale", [1e-9, 0.049, 51.0, 1e9])
+def test_a_size_that_cannot_be_touched_is_refused_and_another_is_taken(scale: float) -> None:
+    worker = brought("block.vtu", block_vtu())
+    try:
+        examined = Examined.model_validate_json(str(fields_of(worker.receive()[1])["message"]))
+        assert examined.scale == 1.0
+        worker.receive()
+        worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3, scale=scale)
+        fields = told(worker)
+        assert (fields["event"], fields["about"]) == ("refused", "size")
+        assert "it must be from 5 mm to 5 m" in fields["why"]
+        worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3, scale=0.5)
+        source = from_fields(told(worker)["source"])
+        assert source.scale == 0.5
+    finally:
+        worker.close()
+
+
+def test_where_solids_are_nonlinear_the_mesh_is_one_that_the_tick_affords() -> None:
+    rubber = Rubber(1.0 / 60.0, 0.5)
+    worker = WorkerProcess(LIMITS, "cube.stl", rubber)
+    try:
+        worker.send_piece(cube())
+        worker.send_piece(b"")
+        worker.receive()
+        worker.receive()
+        worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3)
+        source = from_fields(told(worker)["source"])
+    finally:
+        worker.close()
+    assert source.edge in EDGES
+    # The server reads what the worker has computed, and computes nothing of it again.
+    phases: list[str] = []
+    args = asdict(rubber)
+    again, solid = build_affordable(source, **args, progress=lambda phase, _: phases.append(phase))
+    assert again == source
+    assert set(phases) == {"tetrahedra"}
+    assert tick_seconds(len(solid.shape.nodes)) <= rubber.period

@@ -80,7 +80,7 @@ export class OwnHand {
     this.normals = vertexNormals(mesh.vertices, mesh.faces);
     this.positions = null;
     this.finger = null;
-    if (another && info !== null && this.handle !== null) this.standOff(info.body);
+    if (another && info !== null) this.standOff(info.body);
   }
 
   /** Where the hand was, the new object may be: it waits outside, from where it can be engaged. */
@@ -188,7 +188,7 @@ export class OwnHand {
       if (this.tip !== before) handle.point(this.tip);
     }
     const k_o = handle.state?.k_o ?? 0;
-    if (this.paperPending && handle.state?.phase === "joined" && k_o > 0 && norm(handle.state?.force ?? [0, 0, 0]) > 0) {
+    if (this.paperPending && handle.state?.phase === "joined" && k_o > 0 && norm(handle.state.force) > 0) {
       this.paperPending = false;
       handle.setLaw("proportional", { k_h: PAPER * k_o, integral_gain: 0 });
     }

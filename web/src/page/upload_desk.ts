@@ -16,10 +16,11 @@ export class UploadDesk {
   constructor(private readonly address: string) {
     this.dialog = new UploadDialog({
       chosen: (file) => { this.bring(file); },
-      prepare: (rule, young) => { this.client?.prepare(rule, young); },
+      prepare: (wish) => { this.client?.prepare(wish); },
       cancel: () => { this.cancel(); },
       held: (layer) => { this.preview?.hold(layer === null ? { by: "paint" } : { by: "layer", layer }); },
       cleared: () => { this.preview?.refresh(); },
+      sized: (larger) => this.preview?.compare(larger) ?? "",
     });
     addEventListener("dragover", (event) => { this.over(event); });
     addEventListener("dragleave", () => { this.dialog.root.classList.remove("over"); });
@@ -64,7 +65,7 @@ export class UploadDesk {
     this.dialog.news(news);
     if (news.type !== "shown") return;
     // The picture takes a context of the graphics: made for those who bring something.
-    this.preview ??= new Preview(this.dialog.host, () => { this.dialog.refresh(); });
+    this.preview ??= new Preview(this.dialog.host, () => { this.dialog.refresh(this.preview?.painting ?? null); });
     this.preview.show(news.mesh);
     this.dialog.refresh(this.preview.painting);
     this.dialog.news(news);

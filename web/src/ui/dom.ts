@@ -53,7 +53,8 @@ export function iconButton(icon: SVGElement, name: string, key: string, press: (
 /** One of several: radio buttons that look like a switch. */
 export interface Choice<T extends string> {
   readonly root: HTMLElement;
-  set(value: T): void;
+  /** Null for none of them. */
+  set(value: T | null): void;
   enable(value: T, enabled: boolean): void;
 }
 
@@ -78,8 +79,7 @@ export function choice<T extends string>(
   return {
     root,
     set: (value) => {
-      const input = inputs.get(value);
-      if (input !== undefined) input.checked = true;
+      for (const [key, input] of inputs) input.checked = key === value;
     },
     enable: (value, enabled) => {
       const input = inputs.get(value);

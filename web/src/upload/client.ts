@@ -8,7 +8,7 @@ import type { RestMesh } from "../model/body";
 import { ABNORMAL, NORMAL } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { decodeRestMesh } from "../protocol/rest_mesh";
-import { CHUNK, decodeUploadAnswer, encodeUploadRequest, type Examined, type UploadAnswer } from "./messages";
+import { type About, CHUNK, decodeUploadAnswer, encodeUploadRequest, type Examined, type UploadAnswer } from "./messages";
 
 /** What the visitor is told. */
 export type UploadNews =
@@ -16,8 +16,19 @@ export type UploadNews =
   | { readonly type: "looking" }
   | { readonly type: "shown"; readonly examined: Examined; readonly mesh: RestMesh }
   | { readonly type: "preparing"; readonly phase: string; readonly share: number }
+  | { readonly type: "refused"; readonly about: About; readonly why: string; readonly tries: number }
   | { readonly type: "done"; readonly command: string }
   | { readonly type: "failed"; readonly why: string };
+
+/** What the visitor chose. */
+export interface Wish {
+  /** What is held; its lengths are in metres with the scale. */
+  readonly rule: string;
+  /** Metres in one unit of the file. */
+  readonly scale: number;
+  /** [Pa] */
+  readonly young: number;
+}
 
 /** The part of a File that is used. */
 export interface Brought {
@@ -57,9 +68,9 @@ export class UploadClient {
     };
   }
 
-  prepare(fix: string, young: number): void {
+  prepare({ rule, scale, young }: Wish): void {
     if (this.over) return;
-    this.socket.send(encodeUploadRequest({ type: "prepare_object", fix, young, poisson: 0.45 }));
+    this.socket.send(encodeUploadRequest({ type: "prepare_object", fix: rule, scale, young, poisson: 0.45 }));
     this.tell({ type: "preparing", phase: "starting", share: 0 });
   }
 
@@ -95,6 +106,9 @@ export class UploadClient {
         break;
       case "progress":
         this.tell({ type: "preparing", phase: answer.phase, share: answer.share });
+        break;
+      case "refused":
+        this.tell({ type: "refused", about: answer.about, why: answer.message, tries: answer.tries });
         break;
       case "prepared":
         this.end({ type: "done", command: answer.command });

@@ -130,9 +130,13 @@ export class Painting {
     return boxes;
   }
 
-  /** The rule of all that is painted; empty for nothing, null for more than the server takes. */
-  rule(): string | null {
-    const short = (x: number): string => `${Number(x.toPrecision(4))}`;
+  /**
+   * The rule of all that is painted; empty for nothing, null for more than the server takes.
+   *
+   * @param larger How many times larger the object will be than it is here.
+   */
+  rule(larger = 1): string | null {
+    const short = (x: number): string => `${Number((larger * x).toPrecision(4))}`;
     const one = ({ low, high }: Box): string =>
       [0, 1, 2].map((k) => `${AXES[k] ?? "x"}>${short(low[k] ?? 0)} and ${AXES[k] ?? "x"}<${short(high[k] ?? 0)}`).join(" and ");
     const rule = this.boxes().map(one).join(" or ");

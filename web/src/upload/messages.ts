@@ -28,19 +28,25 @@ export interface Examined {
   readonly findings: readonly Finding[];
   /** The rule of what is held that is proposed. */
   readonly fix: string;
+  /** Metres in one unit of the file, as proposed; the mesh that follows is in metres with it. */
+  readonly scale: number;
   readonly triangles: number;
 }
+
+/** The choice that a refusal is about; "file" for none of them alone. */
+export type About = "held" | "size" | "file";
 
 export type UploadAnswer =
   | UploadOffer
   | Examined
   | { readonly type: "progress"; readonly phase: string; readonly share: number }
+  | { readonly type: "refused"; readonly about: About; readonly message: string; readonly tries: number }
   | { readonly type: "prepared"; readonly command: string }
   | { readonly type: "error"; readonly code: number; readonly message: string };
 
 export type UploadRequest =
   | { readonly type: "begin_upload"; readonly name: string; readonly size: number }
-  | { readonly type: "prepare_object"; readonly fix: string; readonly young: number; readonly poisson: number };
+  | { readonly type: "prepare_object"; readonly fix: string; readonly scale: number; readonly young: number; readonly poisson: number };
 
 export function encodeUploadRequest(message: UploadRequest): string {
   return JSON.stringify(message);
@@ -65,16 +71,23 @@ function decode(type: string, f: Fields): UploadAnswer {
         max_seconds: number(f, "max_seconds", 0, 1e9),
       };
     case "examined":
-      return { type, findings: list(f, "findings").map(finding), fix: text(f, "fix"), triangles: integer(f, "triangles") };
+      return { type, findings: list(f, "findings").map(finding), fix: text(f, "fix"), scale: number(f, "scale", 1e-9, 1e9), triangles: integer(f, "triangles") };
     case "progress":
       return { type, phase: text(f, "phase"), share: number(f, "share", 0, 1) };
+    case "refused":
+      return { type, about: about(text(f, "about")), message: text(f, "message"), tries: integer(f, "tries") };
     case "prepared":
       return { type, command: text(f, "command") };
     case "error":
       return { type, code: integer(f, "code"), message: text(f, "message") };
     default:
-      throw new ProtocolError("type of a message", type, "upload_offer, examined, progress, prepared or error");
+      throw new ProtocolError("type of a message", type, "upload_offer, examined, progress, refused, prepared or error");
   }
+}
+
+function about(choice: string): About {
+  if (choice !== "held" && choice !== "size" && choice !== "file") throw new ProtocolError("about", choice, "held, size or file");
+  return choice;
 }
 
 function finding(entry: unknown): Finding {

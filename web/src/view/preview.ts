@@ -8,12 +8,17 @@ import { vertexNormals } from "./body/normals";
 import { HOME, type Orbit, rotated, zoomed } from "./orbit";
 import { pick } from "./pointing/pick";
 import { attachPointer } from "./pointing/pointer";
+import { type Reference, referenceFor } from "./reference";
 import { openStage, type Stage } from "./stage";
 
 const FLESH = 0xd3ab98;
 const AWAY = 3.5; // radii of the object from its middle to the eye
 const FROM_BELOW = -0.4; // rad
 const HELD = "#2b7fd0";
+const REACH = 0.9; // radii of the object's ball, as far as it is seen to the side
+const GAP = 0.15; // radii of the object, between it and what it is compared with
+const WIDE = 1.2; // half the picture's width over the radius for which it is framed
+const TURN = 0.12; // rad for a key
 
 /** What of the object is held. */
 export type Held = { readonly by: "layer"; readonly layer: Layer } | { readonly by: "paint" };
@@ -21,6 +26,8 @@ export type Held = { readonly by: "layer"; readonly layer: Layer } | { readonly 
 interface Shown {
   readonly mesh: RestMesh;
   readonly box: Box;
+  readonly center: Vec3;
+  readonly radius: number;
   readonly object: Mesh<BufferGeometry, MeshStandardMaterial>;
   readonly painting: Painting;
   readonly texture: Data3DTexture;
@@ -33,6 +40,7 @@ export class Preview {
   private held: Held = { by: "paint" };
   private last = 0;
   private running = false;
+  private beside: Reference | null = null;
   private readonly uniforms = {
     uAxis: { value: new Vector3(0, 0, 1) },
     uEnd: { value: 0 },
@@ -49,6 +57,7 @@ export class Preview {
     const stage = this.stage;
     if (stage === null) return;
     stage.setScheme("light");
+    host.addEventListener("keydown", (event) => { this.key(event); });
     attachPointer(host, {
       press: (x, y) => this.paint(x, y),
       slide: (x, y) => { this.paint(x, y); },
@@ -79,15 +88,37 @@ export class Preview {
     texture.format = RedFormat;
     texture.unpackAlignment = 1;
     const object = new Mesh(geometryOf(mesh), this.material());
-    this.shown = { mesh, box, object, painting, texture };
     this.uniforms.uMask.value = texture;
     this.uniforms.uOrigin.value.set(...painting.origin);
     this.uniforms.uSize.value.set(nx, ny, nz).multiplyScalar(painting.cell);
     const center = [0, 1, 2].map((k) => 0.5 * ((box.low[k] ?? 0) + (box.high[k] ?? 0))) as unknown as Vec3;
     const radius = 0.5 * Math.hypot(...[0, 1, 2].map((k) => (box.high[k] ?? 0) - (box.low[k] ?? 0)));
+    this.shown = { mesh, box, center, radius, object, painting, texture };
     this.stage?.scene.add(object);
     this.stage?.frame(center, radius);
     this.refresh();
+  }
+
+  /**
+   * Something familiar beside the object, as large as it is.
+   *
+   * @param larger How many times larger the object will be than it is here.
+   * @returns What it is, in words; empty where nothing is shown.
+   */
+  compare(larger: number): string {
+    const { shown, stage } = this;
+    if (shown === null || stage === null) return "";
+    this.removeReference();
+    const longest = Math.max(...[0, 1, 2].map((k) => (shown.box.high[k] ?? 0) - (shown.box.low[k] ?? 0)));
+    this.beside = referenceFor(larger * longest);
+    const { root, width, height, words } = this.beside;
+    root.scale.setScalar(1 / larger);
+    stage.scene.add(root);
+    const further = GAP * shown.radius + width / larger;
+    stage.aside = 0.5 * further;
+    const needed = (REACH * shown.radius + 0.5 * further) / WIDE;
+    stage.frame(shown.center, Math.max(shown.radius, needed, (0.55 * height) / larger));
+    return words;
   }
 
   /** Colour the part that is held. */
@@ -119,6 +150,7 @@ export class Preview {
   }
 
   clear(): void {
+    this.removeReference();
     if (this.shown === null) return;
     const { object, texture } = this.shown;
     this.stage?.scene.remove(object);
@@ -131,8 +163,42 @@ export class Preview {
   private frame(now: number): void {
     if (!this.running) return;
     requestAnimationFrame((t) => { this.frame(t / 1000); });
+    this.faceEye();
     this.stage?.draw(Math.min(0.1, now - this.last));
     this.last = now;
+  }
+
+  /** What lies beside the object stays on the left of it, and looks at the eye. */
+  private faceEye(): void {
+    const { beside, shown, stage } = this;
+    if (beside === null || shown === null || stage === null) return;
+    const { root, width, height } = beside;
+    const scale = root.scale.x;
+    root.quaternion.copy(stage.camera.quaternion);
+    const aside = -((REACH + GAP) * shown.radius + 0.5 * width * scale);
+    root.position.set(aside, -0.5 * height * scale, 0).applyQuaternion(stage.camera.quaternion).add(new Vector3(...shown.center));
+  }
+
+  private removeReference(): void {
+    if (this.beside === null) return;
+    if (this.stage !== null) this.stage.aside = 0;
+    this.stage?.scene.remove(this.beside.root);
+    this.beside.dispose();
+    this.beside = null;
+  }
+
+  private key(event: KeyboardEvent): void {
+    const { stage } = this;
+    if (stage === null) return;
+    const turns: Readonly<Record<string, readonly [number, number]>> = {
+      ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, TURN], ArrowDown: [0, -TURN],
+    };
+    const turn = turns[event.key];
+    if (turn !== undefined) stage.target = rotated(stage.target, ...turn);
+    else if (event.key === "+" || event.key === "-") stage.target = zoomed(stage.target, event.key === "+" ? 0.85 : 1 / 0.85);
+    else return;
+    event.preventDefault();
+    stage.touch();
   }
 
   /** @returns Whether the pointer is on the object, and paints. */

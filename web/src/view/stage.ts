@@ -27,6 +27,8 @@ export class Stage {
   readonly canvas: HTMLCanvasElement;
   /** Target of the camera, which follows smoothly. */
   target: Orbit = HOME;
+  /** How far the body stands beside the middle of the picture, to the right [m]. */
+  aside = 0;
   /** Softly, or at once for people who asked for less motion. */
   still = false;
 
@@ -151,7 +153,9 @@ export class Stage {
     this.camera.lookAt(...this.center);
     this.camera.updateMatrixWorld();
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    this.camera.setViewOffset(width, height, 0, this.lift, width, height);
+    const away = Math.hypot(...from.map((x, k) => x - (this.center[k] ?? 0)));
+    const pixels = (0.5 * height) / (away * Math.tan((0.5 * this.camera.fov * Math.PI) / 180)); // for a metre
+    this.camera.setViewOffset(width, height, -this.aside * pixels, this.lift, width, height);
     // The light comes over the viewer's left shoulder, so that dents show from every side.
     const light = eye({ azimuth: this.orbit.azimuth - 1.05, elevation: 0.72, distance: 6 }, this.center, this.radius);
     this.key.position.set(...light);

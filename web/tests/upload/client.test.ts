@@ -4,7 +4,7 @@ import { CHUNK } from "../../src/upload/messages";
 import { MESH, meshFrame } from "../watch/scenes";
 
 const OFFER = { type: "upload_offer", kinds: [".stl"], max_bytes: 3 * CHUNK, max_memory: 1, max_seconds: 1 };
-const EXAMINED = { type: "examined", findings: [], fix: "z < 5%", triangles: 12 };
+const EXAMINED = { type: "examined", findings: [], fix: "z < 5%", scale: 0.001, triangles: 12 };
 
 /** The end of a socket that a server holds. */
 class Line {
@@ -55,7 +55,12 @@ test("a file goes out in pieces, and its object comes back", async () => {
   line.say(EXAMINED);
   line.onmessage?.({ data: meshFrame(MESH).slice().buffer });
   expect(news.at(-1)?.type).toBe("shown");
-  client.prepare("z < 5%", 6e3);
+  client.prepare({ rule: "z < 1%", scale: 0.001, young: 6e3 });
+  line.say({ type: "refused", about: "held", message: "it holds nothing", tries: 7 });
+  expect(news.at(-1)).toEqual({ type: "refused", about: "held", why: "it holds nothing", tries: 7 });
+  expect(line.closed).toBe(false);
+  client.prepare({ rule: "z < 5%", scale: 0.01, young: 6e3 });
+  expect(line.texts.at(-1)).toEqual({ type: "prepare_object", fix: "z < 5%", scale: 0.01, young: 6e3, poisson: 0.45 });
   line.say({ type: "progress", phase: "factoring", share: 0.5 });
   line.say({ type: "prepared", command: "serve" });
   expect(news.at(-1)).toEqual({ type: "done", command: "serve" });

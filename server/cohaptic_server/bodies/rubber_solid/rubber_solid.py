@@ -63,6 +63,7 @@ class RubberSolid:
         settings: Material, elements and contact radius; no columns are cached.
         name: Name for people and for the wire.
         damping: B_o / K_o at the simulation period of the server.
+        table: What `vertex_compliance` returned for the same solid; computed when needed if None.
 
     Attributes:
         name: As given.
@@ -83,6 +84,7 @@ class RubberSolid:
         name: str = "solid",
         *,
         damping: float = 0.0,
+        table: Floats | None = None,
     ) -> None:
         check_damping(damping)
         self.settings, self.damping, self.name = settings or SolidSettings(), damping, name
@@ -98,7 +100,7 @@ class RubberSolid:
         if rest is None:
             raise BodyError("the solid is not stable at rest: are its tetrahedra nearly flat?")
         self._rest = rest
-        self._table: Floats | None = None
+        self._table = table
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
         """Iterate towards equilibrium with `loads`, from the state of `before`."""

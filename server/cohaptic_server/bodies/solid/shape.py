@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError, HeldError, SettingError
 from cohaptic_server.mesh.rigid_motions import rigid_rank
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import (
@@ -132,11 +132,11 @@ def _nodes(tets: TetMesh, fixed: Mask, order: int) -> tuple[Floats, Ints, Ints, 
 
 def _check_fixed(nodes: Floats, fixed: Mask) -> None:
     if not fixed.any():
-        raise BodyError("nothing of the object is held: it would float away; hold a part of it")
+        raise HeldError("nothing of the object is held: it would float away; hold a part of it")
     if fixed.all():
-        raise BodyError("all of the object is held: nothing is left that could move")
+        raise HeldError("all of the object is held: nothing is left that could move")
     if rigid_rank(nodes[fixed]) < 6:
-        raise BodyError(
+        raise HeldError(
             f"the {int(fixed.sum())} vertices that are held lie on a line: the object could still"
             " turn; hold more of it"
         )
