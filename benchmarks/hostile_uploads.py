@@ -88,7 +88,7 @@ class Waits:
     def __init__(self, server: CohapticServer) -> None:
         self._server = server
         self._task = Path(f"/proc/self/task/{threading.get_native_id()}/schedstat")
-        self._before = self._now()
+        self._looks = [self._now()] * 2
         self._missed = 0
         self.clear()
 
@@ -99,10 +99,12 @@ class Waits:
     def look(self) -> None:
         """Before each tick: note where the time went, if one was missed since the last look."""
         now, missed = self._now(), self._server.meters.missed
+        before, last = self._looks
         if missed > self._missed:
-            since = {key: 1e3 * (value - self._before[key]) for key, value in now.items()}
+            # It began late or took long: it is in the time between the last look and that before.
+            since = {key: round(1e3 * (now[key] - before[key]), 1) for key in now}
             self.told.append({"missed": missed - self._missed} | since)
-        self._before, self._missed = now, missed
+        self._looks, self._missed = [last, now], missed
 
     def _now(self) -> dict[str, float]:
         ran, ready, _ = map(int, self._task.read_text().split())
@@ -298,9 +300,7 @@ def main() -> None:
     elif options.be == "timer":
         be_timer(ordinary=options.ordinary)
     else:
-        print(
-            "| visitor | time | missed (timer) | a load like it | server | worker | answer |"
-        )
+        print("| visitor | time | missed (timer) | a load like it | server | worker | answer |")
         print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
         rows = measure(options)
         print(total(rows))

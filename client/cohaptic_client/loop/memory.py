@@ -14,9 +14,12 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
+from cohaptic.clock import SystemClock
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
+from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
 
 COMMAND: Final = struct.Struct("<Q?")  # heartbeat, stop
@@ -122,6 +125,7 @@ class LoopMemory:
     def __init__(self, path: str) -> None:
         self.path = path
         with open(path, "r+b") as file:
+            own(file.fileno())  # the mapping keeps it
             self._memory = mmap.mmap(file.fileno(), _TOTAL)
         offsets = _offsets(_SLOTS.values())
         self.patch, self.sample, self.command, self.status = (
@@ -132,11 +136,14 @@ class LoopMemory:
 
     @classmethod
     def create(cls) -> LoopMemory:
-        """Make the file and map it.
+        """Make the file and map it; files of clients that were killed go first.
 
         Raises:
             OSError: There is no room for it.
         """
+        clock = SystemClock()
+        now = clock.now() + clock.to_wall()
+        remove_leftovers(Path(_IN_MEMORY), _PREFIX, _SUFFIX, now, beside=MESH_SUFFIX)
         # In memory where the system has such a folder: a file on disk can make a writer wait.
         if os.access(_IN_MEMORY, os.W_OK):
             try:
@@ -155,6 +162,8 @@ class LoopMemory:
 
 
 _IN_MEMORY = "/dev/shm"  # Linux
+_PREFIX, _SUFFIX = "cohaptic-loop-", ".shm"
+MESH_SUFFIX: Final = ".mesh"  # of the resting mesh's file, behind the path of the memory
 # A status holds a sentence of 300 characters, each of which JSON may write as 12 bytes.
 _SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status": 4096}
 
@@ -165,7 +174,7 @@ def _reserved(folder: str | None) -> str:
     Raises:
         OSError: There is no room for it in the folder.
     """
-    handle, path = tempfile.mkstemp(prefix="cohaptic-", suffix=".shm", dir=folder)
+    handle, path = tempfile.mkstemp(prefix=_PREFIX, suffix=_SUFFIX, dir=folder)
     try:
         with os.fdopen(handle, "wb") as file:
             file.truncate(_TOTAL)

@@ -3,13 +3,15 @@
 A process of lowest priority does it, and not a thread: a thread of low priority that is preempted
 while it holds Python's global lock would hold up the tick. Requests and answers are a few bytes in
 a pipe, so that neither side blocks; what is found is in shared memory. There is one request at a
-time, and each is made from the newest needs of the solid. Until the process is ready, and should it
-end, the solid answers from its far field.
+time, and each is made from the newest needs of the solid. Until the process is ready the solid
+answers from its far field. Should it end (the system takes the largest process where memory is
+short), it is started again, a few times and later each time.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 import multiprocessing
 import sys
 import threading
@@ -17,6 +19,7 @@ from collections import deque
 from concurrent.futures import Future
 from multiprocessing import resource_tracker
 
+from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.interrupt import uninterrupted
 from cohaptic.runtime.scheduling import stand_back
@@ -35,6 +38,9 @@ from cohaptic_server.shell.column_process import (
 
 BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
 _LOG = logging.getLogger(__name__)
+_PAUSE = 1.0  # s until a process that has ended is started again; twice as long after each time
+_TRIES = 5
+_LASTING = 60.0  # s; one that was ready for so long had no fault of its own
 _TURN = 4  # solves, of which one is a page's where hands want all of them
 
 
@@ -58,26 +64,38 @@ class ColumnWorker:
         self._asked: ColumnRequest | Future[bytes] | None = None
         self._blocks: deque[tuple[int, Future[bytes]]] = deque()  # one per thread that waits
         self._since_block = 0
+        self._block = 0  # the vertex that was asked for last
         self._ready = self._dead = False
-        context = multiprocessing.get_context("spawn")
+        self._clock = SystemClock()
+        self._tries, self._again = 0, math.inf  # when it is started again [s]
+        self._ready_since = math.inf
+        self._starting: threading.Thread | None = None
+        self._context = context = multiprocessing.get_context("spawn")
         columns = body.columns
         # What was made in this process and not stored is given up here: it solves for nothing more.
         if isinstance(columns.given, Factor):
             columns.given = SharedFactor(columns.given, context)
         self._inbox = Inbox.of(columns.nodes, BATCH * len(columns.places.order), context)
-        self._pipe, self._theirs = context.Pipe()
-        self._process = context.Process(
-            target=solve_until_closed,
-            args=(self._theirs, columns.given, self._inbox),
-            name="columns",
-            daemon=True,
-        )
+        self._make()
         # The memory for columns: beside the rest of a start, and none is asked for before.
         self._filling = threading.Thread(target=columns.store.fill, daemon=True)
 
     def start(self) -> None:
         """Start the process; it becomes ready beside the server."""
         self._filling.start()
+        self._launch()
+
+    def _make(self) -> None:
+        """A process that is not started yet, and a pipe to it."""
+        self._pipe, self._theirs = self._context.Pipe()
+        self._process = self._context.Process(
+            target=solve_until_closed,
+            args=(self._theirs, self._body.columns.given, self._inbox),
+            name="columns",
+            daemon=True,
+        )
+
+    def _launch(self) -> None:
         if sys.platform != "win32":
             # It would be started within otherwise, and lets signals through again when it is.
             resource_tracker.ensure_running()
@@ -91,6 +109,9 @@ class ColumnWorker:
         """Deliver what was solved and request more; called before each tick, does not block."""
         if self._dead:
             return
+        if self._again < math.inf or self._starting is not None:
+            self._start_again()
+            return
         try:
             if self._pipe.poll():
                 self._take(self._pipe.recv())
@@ -98,11 +119,11 @@ class ColumnWorker:
             if self._ready and self._asked is None and not self._body.pending:
                 self._ask()
         except (OSError, EOFError):
-            self._process.join(0.0)
-            code = self._process.exitcode
-            self._lose(
-                "has ended" + (f" by signal {-code}" if code is not None and code < 0 else "")
-            )
+            code = None
+            if self._process.pid is not None:
+                self._process.join(0.0)
+                code = self._process.exitcode
+            self._lose("ended" + (f" by signal {-code}" if code is not None and code < 0 else ""))
 
     def green_block(self, vertex: int) -> bytes:
         """Green's functions of a vertex for pages, `encode_block` of them; waits for the process.
@@ -118,10 +139,30 @@ class ColumnWorker:
             self._give_up()
         return found.result()
 
+    def _start_again(self) -> None:
+        """Once it is time, in a thread: to start a process takes longer than a tick has."""
+        if self._starting is not None:
+            if not self._starting.is_alive():
+                self._starting = None
+        elif self._clock.now() >= self._again:
+            self._again = math.inf
+            self._pipe.close()
+            self._make()
+            self._starting = threading.Thread(target=self._launch_or_lose, daemon=True)
+            self._starting.start()
+
+    def _launch_or_lose(self) -> None:
+        try:
+            self._launch()
+        except OSError:  # no memory for it: the closed pipe counts as its end
+            self._theirs.close()
+
     def stop(self) -> None:
         """End the process, wherever it is: it has nothing that would have to be put in order."""
         self._dead = True
         self._give_up()
+        if self._starting is not None:
+            self._starting.join()
         self._pipe.close()
         if self._process.pid is not None:
             self._process.kill()
@@ -132,8 +173,11 @@ class ColumnWorker:
         asked, self._asked = self._asked, None
         if isinstance(answer, str):
             if answer:
-                self._lose(f"cannot go on: {answer}")
-            self._ready = True
+                self._lose(f"cannot go on: {answer}", for_good=True)
+                return
+            if self._tries:
+                _LOG.info("the process that solves for places newly touched is back")
+            self._ready, self._ready_since = True, self._clock.now()
         elif isinstance(asked, ColumnRequest):
             self._body.deliver(self._found(asked, answer))
         elif asked is not None:
@@ -144,9 +188,9 @@ class ColumnWorker:
             return
         request = self._body.request(BATCH)
         if self._blocks and (request is None or self._since_block >= _TURN - 1):
-            vertex, found = self._blocks.popleft()
+            self._block, found = self._blocks.popleft()
             self._asked, self._since_block = found, 0
-            self._pipe.send(Task([vertex], 0))
+            self._pipe.send(Task([self._block], 0))
         elif request is not None:
             rows = self._body.columns.places.vertices(request.places)
             self._inbox.put_rows(rows)
@@ -157,7 +201,26 @@ class ColumnWorker:
         """The columns of a request with `count` values; nothing is copied."""
         return columns_of(request, as_values(self._inbox.values)[:count])
 
-    def _lose(self, what: str) -> None:
+    def _lose(self, what: str, *, for_good: bool = False) -> None:
+        """It has ended: start it again after a while, unless that would change nothing."""
+        now = self._clock.now()
+        if now - self._ready_since > _LASTING:
+            self._tries = 0
+        self._ready, self._ready_since = False, math.inf
+        if not for_good and self._tries < _TRIES:
+            pause = _PAUSE * 2.0**self._tries
+            self._tries += 1
+            self._again = now + pause
+            # What hands asked for they will ask for again; a page waits for its answer.
+            if isinstance(self._asked, Future):
+                self._blocks.appendleft((self._block, self._asked))
+            self._asked = None
+            _LOG.warning(
+                "the process that solves for places newly touched %s; it is started again in %g s"
+                " (%d of %d), until then they are felt through the far field, less exactly",
+                what, pause, self._tries, _TRIES,
+            )  # fmt: skip
+            return
         self._dead = True
         self._give_up()
         _LOG.warning(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import logging
 import os
 import threading
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.objects.store.store import load_or_make_parts
+from cohaptic_server.shell import column_worker
 from cohaptic_server.shell.column_worker import ColumnWorker, Unsolved
 from cohaptic_server.testing.blocks import block
 
@@ -56,27 +58,11 @@ def test_a_worker_brings_what_a_tick_wants_until_nothing_is_wanted() -> None:
     assert body.columns.store.kept == kept
 
 
-def test_the_end_of_the_process_is_said_once_and_the_solid_goes_on(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
-    body = Solid(mesh, mesh.vertices[:, 2] < 0.01, SolidSettings(contact_radius=0.02))
-    v, w = pressure(body.mesh, np.array([0.0, 0.0, 0.1]), 0.02)
-    load = Load(v, w, np.array([0.0, 0.0, -1.0]), 1.0)
-    worker = ColumnWorker(body)
-    worker.start()
+def end_process() -> None:
+    """As the system does that has no more memory."""
     (process,) = (child for child in active_children() if child.name == "columns")
     process.kill()
     process.join(PATIENCE)
-    try:
-        for _ in range(3):
-            body.prefetch(np.arange(5))
-            assert body.respond([load]).compliance[0, 0] > 0.0
-            worker.pump()
-    finally:
-        worker.stop()
-    said = [record for record in caplog.records if "has ended" in record.getMessage()]
-    assert len(said) == 1
 
 
 SETTINGS = SolidSettings(contact_radius=0.02)
@@ -107,6 +93,60 @@ def pumped(worker: ColumnWorker, body: Solid, until: Callable[[], bool]) -> bool
         # Felt in every tick, whether columns come or not.
         assert body.respond([Load(v, w, np.array([0.0, 0.0, -1.0]), 1.0)]).compliance[0, 0] > 0.0
     return until()
+
+
+def test_a_process_that_was_killed_is_started_again_and_pages_get_what_they_asked_for(
+    stored: tuple[Path, Callable[[], Solid]],
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(column_worker, "_PAUSE", 0.05)
+    caplog.set_level(logging.INFO)
+    body = stored[1]()
+    worker = ColumnWorker(body)
+    worker.start()
+    found: list[bytes] = []
+    try:
+        assert pumped(worker, body, lambda: body.columns.store.kept > 8)
+        end_process()
+        asking = threading.Thread(target=lambda: found.append(worker.green_block(7)), daemon=True)
+        asking.start()
+        assert pumped(worker, body, lambda: bool(found))
+        body.columns.store.grow(2 * body.columns.store.capacity)  # it forgets them: all are missing
+        assert pumped(worker, body, lambda: body.columns.store.kept > 8)
+    finally:
+        worker.stop()
+    said = [
+        record.getMessage() for record in caplog.records if record.name == column_worker.__name__
+    ]
+    assert len(said) == 2
+    assert "ended by signal 9; it is started again in 0.05 s (1 of 5)" in said[0]
+    assert "is back" in said[1]
+
+
+def test_one_that_ends_again_and_again_is_given_up_in_the_end_and_the_solid_goes_on(
+    stored: tuple[Path, Callable[[], Solid]],
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(column_worker, "_PAUSE", 0.01)
+    monkeypatch.setattr(column_worker, "_TRIES", 2)
+    body = stored[1]()
+    worker = ColumnWorker(body)
+    worker.start()
+    try:
+        for count in (1, 2):
+            end_process()
+            started = f"({count} of 2)"
+            assert pumped(worker, body, lambda words=started: words in caplog.text)
+            assert pumped(worker, body, lambda: any(c.name == "columns" for c in active_children()))
+        end_process()
+        assert pumped(worker, body, lambda: "start the server again" in caplog.text)
+        with pytest.raises(Unsolved):
+            worker.green_block(3)
+    finally:
+        worker.stop()
+    assert not any(child.name == "columns" for child in active_children())
 
 
 def test_a_server_reads_no_factor_and_its_worker_solves_with_it(

@@ -1,0 +1,84 @@
+"""Files of the living stay, those of the dead go; other people's are not touched."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic.runtime.owned_files import own, remove_leftovers
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such locks")
+CLOCK = SystemClock()
+NOW = CLOCK.now() + CLOCK.to_wall() + 120.0  # Unix time [s], when all of it is old
+OWNER = """
+import mmap, os, sys
+from cohaptic.runtime.owned_files import own
+with open(sys.argv[1], "r+b") as file:
+    own(file.fileno())
+    memory = mmap.mmap(file.fileno(), 4096)
+print("owned", flush=True)
+sys.stdin.read()
+"""
+
+
+def made(folder: Path, name: str) -> Path:
+    path = folder / name
+    path.write_bytes(bytes(4096))
+    return path
+
+
+def test_a_file_stays_as_long_as_a_process_has_it_mapped_and_goes_after_that_was_killed(
+    tmp_path: Path,
+) -> None:
+    path, mesh = made(tmp_path, "ours-1.shm"), made(tmp_path, "ours-1.shm.mesh")
+    owner = subprocess.Popen(
+        [sys.executable, "-c", OWNER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    try:
+        assert owner.stdout is not None
+        assert owner.stdout.readline() == b"owned\n"
+        assert remove_leftovers(tmp_path, "ours-", ".shm", NOW, beside=".mesh") == 0
+        assert path.exists()
+    finally:
+        owner.kill()
+        owner.communicate()
+    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW, beside=".mesh") == 1
+    assert not path.exists()
+    assert not mesh.exists()
+
+
+def test_of_two_owners_one_is_enough(tmp_path: Path) -> None:
+    path = made(tmp_path, "ours-1.shm")
+    with path.open("r+b") as first, path.open("r+b") as second:
+        own(first.fileno())
+        own(second.fileno())
+        first.close()
+        assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
+    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 1
+
+
+def test_what_has_another_name_or_is_no_file_stays(tmp_path: Path) -> None:
+    other, victim = made(tmp_path, "theirs-1.shm"), made(tmp_path, "victim")
+    (tmp_path / "ours-link.shm").symlink_to(victim)
+    (tmp_path / "ours-folder.shm").mkdir()
+    os.mkfifo(tmp_path / "ours-pipe.shm")
+    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
+    assert remove_leftovers(tmp_path / "nowhere", "ours-", ".shm", NOW) == 0
+    assert other.exists()
+    assert victim.exists()
+
+
+def test_another_users_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = made(tmp_path, "ours-1.shm")
+    monkeypatch.setattr(os, "getuid", lambda: path.stat().st_uid + 1)
+    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
+
+
+def test_one_that_is_being_made_stays(tmp_path: Path) -> None:
+    made(tmp_path, "ours-1.shm")
+    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW - 120.0) == 0
