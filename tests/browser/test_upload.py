@@ -14,6 +14,7 @@ from tests.server.upload.test_worker import block_vtu
 OUT = Path(__file__).parents[2] / "out" / "browser"
 TABLET = Look(820, 1180)
 OPENER = '[aria-label="An object of your own"]'
+BESIDE = 0.71  # of the picture's width, where the middle of a block of 10 cm is beside a hand
 _DROP = """([name, content]) => {
   const bytes = Uint8Array.from(atob(content), (c) => c.charCodeAt(0));
   const transfer = new DataTransfer();
@@ -62,7 +63,8 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     assert go.is_disabled()
     box = ann.page.locator(".upload-host").bounding_box()
     assert box is not None
-    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    # What it is compared with stands on the left, so the object is on the right of the middle.
+    x, y = box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"]
     ann.page.mouse.move(x - 20, y)
     ann.page.mouse.down()
     ann.page.mouse.move(x + 20, y + 10, steps=4)
@@ -126,7 +128,7 @@ def test_what_holds_nothing_is_said_beside_the_choice_and_another_is_taken(
     box = ann.page.locator(".upload-host").bounding_box()
     assert box is not None
     # On a face of two triangles the brush reaches no vertex.
-    ann.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    ann.page.mouse.click(box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"])
     go = ann.page.locator(".upload-foot .primary").first
     ann.until(go.is_enabled, "something to be painted")
     go.click()

@@ -9,9 +9,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
-from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from cohaptic.errors import CloseCode, CohapticError
@@ -22,32 +20,29 @@ from cohaptic.protocol.upload_messages import (
     Prepared,
     PrepareObject,
     Progress,
-    Refused,
-    UploadAnswer,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
+from cohaptic_server.shell.upload_desk import UploadDesk
 from cohaptic_server.upload.limits import UploadLimits
 from tests.server.shell.stage import PATIENCE, names, serving, visit
-from tests.server.shell.uploads import LONG, begin, bring, desk_of, is_gone, refusal, said, stay
+from tests.server.shell.uploads import (
+    LONG,
+    begin,
+    bring,
+    desk_of,
+    is_gone,
+    refusal,
+    said,
+    stay,
+)
 from tests.server.upload.test_worker import block_vtu, cube
 
 
 @pytest.fixture(autouse=True)
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-
-
-async def after_progress(ws: ClientConnection) -> UploadAnswer:
-    """The next word that is no progress."""
-    answer = await said(ws)
-    while isinstance(answer, Progress):
-        answer = await said(ws)
-    return answer
 
 
 @pytest.fixture
@@ -85,73 +80,6 @@ def test_a_file_becomes_the_object_of_everybody(
             async with visit(served.url) as after:
                 assert await after.join(next(names)) > number
                 assert served.server.room.body.name.startswith("my-liver-")
-                await after.play(3)
-
-    runner.run(happen())
-
-
-def test_what_was_chosen_wrong_is_told_and_may_be_chosen_again(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def happen() -> None:
-        limits = UploadLimits(tries=3)
-        async with desk_of(small_balloon, limits) as (served, desk), bring(served.url) as ws:
-            await begin(ws, block_vtu(), "block.vtu")
-            examined = await said(ws)
-            assert isinstance(examined, Examined)
-            assert desk.worker is not None
-            worker = desk.worker.pid
-            for left, fix, scale, about in ((2, "z < -1", None, "held"), (1, "z < 9%", 99, "size")):
-                wish = PrepareObject(fix=fix, young=6e3, scale=scale)
-                await ws.send(encode_control(wish))
-                answer = await after_progress(ws)
-                assert isinstance(answer, Refused)
-                assert (answer.about, answer.tries) == (about, left)
-            # The same process still has the file.
-            assert desk.worker.pid == worker
-            await ws.send(encode_control(PrepareObject(fix="z < 15%", young=6e3, scale=2.0)))
-            answer = await after_progress(ws)
-            assert isinstance(answer, Prepared)
-            assert "--scale 2.0" in answer.command
-            assert np.ptp(served.server.room.body.mesh.vertices[:, 2]) == pytest.approx(0.2)
-
-    runner.run(happen())
-
-
-def test_who_chooses_wrong_too_often_has_to_come_again(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def happen() -> None:
-        async with desk_of(small_balloon, UploadLimits(tries=2)) as (served, desk):
-            async with bring(served.url) as ws:
-                await begin(ws, block_vtu(), "block.vtu")
-                assert isinstance(await said(ws), Examined)
-                await ws.send(encode_control(PrepareObject(fix="z < -1", young=6e3)))
-                assert isinstance(await after_progress(ws), Refused)
-                await ws.send(encode_control(PrepareObject(fix="z < -1", young=6e3)))
-                assert "what is held does not fit" in await refusal(ws)
-            while desk.busy:
-                await asyncio.sleep(0.01)
-
-    runner.run(happen())
-
-
-def test_a_nonlinear_server_gets_a_nonlinear_object(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def happen() -> None:
-        async with serving(small_balloon, allow_upload=True) as served:
-            take_uploads(served.server, ServedBody(small_balloon), 0.0, nonlinear=True)
-            async with bring(served.url) as ws:
-                await begin(ws, block_vtu(2), "block.vtu")
-                assert isinstance(await said(ws), Examined)
-                await ws.send(encode_control(PrepareObject(fix="z < 15%", young=6e3)))
-                answer = await after_progress(ws)
-            assert isinstance(answer, Prepared)
-            assert answer.command.endswith("--nonlinear")
-            assert isinstance(served.server.room.body, RubberSolid)
-            async with visit(served.url) as after:
-                await after.join(next(names))
                 await after.play(3)
 
     runner.run(happen())

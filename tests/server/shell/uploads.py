@@ -72,6 +72,14 @@ async def said(ws: ClientConnection) -> UploadAnswer:
             return decode_upload_answer(data)
 
 
+async def after_progress(ws: ClientConnection) -> UploadAnswer:
+    """The next word that is no progress."""
+    answer = await said(ws)
+    while isinstance(answer, Progress):
+        answer = await said(ws)
+    return answer
+
+
 async def begin(ws: ClientConnection, content: bytes, name: str = "cube.stl") -> None:
     await ws.send(encode_control(BeginUpload(name=name, size=len(content))))
     for at in range(0, len(content), CHUNK):
