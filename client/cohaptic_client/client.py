@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import Callable
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, CohapticError, ServerLost
+from cohaptic.errors import AnotherObject, CloseCode, CohapticError, ServerLost
 from cohaptic.status.report import TouchStatus
-from cohaptic_client.haptics import AnotherObject, Haptics
+from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming

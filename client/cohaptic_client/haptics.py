@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CohapticError, RemoteProtocolError
+from cohaptic.errors import AnotherObject, RemoteProtocolError
 from cohaptic.protocol.messages import Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
@@ -24,13 +24,6 @@ from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
 from cohaptic_client.settings import ClientSettings
-
-
-class AnotherObject(CohapticError):
-    """The server has another object than the one that the loop runs at."""
-
-    def __str__(self) -> str:
-        return "the server has another object now"
 
 
 class Haptics:

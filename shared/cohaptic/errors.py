@@ -112,6 +112,13 @@ class ServerLost(CohapticError):
         return f"{self.url}: {self.problem}"
 
 
+class AnotherObject(CohapticError):
+    """The server has another object than the one that was touched."""
+
+    def __str__(self) -> str:
+        return "the server has another object now"
+
+
 class BodyError(CohapticError):
     """An elastic body cannot be built or solved."""
 

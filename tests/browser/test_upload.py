@@ -61,6 +61,7 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     ann.page.locator(".upload .choice-option", has_text="Paint").click()
     go = ann.page.locator(".upload-foot .primary").first
     assert go.is_disabled()
+    ann.page.locator(".upload-host").scroll_into_view_if_needed()
     box = ann.page.locator(".upload-host").bounding_box()
     assert box is not None
     # What it is compared with stands on the left, so the object is on the right of the middle.

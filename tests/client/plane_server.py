@@ -54,6 +54,7 @@ class Visit:
         period: That the welcome names [s].
         body: The same.
         farewell: Sent after the last patch.
+        close: Code and reason with which it is closed then.
         heard: All that the client said, in order.
     """
 
@@ -64,6 +65,7 @@ class Visit:
     period: float = PERIOD
     body: BodyInfo = BODY
     farewell: Error | None = None
+    close: Error | None = None
     heard: list[ClientControl | ContactSample] = field(
         default_factory=list[ClientControl | ContactSample]
     )
@@ -107,6 +109,8 @@ class Visit:
                 await asyncio.sleep(PERIOD)
             if self.farewell is not None:
                 await ws.send(encode_control(self.farewell))
+            if self.close is not None:
+                await ws.close(self.close.code, self.close.message)
         finally:
             listener.cancel()
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.errors import CloseCode, RemoteProtocolError, ServerLost
+from cohaptic.errors import AnotherObject, CloseCode, RemoteProtocolError, ServerLost
 from cohaptic.protocol.messages import Bye, Error, FixedGains, GeometryName, Hello
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import HandScript
@@ -22,7 +22,6 @@ from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
 from cohaptic_client.client import Client
 from cohaptic_client.devices.simulated import INFO
-from cohaptic_client.haptics import AnotherObject
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.network.conversation import Refused
@@ -158,15 +157,21 @@ def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.Monkey
     assert 1 < ticks[-1] < 100
 
 
-@pytest.mark.parametrize("geometry", ["plane", "mesh"])
+@pytest.mark.parametrize(("geometry", "said"), [("plane", True), ("mesh", False)])
 def test_when_the_object_changes_a_hand_lets_go_comes_back_and_presses_without_a_jump(
-    geometry: GeometryName,
+    geometry: GeometryName, said: bool
 ) -> None:
     """The loop that runs was made for the old one: its force fades, and a new one begins free."""
     meshes = (wall(0.1), wall(0.2)) if geometry == "mesh" else (None, None)
     another = BODY.model_copy(update={"name": "another", "contact_radius": 0.03})
     then = Visit(rest_mesh=meshes[1], body=another, period=0.02)
-    first = Visit(rest_mesh=meshes[0], ticks=60, farewell=CHANGED)
+    # By a message, or by the close alone.
+    first = Visit(
+        rest_mesh=meshes[0],
+        ticks=60,
+        farewell=CHANGED if said else None,
+        close=None if said else CHANGED,
+    )
     told = play(first, then, duration=5.0, geometry=geometry)
     assert told.news.count("touching plane with nobody else") == 1
     assert told.news.count("touching another with nobody else") == 1

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import RemoteProtocolError
+from cohaptic.errors import AnotherObject, RemoteProtocolError
 from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.haptics import AnotherObject, Haptics, loop_config
+from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.settings import ClientSettings
 

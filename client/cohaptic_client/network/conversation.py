@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic.clock import Clock
-from cohaptic.errors import CloseCode, CohapticError, RemoteProtocolError
+from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
@@ -16,7 +16,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.haptics import AnotherObject, Haptics
+from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.pacing import Pacer

@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
-from cohaptic.errors import ServerLost
+from cohaptic.errors import AnotherObject, CloseCode, ServerLost
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
@@ -114,7 +114,11 @@ class Link:
         self._outbound.push(data)
 
     async def receive(self, deliver: Callable[[Data], None]) -> str:
-        """Call `deliver` for each message until the connection ends; returns why it ended."""
+        """Call `deliver` for each message until the connection ends; returns why it ended.
+
+        Raises:
+            AnotherObject: The server closed it because it has another one.
+        """
         assert self._ws is not None
         failed: asyncio.Future[str] = asyncio.get_running_loop().create_future()
 
@@ -149,6 +153,8 @@ class Link:
                 inbound.push(data)
         except ConnectionClosed as closed:
             frame = closed.rcvd
+            if frame and frame.code == CloseCode.OBJECT_CHANGED.value:
+                raise AnotherObject from closed
             return frame.reason if frame and frame.reason else "the connection was lost"
 
     def _write(self, data: Data) -> None:
