@@ -21,7 +21,7 @@ from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
-from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory
+from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
 from cohaptic_client.settings import ClientSettings
 
@@ -49,6 +49,7 @@ class Haptics:
         self._settings = settings
         self._clock = clock
         self._keep = keep
+        remove_killed(clock.now() + clock.to_wall())
         self._memory = LoopMemory.create()
         self._mesh_file = Path(f"{self._memory.path}{MESH_SUFFIX}")
         self._mesh: RestMesh | None = None

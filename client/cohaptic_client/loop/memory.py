@@ -17,7 +17,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from cohaptic.clock import SystemClock
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
 from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
@@ -136,14 +135,11 @@ class LoopMemory:
 
     @classmethod
     def create(cls) -> LoopMemory:
-        """Make the file and map it; files of clients that were killed go first.
+        """Make the file and map it.
 
         Raises:
             OSError: There is no room for it.
         """
-        clock = SystemClock()
-        now = clock.now() + clock.to_wall()
-        remove_leftovers(Path(_IN_MEMORY), _PREFIX, _SUFFIX, now, beside=MESH_SUFFIX)
         # In memory where the system has such a folder: a file on disk can make a writer wait.
         if os.access(_IN_MEMORY, os.W_OK):
             try:
@@ -159,6 +155,11 @@ class LoopMemory:
             # It may be gone already; Windows keeps it while the other process has it mapped.
             with contextlib.suppress(FileNotFoundError, PermissionError):
                 os.unlink(self.path)
+
+
+def remove_killed(now: float) -> None:
+    """Remove the files of clients that were killed; `now` is the time of day [s]."""
+    remove_leftovers(Path(_IN_MEMORY), _PREFIX, _SUFFIX, now, beside=MESH_SUFFIX)
 
 
 _IN_MEMORY = "/dev/shm"  # Linux

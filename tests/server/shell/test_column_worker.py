@@ -4,6 +4,7 @@ import logging
 import os
 import threading
 from collections.abc import Callable
+from functools import partial
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -95,6 +96,10 @@ def pumped(worker: ColumnWorker, body: Solid, until: Callable[[], bool]) -> bool
     return until()
 
 
+def _was_said(caplog: pytest.LogCaptureFixture, words: str) -> bool:
+    return words in caplog.text
+
+
 def test_a_process_that_was_killed_is_started_again_and_pages_get_what_they_asked_for(
     stored: tuple[Path, Callable[[], Solid]],
     caplog: pytest.LogCaptureFixture,
@@ -137,8 +142,7 @@ def test_one_that_ends_again_and_again_is_given_up_in_the_end_and_the_solid_goes
     try:
         for count in (1, 2):
             end_process()
-            started = f"({count} of 2)"
-            assert pumped(worker, body, lambda words=started: words in caplog.text)
+            assert pumped(worker, body, partial(_was_said, caplog, f"({count} of 2)"))
             assert pumped(worker, body, lambda: any(c.name == "columns" for c in active_children()))
         end_process()
         assert pumped(worker, body, lambda: "start the server again" in caplog.text)
