@@ -114,6 +114,8 @@ def test_who_touches_comes_back_touching_when_somebody_brings_another_object(
         ann.press()
         ann.until(lambda: ann.force > 0.1, "a force from the block")
         ann.until(lambda: len(room.users()) == 2, "the native hand")
+        for visitor in (ann, ben):
+            visitor.away = True  # the server ends before the pages
 
 
 def test_what_holds_nothing_is_said_beside_the_choice_and_another_is_taken(
