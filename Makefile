@@ -8,7 +8,8 @@ BIN    := $(VENV)/bin
 PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
-# Tests that need no real time run side by side; `auto` is one process for each core.
+# Tests that live by the wall's clock run alone, all others side by side; `auto` is one process for
+# each core. A process that has run its share takes over half of what is left of another's.
 JOBS   ?= auto
 # What pytest returns where ARGS names no test of the one kind or the other.
 NO_TESTS := 5
@@ -53,10 +54,10 @@ demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --del
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
 test: $(VENV)/.dev  ## the whole test suite; ARGS="tests/client -x" for a part of it
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
-	@echo "tests that need no real time, on $(JOBS) processes"; \
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope -m "not realtime" $(ARGS); first=$$?; \
+	@echo "tests side by side, on $(JOBS) processes"; \
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "not realtime" $(ARGS); first=$$?; \
 	case $$first in 0|$(NO_TESTS)) ;; *) exit $$first;; esac; \
-	echo "tests with sockets, processes, clocks or a browser, one after another"; \
+	echo "tests that live by the wall's clock, one after another"; \
 	$(BIN)/python -m pytest -m realtime $(ARGS); second=$$?; \
 	[ $$second = $(NO_TESTS) ] && exit $$first || exit $$second
 

@@ -13,13 +13,21 @@ from threadpoolctl import threadpool_limits
 
 ROOT = Path(__file__).parents[1]
 
-# A test that imports one of these, itself or through a helper, opens sockets, starts processes or
-# a browser, or measures time. It is marked `realtime` and does not run beside others.
-REALTIME_IMPORTS = (
-    "asyncio",
-    "cohaptic.clock.SystemClock",
+# What hands do in the moments after an event is asserted by the wall's clock: a test that imports
+# one of these, itself or by a helper, is marked `realtime` and runs alone.
+HANDS = (
     "cohaptic_client.client.Client",
     "cohaptic_client.loop.handle",
+    "cohaptic_server.demo.processes.Stage",
+)
+# So is one that imports one of these, to open sockets, start processes or a browser, or read the
+# time, unless it is marked `patient`: it waits as long as it takes, and asserts nothing that a slow
+# machine changes. Of no use beside others is a process that stands back for them, as that of an
+# upload and that of a solid's columns do: it waits for the end of the other tests.
+REALTIME_IMPORTS = (
+    *HANDS,
+    "asyncio",
+    "cohaptic.clock.SystemClock",
     "cohaptic_client.network.link",
     "cohaptic_server.demo.processes",
     "cohaptic_server.shell",
@@ -32,6 +40,10 @@ REALTIME_IMPORTS = (
     "websockets",
 )
 
+# The campaign's kernel is compiled at its first run in each process of the tests: with fewer of
+# LLVM's passes in half the time (23 s for 43), and short runs take no longer. Read at the import.
+os.environ.setdefault("NUMBA_OPT", "1")
+
 # A busy machine is no failure: no test has a deadline but the suite's own timeout.
 settings.register_profile("cohaptic", deadline=None)
 # The same examples every time: what lands is judged by the change and not by a draw. Everybody's
@@ -40,29 +52,40 @@ settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "cohaptic"))
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Where only tests in real time are wanted, import no module that has none: most have none."""
+    if config.option.markexpr != "realtime" or not collection_path.name.startswith("test_"):
+        return None
+    has_mark = "mark.realtime" in collection_path.read_text(encoding="utf-8")
+    return None if has_mark or realtime_imports(collection_path) else True
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark what depends on real time, by what its module imports."""
-    if depends_on_real_time(item.path):
-        item.add_marker(pytest.mark.realtime)
+    found = realtime_imports(item.path)
+    if item.get_closest_marker("patient") is None:
+        if found:
+            item.add_marker(pytest.mark.realtime)
+    elif hands := found.intersection(HANDS):
+        raise pytest.UsageError(f"{item.nodeid} is patient, yet imports {', '.join(hands)}")
 
 
 @cache
-def depends_on_real_time(path: Path) -> bool:
-    """Whether a test module, its folder's conftest or a helper they import needs real time."""
-    todo, seen = [path, path.with_name("conftest.py")], {Path(__file__)}
+def realtime_imports(path: Path) -> frozenset[str]:
+    """What of `REALTIME_IMPORTS` a test module, its folder's conftest or their helpers import."""
+    todo, seen, found = [path, path.with_name("conftest.py")], {Path(__file__)}, set[str]()
     while todo:
         source = todo.pop()
         if source in seen or not source.is_file():
             continue
         seen.add(source)
         for name in imported_names(source):
-            if any(f"{name}.".startswith(f"{prefix}.") for prefix in REALTIME_IMPORTS):
-                return True
+            found |= {prefix for prefix in REALTIME_IMPORTS if f"{name}.".startswith(f"{prefix}.")}
             if name.startswith("tests."):
                 parts = name.split(".")
                 # `from tests.helper import name` names a module and something in it.
                 todo += [ROOT.joinpath(*parts[:n]).with_suffix(".py") for n in (-1, len(parts))]
-    return False
+    return frozenset(found)
 
 
 def imported_names(source: Path) -> Iterator[str]:

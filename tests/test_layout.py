@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.patient
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("shared", "server", "client", "experiments")
 MAX_LINES = 300

@@ -16,6 +16,8 @@ import pytest
 import cohaptic
 import cohaptic.testing
 
+pytestmark = pytest.mark.patient
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("cohaptic", "cohaptic_server", "cohaptic_client", "cohaptic_experiments")
 SOURCES = ("shared", "server", "client", "experiments")

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from tests.browser.conftest import Open
 from tests.browser.room import Room
+
+pytestmark = pytest.mark.patient
 
 # Beside ann's place in the first view; it drags the surface out and back.
 DRAGS = ("--angle", "-60", "--friction", "0.8", "--drag-mm", "25", "--rhythm-s", "4")

@@ -13,6 +13,8 @@ from tests.browser.conftest import Open, Serve
 from tests.browser.room import Room
 from tests.browser.visitor import visitor_of
 
+pytestmark = pytest.mark.patient
+
 # The same server of a later version of the protocol.
 UPGRADED = """
 import sys

@@ -10,6 +10,8 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import DESKTOP, PHONE, Look
 
+pytestmark = pytest.mark.patient
+
 OUT = Path(__file__).parents[2] / "out" / "browser"
 
 

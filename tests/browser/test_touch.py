@@ -19,6 +19,8 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import AZIMUTH
 
+pytestmark = pytest.mark.patient
+
 K = Hand().stiffness  # N/m; the hand in a page is the same (web/src/page/own_hand.ts)
 # What is shown has two digits; a hand that counts as steady still creeps by as much.
 SHARE, LEAST = 0.03, 0.03

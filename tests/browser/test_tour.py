@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from functools import partial
 
+import pytest
+
 from tests.browser.conftest import Open
 from tests.browser.room import Room
+
+pytestmark = pytest.mark.patient
 
 STEPS = [
     "welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours",

@@ -7,11 +7,14 @@ from typing import Any
 
 import matplotlib.image
 import numpy as np
+import pytest
 
 from cohaptic_server.numeric import Floats
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Visitor
+
+pytestmark = pytest.mark.patient
 
 SAME = 0.01  # share of a picture
 DENT = ("--angle", "-80", "--depth-mm", "40")  # degrees; in sight of the first view

@@ -14,6 +14,8 @@ from compiling.sources import module_path, units
 from tests.shared.loop_outputs import ROOT, outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
+pytestmark = pytest.mark.patient
+
 SHARED = ["cohaptic.control.mesh_fit"]  # of the packages that the checkout has a copy of
 KERNELS = ["cohaptic_server.mean", "cohaptic_server.total"]
 LOOP = ["cohaptic.vec", "cohaptic_client.tip"]

@@ -13,6 +13,8 @@ from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.testing.blocks import block
 from tests.server.cholesky.block_problem import in_single
 
+pytestmark = pytest.mark.patient
+
 NODES = np.array([3, 40])
 FORCES = np.arange(12.0).reshape(6, 2)
 
@@ -37,7 +39,6 @@ def test_blocks_lie_as_they_did(factor: Factor) -> None:
         assert theirs.carry.flags.c_contiguous == ours.carry.flags.c_contiguous
 
 
-@pytest.mark.realtime
 def test_another_process_maps_it(factor: Factor) -> None:
     context = multiprocessing.get_context("spawn")
     shared = SharedFactor(factor, context)

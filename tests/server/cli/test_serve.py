@@ -14,6 +14,8 @@ import pytest
 
 from cohaptic.cli.app import main
 
+pytestmark = pytest.mark.patient
+
 TORUS = Path(__file__).parents[3] / "examples" / "torus.stl"
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
 PATIENCE = 30.0  # s; far more than anything here takes on an idle machine

@@ -27,6 +27,8 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.testing.blocks import block
 
+pytestmark = pytest.mark.patient
+
 PATIENCE = 10.0  # s
 
 

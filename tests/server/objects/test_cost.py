@@ -10,6 +10,8 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.objects import cost
 from cohaptic_server.objects.cost import Cost, TooCostlyError, check_memory, edge_that_fits
 
+pytestmark = pytest.mark.patient
+
 
 @given(st.floats(0.005, 0.45), st.floats(0.5e9, 1e11), st.floats(0.5e9, 1e11))
 def test_a_longer_edge_fits_and_no_shorter_one_is_proposed(

@@ -15,6 +15,8 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.objects.fill_process import FillLimitError, fill
 
+pytestmark = pytest.mark.patient
+
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 OPTIONS = {"edge_length_fac": 0.1, "epsilon": 1e-3}
 BALL = icosphere(3, 0.05)

@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from cohaptic.cli.stability import stability
 from cohaptic.errors import SettingError
 
+pytestmark = pytest.mark.patient
+
 APP = Typer()
 APP.command()(stability)
 

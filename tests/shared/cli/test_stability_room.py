@@ -11,6 +11,8 @@ import pytest
 from cohaptic.errors import SettingError
 from tests.shared.cli.test_stability import CLOSE, ask
 
+pytestmark = pytest.mark.patient
+
 THREE = ["--compliance", CLOSE, "--delays", "[0.1, 0.1, 0.1]"]
 
 

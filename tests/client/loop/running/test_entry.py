@@ -14,7 +14,7 @@ from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.running import entry
-from tests.client.loop.rigs import FORCE, Parent, Rig
+from tests.client.loop.running.rigs import FORCE, Parent, Rig
 
 Main = Callable[[Device | CohapticError], None]
 

@@ -16,7 +16,7 @@ from cohaptic_client.loop.memory import SAMPLE, LoopMemory
 from cohaptic_client.loop.running import haptic_loop
 from cohaptic_client.loop.running.haptic_loop import status_json
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE
-from tests.client.loop.rigs import CLOCK, FORCE, LIMITS, OUTSIDE, Parent, Rig
+from tests.client.loop.running.rigs import CLOCK, FORCE, LIMITS, OUTSIDE, Parent, Rig
 from tests.client.plane import PLANE
 
 

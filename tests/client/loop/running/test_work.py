@@ -17,7 +17,7 @@ import pytest
 
 from cohaptic_client.loop.memory import SAMPLE
 from cohaptic_client.loop.running import haptic_loop
-from tests.client.loop.rigs import Parent, Rig
+from tests.client.loop.running.rigs import Parent, Rig
 
 FIRST, LAST = 60, 100  # periods that are counted: in contact, none with a patch or a look around
 

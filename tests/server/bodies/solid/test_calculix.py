@@ -12,6 +12,8 @@ from cohaptic_server.world.contact import locate
 from tests.give_up import give_up
 from tests.server.bodies.solid import calculix
 
+pytestmark = pytest.mark.patient
+
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("nu", [0.3, 0.48])

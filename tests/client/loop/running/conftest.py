@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.client.loop.rigs import Parent
+from tests.client.loop.running.rigs import Parent
 
 
 @pytest.fixture
