@@ -101,11 +101,11 @@ def _watch(
             last[0] = line.strip() or last[0]
 
     readers = [threading.Thread(target=work, daemon=True) for work in (read, read_errors)]
-    for reader in readers:
-        reader.start()
     clock = SystemClock()
     begin = clock.now()
     try:
+        for reader in readers:
+            reader.start()
         while _runs(process):
             progress(log.share)
             if clock.now() - begin > seconds:
@@ -113,7 +113,8 @@ def _watch(
     finally:
         process.kill()
         for reader in readers:
-            reader.join()
+            if reader.is_alive():  # an interruption may come before it was started
+                reader.join()
     progress(1.0)
     return last[0]
 

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -51,19 +52,57 @@ def test_it_is_stopped_at_its_time(folder: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
-def test_an_interruption_ends_it_at_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[subprocess.Popen[str]] = []
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[str]]:
+    """Processes that were started since."""
+    made: list[subprocess.Popen[str]] = []
     popen = subprocess.Popen
 
     def recorded(*arguments: Any, **options: Any) -> subprocess.Popen[str]:
-        started.append(popen(*arguments, **options))
-        return started[0]
+        made.append(popen(*arguments, **options))
+        return made[-1]
 
+    monkeypatch.setattr(subprocess, "Popen", recorded)
+    return made
+
+
+def test_an_interruption_before_it_is_watched_ends_it_without_a_word(
+    started: list[subprocess.Popen[str]], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C once a thread was started that reads what it says, and before that reads."""
+    start, readers = threading.Thread.start, list[threading.Thread]()
+
+    def interrupted(reader: threading.Thread) -> None:
+        read = reader.run
+
+        def late() -> None:
+            out = started[0].stdout
+            assert out is not None
+            while not out.closed and started[0].poll() is None:
+                os.sched_yield()
+            read()
+
+        monkeypatch.setattr(reader, "run", late)
+        readers.append(reader)
+        start(reader)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fill(*BALL, {**OPTIONS, "edge_length_fac": 0.01})
+    for reader in readers:
+        reader.join()  # what it raised would be a warning, and a warning is an error
+    assert started[0].returncode is not None
+    assert list(folder.iterdir()) == []
+
+
+def test_an_interruption_ends_it_at_once(
+    started: list[subprocess.Popen[str]], folder: Path
+) -> None:
     def interrupt(share: float) -> None:
         if share > 0.0:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(subprocess, "Popen", recorded)
     with pytest.raises(KeyboardInterrupt):
         fill(*BALL, {**OPTIONS, "edge_length_fac": 0.01}, progress=interrupt)
     assert started[0].returncode is not None
