@@ -40,10 +40,6 @@ REALTIME_IMPORTS = (
     "websockets",
 )
 
-# The campaign's kernel is compiled at its first run in each process of the tests: with fewer of
-# LLVM's passes in half the time (23 s for 43), and short runs take no longer. Read at the import.
-os.environ.setdefault("NUMBA_OPT", "1")
-
 # A busy machine is no failure: no test has a deadline but the suite's own timeout.
 settings.register_profile("cohaptic", deadline=None)
 # The same examples every time: what lands is judged by the change and not by a draw. Everybody's
