@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, cast
 
@@ -92,12 +92,17 @@ def _watch(
     """Report while a process runs, and end it; the last line of its errors."""
     log, last = FillLog(), [""]
 
+    def lines(stream: IO[str] | None) -> Iterator[str]:
+        # Ctrl-C while a thread is being started closes what it is to read before it reads.
+        with contextlib.suppress(ValueError):
+            yield from cast(IO[str], stream)
+
     def read() -> None:
-        for line in cast(IO[str], process.stdout):
+        for line in lines(process.stdout):
             log.read(line.strip())
 
     def read_errors() -> None:
-        for line in cast(IO[str], process.stderr):
+        for line in lines(process.stderr):
             last[0] = line.strip() or last[0]
 
     readers = [threading.Thread(target=work, daemon=True) for work in (read, read_errors)]
