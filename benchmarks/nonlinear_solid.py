@@ -31,8 +31,8 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, dot, scale, sub
 from cohaptic_server.bodies.rubber_solid import rubber_tetrahedra
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
+from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.cholesky import refactor
 from cohaptic_server.cholesky.refined import Refined, Workspaces
@@ -157,7 +157,7 @@ def row(solid: RubberSolid, count: int) -> json_report.Result:
     """Measure one mesh, and print its row."""
     shape, rubber = solid.shape, solid.rubber
     free = np.flatnonzero(~shape.fixed)
-    whole = stiffness(shape.tets, shape.elements, len(shape.nodes), 2e4, 0.45)
+    whole = stiffness_of(shape)
     K = sp.csr_array(whole[rubber.dof][:, rubber.dof])
     state = rubber.at(shape.nodes)
     assert state is not None

@@ -47,7 +47,7 @@ def exact(shape: SolidShape, settings: SolidSettings, vertices: Ints) -> Floats:
     """C_ii of a contact centred at some vertices, along their normals, shape (k,) [m/N]."""
     mesh, free = shape.mesh, np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    K = stiffness_of(shape, settings)[dof][:, dof]
+    K = stiffness_of(shape)[dof][:, dof]
     options = {"SymmetricMode": True}
     lu = splu(sp.csc_array(K), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     out = np.empty(len(vertices))
@@ -78,7 +78,7 @@ def measure(name: str, count: int) -> dict[str, float | int | str]:
     made = SHAPES[name]()
     shape = shape_of(made.tets, made.fixed, made.settings)
     start = time.process_time()
-    factor = factor_of(shape, made.settings)
+    factor = factor_of(shape)
     factored = time.process_time()
     far_field = build_far_field(shape.mesh, shape.contact_radius, factor, shape.free_index)
     pressed = time.process_time()

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
-from cohaptic_server.bodies.solid.stiffness import stiffness
+from cohaptic_server.bodies.solid.parts import stiffness_of
+from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats
@@ -29,33 +29,31 @@ _TOLERANCE = 1e-6  # relative, of the squared frequency
 _SHARES = {4: (1.0 / 4.0, 0.0), 10: (1.0 / 36.0, 4.0 / 27.0)}
 
 
-def lumped_mass(shape: SolidShape, density: float) -> Floats:
+def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
     """Mass at each node, shape (nodes,) [kg].
 
     Args:
         shape: The solid.
-        density: Mass density [kg/m^3].
+        density: Mass density, one or that of each tetrahedron, shape (m,) [kg/m^3].
     """
     corner, midside = _SHARES[shape.elements.shape[1]]
     shares = np.full(shape.elements.shape[1], midside)
     shares[:4] = corner
-    mass = density * volumes(shape.tets.vertices, shape.tets.tets)[:, None] * shares
+    mass = (density * volumes(shape.tets.vertices, shape.tets.tets))[:, None] * shares
     total = np.bincount(shape.elements.ravel(), mass.ravel(), len(shape.nodes))
     return np.asarray(total, dtype=np.float64)
 
 
 def lowest_frequency(
     shape: SolidShape,
-    settings: SolidSettings,
-    density: float,
+    density: float | Floats,
     progress: Callable[[float], None] = lambda share: None,
 ) -> float:
     """The lowest natural frequency of a solid with its fixed nodes at rest [Hz].
 
     Args:
         shape: The solid.
-        settings: Material.
-        density: Mass density [kg/m^3].
+        density: As for `lumped_mass`.
         progress: Called with the share of the work that is done.
 
     Raises:
@@ -63,8 +61,7 @@ def lowest_frequency(
     """
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    K = stiffness(shape.tets, shape.elements, len(shape.nodes), settings.young, settings.nu)
-    K = sp.csr_array(K[dof][:, dof])
+    K = sp.csr_array(stiffness_of(shape)[dof][:, dof])
     # A served solid's factor leaves out the interior; here interior nodes carry mass too.
     every_node = np.ones(len(free), dtype=np.bool_)
     factor = factorise(K, shape.nodes[free], every_node, progress)

@@ -23,7 +23,7 @@ def problem() -> tuple[sp.csr_array, Floats]:
     shape = shape_of(mesh, mesh.vertices[:, 2] <= 0.0, settings)
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    return sp.csr_array(stiffness_of(shape, settings)[dof][:, dof]), shape.nodes[free]
+    return sp.csr_array(stiffness_of(shape)[dof][:, dof]), shape.nodes[free]
 
 
 def on_surface(points: Floats) -> Mask:

@@ -23,7 +23,7 @@ FORCES = np.arange(12.0).reshape(6, 2)
 def factor() -> Factor:
     mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
     settings = SolidSettings(contact_radius=0.02)
-    return factor_of(shape_of(mesh, mesh.vertices[:, 2] < 0.01, settings), settings)
+    return factor_of(shape_of(mesh, mesh.vertices[:, 2] < 0.01, settings))
 
 
 def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> None:

@@ -12,13 +12,13 @@ cpdef void nodal_forces(const double[:, :, ::1] stresses, const int64_t[:, ::1] 
 cdef inline double cofactors(const double[:, :, ::1] F, Py_ssize_t e, Py_ssize_t q, double[::1] cof) noexcept nogil
 
 @cython.locals(e=Py_ssize_t, q=Py_ssize_t, i=Py_ssize_t, det=double, w=double, swell=double, squares=double, spread=double, energy=double)
-cpdef double stresses(double[:, :, ::1] F, const double[:, ::1] weights, double mu, double lame, double[:, ::1] J, double[::1] cof) noexcept
+cpdef double stresses(double[:, :, ::1] F, const double[:, ::1] weights, const double[::1] mu, const double[::1] lame, double[:, ::1] J, double[::1] cof) noexcept
 
 @cython.locals(e=Py_ssize_t)
-cpdef void moduli(double[:, :, ::1] F, const double[:, :, ::1] gradients, const double[:, ::1] weights, const double[:, :, ::1] shapes, const int64_t[:, ::1] terms, double mu, double lame, double[::1] cof, double[:, ::1] scratch, double[:, :, ::1] swell, double[:, :, ::1] weighted) noexcept
+cpdef void moduli(double[:, :, ::1] F, const double[:, :, ::1] gradients, const double[:, ::1] weights, const double[:, :, ::1] shapes, const int64_t[:, ::1] terms, const double[::1] mu, const double[::1] lame, double[::1] cof, double[:, ::1] scratch, double[:, :, ::1] swell, double[:, :, ::1] weighted) noexcept
 
-@cython.locals(points=Py_ssize_t, q=Py_ssize_t, i=Py_ssize_t, a=Py_ssize_t, s=Py_ssize_t, t=Py_ssize_t, k=Py_ssize_t, det=double, first=double, w=double, inverse=double, log_part=double, slope=double, g0=double, g1=double, g2=double)
-cdef void moduli_of_element(Py_ssize_t e, double[:, :, ::1] F, const double[:, :, ::1] gradients, const double[:, ::1] weights, const double[:, :, ::1] shapes, const int64_t[:, ::1] terms, double mu, double lame, double[::1] cof, double[:, ::1] scratch, double[:, :, ::1] swell, double[:, :, ::1] weighted) noexcept nogil
+@cython.locals(points=Py_ssize_t, q=Py_ssize_t, i=Py_ssize_t, a=Py_ssize_t, s=Py_ssize_t, t=Py_ssize_t, k=Py_ssize_t, det=double, first=double, w=double, inverse=double, log_part=double, first_constant=double, slope=double, g0=double, g1=double, g2=double)
+cdef void moduli_of_element(Py_ssize_t e, double[:, :, ::1] F, const double[:, :, ::1] gradients, const double[:, ::1] weights, const double[:, :, ::1] shapes, const int64_t[:, ::1] terms, const double[::1] mu, const double[::1] lame, double[::1] cof, double[:, ::1] scratch, double[:, :, ::1] swell, double[:, :, ::1] weighted) noexcept nogil
 
 @cython.locals(e=Py_ssize_t, k=Py_ssize_t, r=Py_ssize_t, s=Py_ssize_t)
 cpdef void turns(const double[:, :, ::1] moments, const double[:, :, ::1] normals, double[:, :, :, ::1] out) noexcept

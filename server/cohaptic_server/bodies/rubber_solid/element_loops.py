@@ -117,14 +117,14 @@ def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
     return float(a * cof[0] + b * cof[1] + c * cof[2])
 
 
-def stresses(F: Floats, weights: Floats, mu: float, lame: float, J: Floats, cof: Floats) -> float:
+def stresses(F: Floats, weights: Floats, mu: Floats, lame: Floats, J: Floats, cof: Floats) -> float:
     """First Piola-Kirchhoff stresses times weights, in place of the deformation gradients.
 
     Args:
         F: Deformation gradients, shape (m, 9, q); where one is inverted it stays as it is.
         weights: Of the points, shape (m, q) [m^3].
-        mu: Shear modulus [Pa].
-        lame: Lame's first constant [Pa].
+        mu: Shear modulus, shape (m,) [Pa].
+        lame: Lame's first constant, shape (m,) [Pa].
         J: Receives the determinants, shape (m, q).
         cof: Scratch, shape (9,).
 
@@ -141,11 +141,11 @@ def stresses(F: Floats, weights: Floats, mu: float, lame: float, J: Floats, cof:
                     w = weights[e, q]
                     swell = (det - 1.0) * (det + 1.0)
                     squares = 0.0
-                    spread = w * (mu - 0.5 * lame * swell) / det
+                    spread = w * (mu[e] - 0.5 * lame[e] * swell) / det
                     for i in range(9):
                         squares += F[e, i, q] * F[e, i, q]
-                        F[e, i, q] = w * mu * F[e, i, q] - spread * cof[i]
-                    energy += w * (0.5 * mu * (squares - 3.0) + 0.25 * lame * swell)
+                        F[e, i, q] = w * mu[e] * F[e, i, q] - spread * cof[i]
+                    energy += w * (0.5 * mu[e] * (squares - 3.0) + 0.25 * lame[e] * swell)
     return energy
 
 
@@ -155,8 +155,8 @@ def moduli(
     weights: Floats,
     shapes: Floats,
     terms: Ints,
-    mu: float,
-    lame: float,
+    mu: Floats,
+    lame: Floats,
     cof: Floats,
     scratch: Floats,
     swell: Floats,
@@ -170,8 +170,8 @@ def moduli(
         weights: Shape (m, q) [m^3].
         shapes: dN_a/dL_s for the two s of `terms`, shape (a, 2, q).
         terms: The two barycentric coordinates that each node's shape function has, shape (a, 2).
-        mu: Shear modulus [Pa].
-        lame: Lame's first constant [Pa].
+        mu: Shear modulus, shape (m,) [Pa].
+        lame: Lame's first constant, shape (m,) [Pa].
         cof: Scratch, shape (9,).
         scratch: Shape (22, q).
         swell: Receives dJ/dx, shape (m, q, 3 a).
@@ -191,8 +191,8 @@ def moduli_of_element(
     weights: Floats,
     shapes: Floats,
     terms: Ints,
-    mu: float,
-    lame: float,
+    mu: Floats,
+    lame: Floats,
     cof: Floats,
     scratch: Floats,
     swell: Floats,
@@ -200,12 +200,13 @@ def moduli_of_element(
 ) -> None:
     """The same for one element; its inner loops are those over the points, side by side."""
     points = F.shape[2]
-    log_part = mu + 0.5 * lame
+    first_constant = lame[e]
+    log_part = mu[e] + 0.5 * first_constant
     for q in range(points):
         det = cofactors(F, e, q, cof)
         w, inverse = weights[e, q], 1.0 / det
-        first = w * (0.5 * lame * det - log_part * inverse)
-        scratch[21, q] = w * (log_part * inverse * inverse + 0.5 * lame)
+        first = w * (0.5 * first_constant * det - log_part * inverse)
+        scratch[21, q] = w * (log_part * inverse * inverse + 0.5 * first_constant)
         for i in range(9):
             F[e, i, q] *= first
             scratch[i, q] = cof[i]

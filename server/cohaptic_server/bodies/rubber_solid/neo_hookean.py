@@ -13,20 +13,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cohaptic_server.bodies.solid.moduli import Moduli
+from cohaptic_server.numeric import Floats
+
 
 @dataclass(frozen=True, slots=True)
 class NeoHookean:
-    """A compressible neo-Hookean material.
+    """A compressible neo-Hookean material for each element.
 
     Args:
-        mu: Shear modulus, Lame's second constant [Pa].
-        lame: Lame's first constant [Pa].
+        mu: Shear modulus, Lame's second constant, shape (m,) [Pa].
+        lame: Lame's first constant, shape (m,) [Pa].
     """
 
-    mu: float
-    lame: float
+    mu: Floats
+    lame: Floats
 
     @classmethod
-    def of(cls, young: float, nu: float) -> NeoHookean:
-        """The material with Young's modulus [Pa] and Poisson's ratio at small strains."""
-        return cls(young / (2.0 * (1.0 + nu)), young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)))
+    def of(cls, moduli: Moduli) -> NeoHookean:
+        """The materials with these moduli at small strains."""
+        return cls(moduli.mu, moduli.lame)

@@ -21,6 +21,7 @@ from cohaptic_server.bodies.damping import check_damping, lagged
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, Iterate, NewtonIteration, TickLimits
 from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_solid.rubber_tetrahedra import RubberTetrahedra, SolidState
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
@@ -64,6 +65,8 @@ class RubberSolid:
         name: Name for people and for the wire.
         damping: B_o / K_o at the simulation period of the server.
         table: What `vertex_compliance` returned for the same solid; computed when needed if None.
+        moduli: Of each tetrahedron, at small strains; None takes the material of the settings for
+            all of them.
 
     Attributes:
         name: As given.
@@ -85,13 +88,13 @@ class RubberSolid:
         *,
         damping: float = 0.0,
         table: Floats | None = None,
+        moduli: Moduli | None = None,
     ) -> None:
         check_damping(damping)
         self.settings, self.damping, self.name = settings or SolidSettings(), damping, name
-        self.shape = shape_of(tets, fixed, self.settings)
+        self.shape = shape_of(tets, fixed, self.settings, moduli)
         self.mesh, self.contact_radius = self.shape.mesh, self.shape.contact_radius
-        material = NeoHookean.of(self.settings.young, self.settings.nu)
-        self.rubber = RubberTetrahedra(self.shape, material)
+        self.rubber = RubberTetrahedra(self.shape, NeoHookean.of(self.shape.moduli))
         size = self.mesh.size
         limits = TickLimits(_STEPS, min(MAX_MOVE, _MOVE * size), min(CHORD, _CHORD * size))
         self._newton = NewtonIteration(self.rubber, limits)

@@ -87,11 +87,11 @@ class SolidTangent:
 
 
 class RubberTetrahedra:
-    """A solid of one material, fixed in part: a `Hyperelastic` body.
+    """A solid, fixed in part: a `Hyperelastic` body.
 
     Args:
         shape: Nodes and elements at rest, and the fixed nodes.
-        material: The hyperelastic material.
+        material: The hyperelastic material of each element.
 
     Attributes:
         material: As given.
@@ -131,11 +131,12 @@ class RubberTetrahedra:
             slopes[:, a] = g[:, s, :, None] * table.shapes[a, 0]
             slopes[:, a] += g[:, t, :, None] * table.shapes[a, 1]
         row, column = np.tril_indices(count)
-        products = np.einsum("mapq,mbpq,mq->mab", slopes, slopes, self._weights, optimize=True)
+        weights = self.material.mu[:, None] * self._weights
+        products = np.einsum("mapq,mbpq,mq->mab", slopes, slopes, weights, optimize=True)
         blocks = np.zeros((len(self._analysis.rows) + 1, 9))
         index = np.where(self._index < 0, -1 - self._index, self._index)
         for axis in (0, 4, 8):
-            np.add.at(blocks[:, axis], index, self.material.mu * products[:, row, column])
+            np.add.at(blocks[:, axis], index, products[:, row, column])
         return blocks[:-1].copy()
 
     def gradients_at(self, state: SolidState) -> Floats:
@@ -172,7 +173,7 @@ class RubberTetrahedra:
         if not (least < J).all() or not self._is_bounded(J):
             return None
         log_part = self.material.mu + 0.5 * self.material.lame
-        energy -= log_part * float((self._weights * np.log(J)).sum())
+        energy -= float(log_part @ (self._weights * np.log(J)).sum(axis=1))
         return SolidState(x, corners, J, energy, internal)
 
     def _evaluate(
@@ -192,9 +193,8 @@ class RubberTetrahedra:
         for start in range(begin, end, _BATCH):
             batch = slice(start, min(start + _BATCH, end))
             F = _times(corners[batch], tables.interpolation)
-            energy += stresses(
-                F, self._weights[batch], material.mu, material.lame, J[batch], cofactor
-            )
+            mu, lame = material.mu[batch], material.lame[batch]
+            energy += stresses(F, self._weights[batch], mu, lame, J[batch], cofactor)
             moments[start - begin : batch.stop - begin] = _times(F, to_corners)
         internal = np.zeros((self._size, 3))
         nodal_forces(moments, *given, internal)
@@ -258,6 +258,7 @@ class RubberTetrahedra:
         for start in range(begin, end, _BATCH):
             batch = slice(start, min(start + _BATCH, end))
             k = batch.stop - start
+            of_batch = NeoHookean(material.mu[batch], material.lame[batch])
             F = _times(state.corners[batch], tables.interpolation)
             moduli(
                 F,
@@ -265,8 +266,8 @@ class RubberTetrahedra:
                 self._weights[batch],
                 tables.shapes,
                 tables.terms,
-                material.mu,
-                material.lame,
+                of_batch.mu,
+                of_batch.lame,
                 cofactor,
                 scratch,
                 swell,
@@ -276,7 +277,7 @@ class RubberTetrahedra:
             # Of an array and its own transpose BLAS takes three times as long for each element.
             squares = weighted[:k] @ swell[:k]
             if stiffening:
-                squares += stiffening * removed(material, swell[:k], weighted[:k], state.J[batch])
+                squares += stiffening * removed(of_batch, swell[:k], weighted[:k], state.J[batch])
             add_tangents(
                 squares,
                 _times(turned[:k].reshape(k, 3, -1), tables.turning),

@@ -15,12 +15,12 @@ def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) ->
     1/2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
 
     Args:
-        material: mu and lambda [Pa].
+        material: mu and lambda of these elements, shape (k,) [Pa].
         swell: From `element_loops.moduli`, J h, shape (k, q, 3 a).
         weighted: From there, w U'' J h, shape (k, 3 a, q).
         J: Shape (k, q).
     """
-    mu, lame = material.mu, material.lame
+    mu, lame = material.mu[:, None], material.lame[:, None]
     s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
     share = 0.5 * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
     k, _, width = swell.shape

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor, FactorReader
@@ -61,21 +62,19 @@ def plan_of_solid(shape: SolidShape) -> Plan:
 
 def factor_of(
     shape: SolidShape,
-    settings: SolidSettings,
     progress: Callable[[float], None] = lambda share: None,
     plan: Plan | None = None,
 ) -> Factor:
     """The factor of a solid's stiffness over the free nodes.
 
     Args:
-        shape: Nodes and surface.
-        settings: Material.
+        shape: Nodes, surface and material.
         progress: Receives the completed share.
         plan: That of `plan_of_solid`, if it is known already.
     """
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    matrix = sp.csr_array(stiffness_of(shape, settings)[dof][:, dof])
+    matrix = sp.csr_array(stiffness_of(shape)[dof][:, dof])
     points, retained = shape.nodes[free], _on_surface(shape)[free]
     plan = plan or plan_of_solid(shape)
     give_back()  # the estimate of memory counts what is in use
@@ -88,10 +87,9 @@ def _on_surface(shape: SolidShape) -> Mask:
     return on_surface
 
 
-def stiffness_of(shape: SolidShape, settings: SolidSettings) -> sp.csr_array:
+def stiffness_of(shape: SolidShape) -> sp.csr_array:
     """Stiffness of all nodes, none of them fixed, shape (3 nodes, 3 nodes) [N/m]."""
-    n = len(shape.nodes)
-    return stiffness(shape.tets, shape.elements, n, settings.young, settings.nu)
+    return stiffness(shape.tets, shape.elements, len(shape.nodes), shape.moduli)
 
 
 def make_parts(
@@ -101,6 +99,7 @@ def make_parts(
     progress: Progress = lambda phase, share: None,
     accept: Callable[[Plan], None] = lambda plan: None,
     factored: KeptFactor | None = None,
+    moduli: Moduli | None = None,
 ) -> SolidParts:
     """Factor the stiffness and build the far field.
 
@@ -111,17 +110,18 @@ def make_parts(
         progress: Receives the phase and its completed share.
         accept: Called with what factoring takes, before it begins; may raise.
         factored: Has the factor of an interrupted preparation, or is given it.
+        moduli: As for `shape_of`.
 
     Raises:
         BodyError: Nothing is fixed, too little, or everything.
     """
     progress("factoring", 0.0)
-    shape = shape_of(tets, fixed, settings)
+    shape = shape_of(tets, fixed, settings, moduli)
     factor = None if factored is None else factored.load()
     if factor is None:
         plan = plan_of_solid(shape)
         accept(plan)
-        factor = factor_of(shape, settings, lambda share: progress("factoring", share), plan)
+        factor = factor_of(shape, lambda share: progress("factoring", share), plan)
         if factored is not None:
             factored.save(factor)
     far_field = build_far_field(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import BodyError, HeldError, SettingError
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.mesh.rigid_motions import rigid_rank
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import (
@@ -26,7 +27,8 @@ class SolidSettings:
     """Material, elements and contact radius of a solid.
 
     Args:
-        young: Young's modulus E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6.
+        young: Young's modulus E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6. A solid of several
+            materials is given `Moduli` instead.
         nu: Poisson's ratio.
         contact_radius: Radius of the pressure under a contact [m]; 0 takes a fingertip's, or more
             where the mesh is too coarse for it.
@@ -56,7 +58,7 @@ class SolidSettings:
 
 @dataclass(frozen=True, eq=False)
 class SolidShape:
-    """Nodes and surface of a solid.
+    """Nodes, surface and material of a solid.
 
     Args:
         tets: The object at rest.
@@ -66,6 +68,7 @@ class SolidShape:
         surface: Node of each vertex of the surface, shape (n,).
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
+        moduli: Of each tetrahedron.
     """
 
     tets: TetMesh
@@ -75,6 +78,7 @@ class SolidShape:
     surface: Ints
     mesh: SurfaceMesh
     contact_radius: float
+    moduli: Moduli
 
     @property
     def held(self) -> Mask:
@@ -90,23 +94,30 @@ class SolidShape:
         return np.asarray(index[self.surface])
 
 
-def shape_of(tets: TetMesh, fixed: Mask, settings: SolidSettings) -> SolidShape:
+def shape_of(
+    tets: TetMesh, fixed: Mask, settings: SolidSettings, moduli: Moduli | None = None
+) -> SolidShape:
     """Nodes and surface of a solid.
 
     Args:
         tets: The object at rest.
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
+        moduli: Of each tetrahedron; None takes the material of the settings for all of them.
 
     Raises:
-        BodyError: Nothing is fixed, too little, or everything.
+        BodyError: Nothing is fixed, too little, or everything; or the moduli are not as many.
     """
+    if moduli is None:
+        moduli = Moduli.uniform(len(tets.tets), settings.young, settings.nu)
+    if len(moduli.young) != len(tets.tets):
+        raise BodyError(f"moduli of {len(moduli.young)} elements for {len(tets.tets)}")
     nodes, elements, faces, all_fixed = _nodes(tets, fixed, settings.order)
     _check_fixed(nodes, all_fixed)
     surface = np.unique(faces)
     mesh = SurfaceMesh(nodes[surface], np.searchsorted(surface, faces))
     radius = settings.contact_radius or fitting_radius(mesh)
-    return SolidShape(tets, nodes, elements, all_fixed, surface, mesh, radius)
+    return SolidShape(tets, nodes, elements, all_fixed, surface, mesh, radius, moduli)
 
 
 def fitting_radius(mesh: SurfaceMesh) -> float:

@@ -24,6 +24,7 @@ from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.near_field import FAR_FIELD_START, Surroundings
 from cohaptic_server.bodies.solid.parts import SolidParts, factor_of
 from cohaptic_server.bodies.solid.response import SolidResponse
@@ -50,6 +51,7 @@ class Solid:
         settings: Material, elements and contact radius.
         name: Name for people and for the wire.
         parts: Factor and far field from an earlier preparation; None computes them.
+        moduli: Of each tetrahedron; None takes the material of the settings for all of them.
 
     Attributes:
         name: As given.
@@ -70,12 +72,14 @@ class Solid:
         settings: SolidSettings | None = None,
         name: str = "solid",
         parts: SolidParts | None = None,
+        *,
+        moduli: Moduli | None = None,
     ) -> None:
         self.settings = settings or SolidSettings()
         self.name = name
-        self.shape = shape_of(tets, fixed, self.settings) if parts is None else parts.shape
+        self.shape = shape_of(tets, fixed, self.settings, moduli) if parts is None else parts.shape
         self.mesh, self.contact_radius = self.shape.mesh, self.shape.contact_radius
-        factor = factor_of(self.shape, self.settings) if parts is None else parts.factor
+        factor = factor_of(self.shape) if parts is None else parts.factor
         self.factor_bytes = factor.bytes
         self.columns = GreenColumns(
             factor, self.shape.free_index, self.mesh.vertices, self.settings.cache

@@ -14,24 +14,23 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 from cohaptic_server.numeric import Floats, Ints
 
 _CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
 
 
-def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) -> sp.csr_array:
+def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_array:
     """Stiffness of a solid, no node fixed, shape (3 n, 3 n) [N/m].
 
     Args:
         mesh: Corners of the tetrahedra.
         elements: Nodes of each tetrahedron, the corners first, shape (m, 4) or (m, 10).
         n: Number of nodes.
-        young: Young's modulus E [Pa].
-        nu: Poisson's ratio.
+        moduli: Of each tetrahedron.
     """
-    lame = young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    mu = young / (2.0 * (1.0 + nu))
+    lame, mu = moduli.lame, moduli.mu
     means = _linear_means() if elements.shape[1] == 4 else _quadratic_means()
     total = sp.csr_array((3 * n, 3 * n))
     for start in range(0, len(elements), _CHUNK):
@@ -42,8 +41,9 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, young: float, nu: float) ->
         outer = np.einsum("m,mip,mjq->mijpq", V, g, g, optimize=True)
         H = np.einsum("abij,mijpq->mapbq", means, outer, optimize=True)
         trace = np.einsum("mapbp->mab", H)
-        blocks = lame * H + mu * np.swapaxes(H, 2, 4)
-        blocks += mu * np.einsum("mab,pq->mapbq", trace, np.eye(3))
+        blocks = lame[part, None, None, None, None] * H
+        blocks += mu[part, None, None, None, None] * np.swapaxes(H, 2, 4)
+        blocks += np.einsum("m,mab,pq->mapbq", mu[part], trace, np.eye(3), optimize=True)
         total = total + _scatter(blocks, nodes, n)
     return sp.csr_array(total)
 

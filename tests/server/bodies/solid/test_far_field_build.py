@@ -100,7 +100,7 @@ def exact(solid: Solid, vertices: list[int]) -> Floats:
         force[shape.surface[under], :, i] = weights[:, None] * solid.mesh.normals[k]
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
-    K = sp.csc_array(stiffness_of(shape, solid.settings)[dof][:, dof])
+    K = sp.csc_array(stiffness_of(shape)[dof][:, dof])
     loaded = force[free].reshape(-1, len(vertices))
     return np.asarray((loaded * spsolve(K, loaded)).sum(axis=0))
 
