@@ -20,7 +20,7 @@ import math
 import os
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -155,7 +155,7 @@ def disc(folder: Path) -> ObjectFile:
     profile = np.array([(0.0, 0.0), (RIM, 0.0), (RIM, THICK), (0.0, THICK)])
     path, clamp = folder / "plate.glb", folder / "clamp.stl"
     in_millimetres = moved(turned(profile, 120), (0.0, 0.0, 0.0), 1e3)
-    path.write_bytes(glb(in_millimetres, [{"mesh": 0, "scale": [1e-3] * 3}]))
+    path.write_bytes(glb([in_millimetres], [{"mesh": 0, "scale": [1e-3] * 3}]))
     clamp.write_bytes(stl(annulus(CLAMP, 1.2 * RIM, -THICK, 2.0 * THICK)))
     settings = SolidSettings(HOOKE.young, HOOKE.nu, contact_radius=TOUCH)
     return ObjectFile(path, material=settings, fix_mesh=clamp)
@@ -220,15 +220,18 @@ def limit(sizes: list[float], values: list[float]) -> tuple[float, float]:
     return w - (v - w) * c**p / (b**p - c**p), p
 
 
-def run(case: str, edge: float, folder: Path) -> json_report.Result:
+def run(
+    case: str, edge: float, folder: Path, cases: Mapping[str, Case] = CASES
+) -> json_report.Result:
     """Write, build and press one object.
 
     Args:
-        case: One of `CASES`.
+        case: One of the cases.
         edge: `--edge`.
         folder: For its files.
+        cases: By their names.
     """
-    chosen = CASES[case]
+    chosen = cases[case]
     source = chosen.write(folder)
     start = time.process_time()
     solid = build(replace(source, edge=edge)).solid
@@ -251,7 +254,7 @@ def draw(path: Path, results: list[json_report.Result]) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
-    for case in CASES:
+    for case in dict.fromkeys(str(row["case"]) for row in results):
         rows = [row for row in results if row["case"] == case and "edge" in row]
         if rows:
             counts = [float(row["tetrahedra"] or 0.0) for row in rows]
@@ -264,10 +267,10 @@ def draw(path: Path, results: list[json_report.Result]) -> None:
     figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def main() -> None:
+def main(cases: Mapping[str, Case] = CASES, words: str | None = __doc__) -> None:
     """Print a table, and the limit of each case."""
-    parser = json_report.parser(__doc__)
-    parser.add_argument("--cases", nargs="+", choices=tuple(CASES), default=tuple(CASES))
+    parser = json_report.parser(words)
+    parser.add_argument("--cases", nargs="+", choices=tuple(cases), default=tuple(cases))
     parser.add_argument("--edges", type=int, default=4, help="how many of the edges, from 1 to 4")
     parser.add_argument("--picture", type=Path, help="draw the errors to this file")
     options = parser.parse_args()
@@ -276,14 +279,14 @@ def main() -> None:
         os.environ["COHAPTIC_CACHE"] = str(Path(scratch) / "store")
         for case in options.cases:
             rows: list[json_report.Result] = []
-            for edge in CASES[case].edges[: options.edges]:
-                rows.append(run(case, edge, Path(scratch)))
+            for edge in cases[case].edges[: options.edges]:
+                rows.append(run(case, edge, Path(scratch), cases))
                 print("  ".join(form.format(rows[-1][name]) for name, form in _COLUMNS), flush=True)
             results += rows
             if len(rows) >= 3:
                 sizes = [float(row["size_m"] or 0.0) for row in rows]
                 value, order = limit(sizes, [float(row["found"] or 0.0) for row in rows])
-                off = value / CASES[case].exact - 1.0
+                off = value / cases[case].exact - 1.0
                 print(f"{case}: limit {value:.5g}, {off:+.2%} off, order {order:.1f}")
                 results.append({"case": case, "limit": value, "limit_error": off, "order": order})
     json_report.write(options, results)

@@ -2,10 +2,12 @@
 
     python examples/make_objects.py [--out examples]
     python examples/make_objects.py --many FOLDER
+    python examples/make_objects.py --phantom FOLDER
 
 All are in closed form or from a seed, so that the bytes are the same each time. The torus and the
 organ are in metres and stand on z = 0. The many are those of `benchmarks/many_objects.py`: what
-people bring, from a cube to a noisy scan, with holes, in other units and in every kind of file.
+people bring, from a cube to a noisy scan, with holes, in other units and in every kind of file. The
+phantom is a label map of an organ with a vessel and a tumour; with it comes a scene of two parts.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from pathlib import Path
 from shapes.catalogue import MANY
 
 EXAMPLES = ("torus.stl", "organ.ply")
+PHANTOM = ("phantom.nii.gz", "parts.glb")
 
 
 def write(names: tuple[str, ...], folder: Path) -> None:
@@ -34,8 +37,11 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     parser.add_argument("--many", type=Path, help="write all the shapes to this folder instead")
+    parser.add_argument("--phantom", type=Path, help="write the phantom to this folder instead")
     options = parser.parse_args()
-    if options.many is not None:
+    if options.phantom is not None:
+        write(PHANTOM, options.phantom)
+    elif options.many is not None:
         write(tuple(MANY), options.many)
     else:
         write(EXAMPLES, options.out)

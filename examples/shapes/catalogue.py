@@ -13,7 +13,8 @@ from cohaptic_server.testing.soft_ring import ring
 from shapes import creatures, flawed, solids
 from shapes.grids import moved
 from shapes.lobes import organ
-from shapes.scene_files import glb, msh, three_mf, vtu
+from shapes.phantom import phantom
+from shapes.scene_files import glb, msh, parts_glb, three_mf, vtu
 from shapes.surface_files import ascii_stl, off, ply, quad_ply, seamed_obj, stl, strip_ply
 
 _ROWS, _COLUMNS = 40, 20  # of the torus of quadrilaterals
@@ -42,20 +43,30 @@ def _strips() -> bytes:
 
 def _mirrored() -> bytes:
     """An organ that a node mirrors: its triangles would face inwards."""
-    return glb(organ(), [{"mesh": 0, "scale": [-1.0, 1.0, 1.0]}])
+    return glb([organ()], [{"mesh": 0, "scale": [-1.0, 1.0, 1.0]}])
 
 
 def _nested_nodes() -> bytes:
     """An organ in millimetres, three nodes deep: scaled, turned and moved."""
     half = math.sqrt(0.5)
     return glb(
-        moved(organ(), (0.0, 0.0, 0.0), 1000.0),
+        [moved(organ(), (0.0, 0.0, 0.0), 1000.0)],
         [
             {"children": [1], "scale": [0.001, 0.001, 0.001]},
             {"children": [2], "rotation": [half, 0.0, 0.0, half]},
             {"mesh": 0, "translation": [100.0, -50.0, 30.0]},
         ],
     )
+
+
+def _parts() -> bytes:
+    """An organ with a tumour of 24 mm in it."""
+    x, faces = solids.ball()
+    small = x - x.mean(axis=0)
+    small *= 0.012 / np.linalg.norm(small, axis=1).max()
+    around = organ()
+    at = around[0].mean(axis=0) + np.array([0.01, 0.0, 0.008])
+    return parts_glb({"organ": around, "tumour": (small + at, faces)})
 
 
 MANY: dict[str, Callable[[], bytes]] = {
@@ -82,6 +93,8 @@ MANY: dict[str, Callable[[], bytes]] = {
     "noisy_ball.ply": lambda: ply(solids.noisy_ball()),
     "open_ball.stl": lambda: stl(flawed.open_ball()),
     "organ.ply": lambda: ply(organ()),
+    "parts.glb": _parts,
+    "phantom.nii.gz": phantom,
     "pile.stl": lambda: stl(flawed.pile()),
     "pinched.stl": lambda: stl(flawed.pinched()),
     "plate.stl": lambda: stl(solids.plate()),

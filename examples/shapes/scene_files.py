@@ -11,43 +11,65 @@ from typing import Any
 import numpy as np
 
 from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.numeric import Ints
 from shapes.grids import Mesh
 
 _FLOAT, _UINT = 5126, 5125  # component types of glTF
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in a zip, so that the bytes do not change
 
 
-def glb(mesh: Mesh, nodes: Sequence[Mapping[str, Any]]) -> bytes:
-    """The bytes of a GLB file with one mesh.
+def parts_glb(parts: Mapping[str, Mesh]) -> bytes:
+    """The bytes of a GLB file with a node for each part.
 
     Args:
-        mesh: The surface, number 0.
-        nodes: Nodes of the scene as glTF has them; the first is its root.
+        parts: Surfaces by the names of their nodes.
     """
-    x, faces = mesh[0].astype("<f4"), mesh[1].astype("<u4")
-    data = x.tobytes() + faces.tobytes()
-    whole = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": list(nodes),
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "buffers": [{"byteLength": len(data)}],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": x.nbytes},
-            {"buffer": 0, "byteOffset": x.nbytes, "byteLength": faces.nbytes},
-        ],
-        "accessors": [
+    nodes = [{"name": name, "mesh": k} for k, name in enumerate(parts)]
+    return glb(list(parts.values()), [*nodes, {"children": list(range(len(nodes)))}], len(nodes))
+
+
+def glb(meshes: Sequence[Mesh], nodes: Sequence[Mapping[str, Any]], root: int = 0) -> bytes:
+    """The bytes of a GLB file.
+
+    Args:
+        meshes: The surfaces, by the numbers that nodes have for them.
+        nodes: Nodes of the scene as glTF has them.
+        root: Of the nodes.
+    """
+    data, views, accessors = b"", list[Any](), list[Any]()
+    for points, triangles in meshes:
+        x, faces = points.astype("<f4"), triangles.astype("<u4")
+        for array in (x, faces):
+            views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
+            data += array.tobytes()
+        accessors += [
             {
-                "bufferView": 0,
+                "bufferView": len(views) - 2,
                 "componentType": _FLOAT,
                 "count": len(x),
                 "type": "VEC3",
                 "min": x.min(axis=0).tolist(),
                 "max": x.max(axis=0).tolist(),
             },
-            {"bufferView": 1, "componentType": _UINT, "count": faces.size, "type": "SCALAR"},
+            {
+                "bufferView": len(views) - 1,
+                "componentType": _UINT,
+                "count": faces.size,
+                "type": "SCALAR",
+            },
+        ]
+    whole = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [root]}],
+        "nodes": list(nodes),
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 2 * k}, "indices": 2 * k + 1}]}
+            for k in range(len(meshes))
         ],
+        "buffers": [{"byteLength": len(data)}],
+        "bufferViews": views,
+        "accessors": accessors,
     }
     text = json.dumps(whole).encode()
     text += b" " * (-len(text) % 4)
@@ -118,10 +140,24 @@ def vtu(mesh: TetMesh) -> bytes:
     ).encode()
 
 
-def msh(mesh: TetMesh) -> bytes:
-    """The bytes of a file of Gmsh 2.2 in text: tetrahedra, and a point that is none."""
+def msh(mesh: TetMesh, groups: Sequence[str] = (), of: Ints | None = None) -> bytes:
+    """The bytes of a file of Gmsh 2.2 in text: tetrahedra, and a point that is none.
+
+    Args:
+        mesh: The tetrahedra.
+        groups: Names of physical groups.
+        of: Group of each tetrahedron, shape (m,); without it they are in none.
+    """
+    tags = np.zeros(len(mesh.tets), dtype=np.int64) if of is None else 1 + of
     points = [f"{k} {a:.7f} {b:.7f} {c:.7f}" for k, (a, b, c) in enumerate(mesh.vertices, start=1)]
-    cells = [f"{k} 4 2 0 1 " + " ".join(map(str, row)) for k, row in enumerate(mesh.tets + 1, 2)]
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(points)), *points]
+    cells = [
+        f"{k} 4 2 {tag} 1 " + " ".join(map(str, row))
+        for k, (tag, row) in enumerate(zip(tags.tolist(), mesh.tets + 1, strict=True), start=2)
+    ]
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat"]
+    if groups:
+        names = [f'3 {k} "{name}"' for k, name in enumerate(groups, start=1)]
+        lines += ["$PhysicalNames", str(len(names)), *names, "$EndPhysicalNames"]
+    lines += ["$Nodes", str(len(points)), *points]
     lines += ["$EndNodes", "$Elements", str(len(cells) + 1), "1 15 2 0 1 1", *cells]
     return ("\n".join([*lines, "$EndElements"]) + "\n").encode()

@@ -158,7 +158,7 @@ def test_a_name_in_latin_1_is_no_utf_8(folder: Path) -> None:
 
 @pytest.mark.parametrize("name", [name for name in MANY if Path(name).suffix in VOLUMES])
 def test_a_volume_mesh_has_tetrahedra(name: str, folder: Path) -> None:
-    x, tets = read_volume(folder / name)
+    x, tets, _ = read_volume(folder / name)
     a, b, c, d = (x[tets[:, k]] for k in range(4))
     assert (np.einsum("ti,ti->t", np.cross(b - a, c - a), d - a) > 0.0).all()
 

@@ -13,6 +13,7 @@ import typer
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.object_file import MAX_MEMORY, MAX_TIME, ObjectFile
+from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
 
 AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # bytes and s; what `--auto` keeps to
 _SOLID = SolidSettings()
@@ -22,10 +23,20 @@ _SOLID = SolidSettings()
 class ObjectOptions:
     """The options as they were given; each field is one option of the command line."""
 
-    young: Annotated[float, typer.Option(help="Young's modulus E of a file's object [Pa].")] = (
-        _SOLID.young
-    )
-    poisson: Annotated[float, typer.Option(help="Its Poisson's ratio, 0 to 0.499.")] = _SOLID.nu
+    young: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Young's modulus E [Pa] of a file's object, or of a part: --young tumour=60e3.",
+            show_default=f"{_SOLID.young:g}",
+        ),
+    ] = None
+    poisson: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Its Poisson's ratio, 0 to 0.499, or that of a part: NAME=0.4.",
+            show_default=f"{_SOLID.nu:g}",
+        ),
+    ] = None
     fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = ""
     fix_mesh: Annotated[
         Path | None,
@@ -69,6 +80,10 @@ class ObjectOptions:
             show_default=f"{MAX_TIME:g}; {AUTO_TIME:g} with --auto",
         ),
     ] = None
+    label: Annotated[
+        list[str] | None,
+        typer.Option(help="Of a label map, what is the object: 3, a name, or 3=tumour."),
+    ] = None
     auto: Annotated[
         bool,
         typer.Option(
@@ -84,18 +99,30 @@ class ObjectOptions:
             SettingError: An option is out of its range.
         """
         memory = AUTO_MEMORY if self.auto else MAX_MEMORY
+        young, young_of = parse_values("--young", self.young or ())
+        nu, nu_of = parse_values("--poisson", self.poisson or ())
+        material = SolidSettings(
+            _SOLID.young if young is None else young,
+            _SOLID.nu if nu is None else nu,
+            self.contact_radius,
+            self.order,
+        )
         return ObjectFile(
             path,
             self.fix,
             1.0 if self.scale is None else self.scale,
             self.edge,
             self.repair,
-            SolidSettings(self.young, self.poisson, self.contact_radius, self.order),
+            material,
             self.fix_mesh,
             self.simplify,
             self.shell,
             memory if self.max_memory is None else 1e9 * self.max_memory,
             (AUTO_TIME if self.auto else MAX_TIME) if self.max_time is None else self.max_time,
+            PartMaterials(
+                young_of, nu_of, bool(young_of) and young is None, bool(nu_of) and nu is None
+            ),
+            tuple(self.label or ()),
         )
 
 

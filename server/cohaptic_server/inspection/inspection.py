@@ -15,10 +15,13 @@ from cohaptic_server.inspection.natural_frequency import lowest_frequency
 from cohaptic_server.inspection.tet_quality import Quality, quality
 from cohaptic_server.inspection.tick_cost import USERS, TickCost, tick_cost
 from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.materials import Named, check_names
+from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared
 
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
@@ -38,26 +41,29 @@ class Inspection:
         solid: The object.
         prepared: Its tetrahedra, and the report on the surface in the file.
         quality: Quality of its tetrahedra.
-        density: Mass density [kg/m^3].
+        density: Mass density of each tetrahedron, shape (m,) [kg/m^3].
         frequency: Lowest natural frequency [Hz].
         stiffness: K_o at each vertex of the surface, infinite where it is fixed, (n,) [N/m].
         thinnest: Least thickness over the vertices that were sampled [m].
         cost: Cost of a tick.
+        parts: Of the tetrahedra; None without any.
     """
 
     solid: Solid
     prepared: Prepared
     quality: Quality
-    density: float
+    density: Floats
     frequency: float
     stiffness: Floats
     thinnest: float
     cost: TickCost
+    parts: Parts | None
 
     @property
     def mass(self) -> float:
         """Mass of the object [kg]."""
-        return self.density * self.solid.shape.tets.volume
+        tets = self.solid.shape.tets
+        return float(self.density @ volumes(tets.vertices, tets.tets))
 
     def lines(self, source: ObjectFile) -> list[tuple[str, str]]:
         """A heading and a sentence for each property."""
@@ -85,6 +91,7 @@ class Inspection:
             ),
             ("held", _held(shape)),
             ("volume", f"{1e6 * shape.tets.volume:.4g} cm3, {self.mass:.3g} kg"),
+            *self._parts(source),
             (
                 "frequency",
                 f"the lowest natural one is {self.frequency:.3g} Hz: hands slower than about"
@@ -109,6 +116,14 @@ class Inspection:
                 f" {1e3 * self.cost.column_latency:.2g} ms{self._slow()}",
             ),
         ]
+
+    def _parts(self, source: ObjectFile) -> list[tuple[str, str]]:
+        """A line for each part: its name, volume and material."""
+        if self.parts is None:
+            return []
+        sizes = self.parts.volumes(self.solid.shape.tets)
+        lines = zip(part_words(source, self.parts), sizes.tolist(), strict=True)
+        return [("part", f"{words}, {1e6 * size:.4g} cm3") for words, size in lines]
 
     def _sways(self) -> str:
         """What to do about a body that a hand would set swinging, if it had mass here."""
@@ -145,6 +160,7 @@ def inspect_object(
     clock: Clock,
     density: float,
     progress: Callable[[str, float], None] = lambda phase, share: None,
+    densities: Named = (),
 ) -> Inspection:
     """Inspect an object; its solid then answers from its far field until columns are there.
 
@@ -152,14 +168,14 @@ def inspect_object(
         source: The file and its options.
         built: The solid of the file.
         clock: Clock for the cost of a tick.
-        density: Mass density [kg/m^3].
+        density: Mass density of what is not named [kg/m^3].
         progress: Called with the phase and the share of it that is done.
+        densities: Of parts by their names [kg/m^3].
 
     Raises:
-        SettingError: The density is out of range.
+        SettingError: A density is out of range, or names no part.
     """
-    if not 1.0 <= density <= 30000.0:
-        raise SettingError("--density", f"{density:g} kg/m3", "from 1 to 30000 kg/m3")
+    each = _densities(built, density, densities)
     solid = built.solid
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
@@ -168,7 +184,7 @@ def inspect_object(
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(
-        shape, source.material, density, lambda share: progress("lowest natural frequency", share)
+        shape, each, lambda share: progress("lowest natural frequency", share)
     )
     progress("cost of a tick", 0.0)
     # At an edge or a tip the distance to the opposite side is no thickness.
@@ -178,28 +194,54 @@ def inspect_object(
         solid,
         built.prepared,
         quality(shape.tets),
-        density,
+        each,
         frequency,
         stiffness,
         float(thickness(mesh, sampled).min(initial=2.0 * mesh.size)),
         tick_cost(solid, clock),
+        built.parts,
     )
+
+
+def _densities(built: Built, density: float, densities: Named) -> Floats:
+    """Density of each tetrahedron, shape (m,) [kg/m^3]."""
+    for value in (density, *(value for _, value in densities)):
+        if not 1.0 <= value <= 30000.0:
+            raise SettingError("--density", f"{value:g} kg/m3", "from 1 to 30000 kg/m3")
+    names = () if built.parts is None else built.parts.names
+    check_names("--density", densities, names)
+    if built.parts is None:
+        return np.full(len(built.solid.shape.tets.tets), density)
+    known = dict(densities)
+    return np.array([known.get(name, density) for name in names])[built.parts.of]
+
+
+def part_words(source: ObjectFile, parts: Parts) -> list[str]:
+    """Name and material of each part."""
+    return [
+        f"{name}: E {young:g} Pa, \N{GREEK SMALL LETTER NU} {nu:g}"
+        for name in parts.names
+        for young, nu in [source.parts.of_part(source.material, name)]
+    ]
 
 
 def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
     """The surface in a file, its defects and their repair, a phrase for each."""
     if prepared.surface is None:
-        return ["a volume mesh, taken as it is"]
-    phrases = [f"a surface of {prepared.triangles:,} triangles"]
+        return [f"a volume mesh, taken as it is{_in_parts(prepared)}"]
+    phrases = ["a label map", *prepared.words] if prepared.words else []
+    phrases += [f"a surface of {prepared.triangles:,} triangles{_in_parts(prepared)}"]
     if prepared.simplified:
-        phrases.append(f"simplified to {prepared.simplified:,} at your word")
+        why = "" if prepared.words else " at your word"
+        phrases.append(f"simplified to {prepared.simplified:,}{why}")
     problems = prepared.surface.problems()
     if prepared.surface.components > 1:
         problems.append(f"it was in {prepared.surface.components} pieces")
     if problems:
         phrases += [*problems, "closed and untangled as fTetWild saw fit (--repair)"]
     else:
-        phrases.append("closed, free of crossings, in one piece: nothing was repaired")
+        each = "each " if prepared.parts else ""
+        phrases.append(f"{each}closed, free of crossings, in one piece: nothing was repaired")
     if prepared.surface.volume < 0.0:
         phrases.append("turned outside out")
     enclosed = abs(prepared.surface.volume) * source.scale**3
@@ -209,6 +251,10 @@ def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
         f" to {change:+.1%}"
     )
     return phrases
+
+
+def _in_parts(prepared: Prepared) -> str:
+    return f" in {len(prepared.parts.names)} parts" if prepared.parts else ""
 
 
 def _held(shape: SolidShape) -> str:

@@ -13,13 +13,16 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import SystemClock
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.parts import plan_of_solid
 from cohaptic_server.bodies.solid.shape import shape_of
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.objects.cost import Cost, check_memory, cost_of, multiplications
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
+from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.store import load_or_make_parts, load_or_prepare
 from cohaptic_server.progress import Progress
@@ -32,11 +35,13 @@ class Built:
     Args:
         solid: The body.
         prepared: Its tetrahedra, and the report on the surface in the file.
+        parts: Of the solid's tetrahedra; None where they have no names in the file.
         cost: What factoring was expected to take; None if that was stored.
     """
 
     solid: Solid
     prepared: Prepared
+    parts: Parts | None = None
     cost: Cost | None = None
 
 
@@ -61,6 +66,7 @@ def build(
     progress("tetrahedra", 0.0)
     prepared = load_or_prepare(source, progress)
     held = hold(source, prepared.tets)
+    moduli = moduli_of(source, prepared, held)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
     # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
     with threadpool_limits(limits=1):
@@ -74,10 +80,23 @@ def build(
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
             progress(phase + words, share)
 
-        parts = load_or_make_parts(held.tets, held.fixed, source.material, told, accept, late=late)
+        parts = load_or_make_parts(
+            held.tets, held.fixed, source.material, told, accept, late=late, moduli=moduli
+        )
     name = source.path.stem[:40]
     solid = Solid(held.tets, held.fixed, source.material, name=name, parts=parts)
-    return Built(solid, prepared, *costs)
+    named = None if prepared.parts is None else prepared.parts.of_elements(held.parent)
+    return Built(solid, prepared, named, *costs)
+
+
+def moduli_of(source: ObjectFile, prepared: Prepared, held: Cut) -> Moduli:
+    """The material of each piece of a tetrahedron: that of the part that it was cut from.
+
+    Raises:
+        SettingError: A part that is not there is named, or one that is there has no material.
+        BodyError: The stiffest part is too stiff for the softest one.
+    """
+    return source.parts.moduli(source.material, prepared.parts, held.parent)
 
 
 def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:

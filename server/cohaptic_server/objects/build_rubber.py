@@ -8,10 +8,13 @@ from pathlib import Path
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.mesh.tetrahedra import quadratic
+from cohaptic_server.objects.build import moduli_of
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.volume_file import VOLUMES
@@ -55,39 +58,44 @@ def build_affordable(
     """The same, with the options that it was built with: those with which it is built again."""
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    source, held = _affordable(source, period, progress)
+    source, prepared, held = _affordable(source, period, progress)
+    moduli = moduli_of(source, prepared, held)
     name = source.path.stem[:40]
-    path = _table_path(source, held, damping)
+    path = _table_path(source, held, moduli, damping)
     kept = load_entry(path, "presses", mapped=False) or {}
+    table = kept.get("table")
     solid = RubberSolid(
-        held.tets, held.fixed, source.material, name, damping=damping, table=kept.get("table")
+        held.tets, held.fixed, source.material, name, damping=damping, table=table, moduli=moduli
     )
     # Whoever serves or places hands needs the table, and a thin part takes half a minute.
-    table = solid.vertex_compliance(lambda share: progress("pressing", share))
+    pressed = solid.vertex_compliance(lambda share: progress("pressing", share))
     if not kept:
-        save_entry(path, "presses", {"table": table})
+        save_entry(path, "presses", {"table": pressed})
     return source, solid
 
 
-def _table_path(source: ObjectFile, held: Cut, damping: float) -> Path:
+def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -> Path:
     """Of the entry with the compliance at each vertex."""
     options = repr((_FORM, *astuple(source.material), damping)).encode()
-    arrays = (held.tets.vertices, held.tets.tets, held.fixed)
+    arrays = (held.tets.vertices, held.tets.tets, held.fixed, moduli.young, moduli.nu)
     return entry_path(options, *(array.tobytes() for array in arrays))
 
 
-def _affordable(source: ObjectFile, period: float, progress: Progress) -> tuple[ObjectFile, Cut]:
+def _affordable(
+    source: ObjectFile, period: float, progress: Progress
+) -> tuple[ObjectFile, Prepared, Cut]:
     is_volume = source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
     nodes = 0
     for edge in edges:
         tried = replace(source, edge=edge)
-        held = hold(source, load_or_prepare(tried, progress).tets)
+        prepared = load_or_prepare(tried, progress)
+        held = hold(source, prepared.tets)
         tets = held.tets
         nodes = len(quadratic(tets)[0]) if source.material.order == 2 else len(tets.vertices)
         if tick_seconds(nodes) <= period:
-            return tried, held
+            return tried, prepared, held
     expected = tick_seconds(nodes)
     ways = ["a coarser mesh" if is_volume else f"a larger --edge than {edges[-1]:g}"]
     if expected <= 0.1:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.parts.materials import PartMaterials
 
 MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
 MAX_MEMORY = 6e9  # bytes
@@ -24,12 +25,14 @@ class ObjectFile:
         scale: Metres in one unit of the file.
         edge: Target edge length of a tetrahedron, as a share of the bounding box's diagonal.
         repair: Whether fTetWild may close an open surface and resolve self-intersections.
-        material: Material and discretisation.
+        material: Material and discretisation; of several parts, those that have no own material.
         fix_mesh: Closed surface in the same units; vertices inside it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
         shell: Thickness that an open sheet is given [m]; 0 takes the surface for that of a volume.
         max_memory: Most memory that preparing it may take, the program included [bytes].
         max_time: Longest time that filling it may take [s].
+        parts: Materials of parts, by their names in the file.
+        labels: Of a label map, those that are the object: `3`, a name, or `3=tumour`.
 
     Raises:
         SettingError: An option is out of its range.
@@ -46,6 +49,8 @@ class ObjectFile:
     shell: float = 0.0
     max_memory: float = MAX_MEMORY
     max_time: float = MAX_TIME
+    parts: PartMaterials = field(default_factory=PartMaterials)
+    labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
@@ -65,6 +70,9 @@ class ObjectFile:
         """Options of the command line that describe the same object, without the path itself."""
         material = self.material
         arguments = ["--young", repr(material.young), "--poisson", repr(material.nu)]
+        arguments += self.parts.to_arguments()
+        for label in self.labels:
+            arguments += ["--label", label]
         arguments += ["--order", str(material.order)]
         arguments += ["--contact-radius", repr(material.contact_radius)]
         arguments += ["--scale", repr(self.scale), "--edge", repr(self.edge)]

@@ -16,6 +16,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
+from cohaptic_server.objects.fix_mesh import inside
 
 ENVELOPE = 1e-3  # share of the bounding box's diagonal, for edges up to 0.05 of it
 _MAX_ENVELOPE = 0.04  # share of the diagonal
@@ -40,6 +41,8 @@ def tetrahedralise(
     edge: float,
     *,
     largest: bool = False,
+    within: tuple[Floats, Ints] | None = None,
+    blur: float = 0.0,
     memory: float = math.inf,
     seconds: float = math.inf,
     progress: Callable[[float], None] = lambda share: None,
@@ -51,6 +54,9 @@ def tetrahedralise(
         faces: Triangles of the surface, shape (m, 3).
         edge: Target edge length, as a share of the bounding box's diagonal.
         largest: Of several pieces keep the one that has most of the volume, if one has.
+        within: A closed surface, part of what is filled: only the tetrahedra in it are kept,
+            whatever else is enclosed. None keeps all that is enclosed.
+        blur: Distance within which the surface itself is not known [m]; the envelope may have it.
         memory: Most that filling may take [bytes].
         seconds: Longest time of it [s].
         progress: Receives the share that is done.
@@ -66,8 +72,13 @@ def tetrahedralise(
         )
     # fTetWild does not make the same mesh twice, which is why the store keeps it: it seeds a
     # shuffle from the system's source of random numbers, and nothing sets that (decision 33).
-    options = {"edge_length_fac": edge, "epsilon": envelope(edge)}
+    known = min(_MAX_ENVELOPE, blur / float(np.linalg.norm(np.ptp(x, axis=0))))
+    options = {"edge_length_fac": edge, "epsilon": max(envelope(edge), known)}
+    if within is not None:
+        options["disable_filtering"] = True
     x, tets = fill(x, faces, options, memory=memory, seconds=seconds, progress=progress)
+    if within is not None:
+        tets = tets[inside(*within, x[tets].mean(axis=1))]
     if not len(tets):
         raise BodyError("no tetrahedron fits inside the surface: is there an inside?")
     return TetMesh.checked(x, largest_piece(x, tets) if largest else tets)

@@ -6,19 +6,36 @@ import contextlib
 import io
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import reading_limited
+from cohaptic_server.objects.parts.cell_groups import groups_of
+from cohaptic_server.objects.parts.parts import Parts
 
 VOLUMES = (".msh", ".vtk", ".vtu")
+_TETRAHEDRA = ("tetra", "tetra10")
 
 
-def read_volume(path: Path) -> tuple[Floats, Ints]:
-    """Read vertices, shape (n, 3) in units of the file, and tetrahedra, shape (m, 4).
+class VolumeMesh(NamedTuple):
+    """Tetrahedra of a file.
+
+    Args:
+        x: Vertices, shape (n, 3) in units of the file.
+        tets: Shape (m, 4).
+        parts: Of the tetrahedra; None where the file groups them in no way.
+    """
+
+    x: Floats
+    tets: Ints
+    parts: Parts | None
+
+
+def read_volume(path: Path) -> VolumeMesh:
+    """Read vertices and tetrahedra, and the groups that they are in.
 
     Only the corners of ten-node tetrahedra are kept; a solid adds its own midside nodes.
 
@@ -45,8 +62,9 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
         blocks = [
             np.array(cells.data, dtype=np.int64)[:, :4]
             for cells in loaded.cells
-            if cells.type in ("tetra", "tetra10")
+            if cells.type in _TETRAHEDRA
         ]
+        parts = groups_of(path, loaded, _TETRAHEDRA) if blocks else None
         counts = Counter[str]()
         for cells in loaded.cells:
             counts[str(cells.type)] += len(cells.data)
@@ -68,7 +86,7 @@ def read_volume(path: Path) -> tuple[Floats, Ints]:
         )
     tets = np.concatenate(blocks)
     _check(path, x, tets)
-    return x, tets
+    return VolumeMesh(x, tets, parts)
 
 
 def _is_solid(kind: str) -> bool:

@@ -27,6 +27,7 @@ def to_fields(source: ObjectFile) -> dict[str, Any]:
         "young": material.young,
         "nu": material.nu,
         "order": material.order,
+        "labels": list(source.labels),
     }
 
 
@@ -45,6 +46,7 @@ def from_fields(fields: Mapping[str, Any]) -> ObjectFile:
             shell=float(fields["shell"]),
             repair=bool(fields["repair"]),
             simplify=int(fields["simplify"]),
+            labels=tuple(str(label) for label in fields["labels"]),
             material=SolidSettings(
                 float(fields["young"]), float(fields["nu"]), order=int(fields["order"])
             ),

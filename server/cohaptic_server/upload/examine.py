@@ -14,7 +14,8 @@ from cohaptic.protocol.upload_messages import MAX_FINDINGS, Examined, Finding
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.resolve import find_problems, read_outside
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.prepare import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.parts.parts import joined
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_server.upload.limits import SIZE
@@ -76,7 +77,7 @@ def examine(path: Path, triangles: int) -> Preview:
         )
     source = ObjectFile(path)
     found = find_problems(source)
-    x, faces = read_outside(path)
+    x, faces = joined(read_outside(found.source))
     count = len(faces)
     extent, most = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
     x = x * found.source.scale

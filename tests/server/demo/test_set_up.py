@@ -14,6 +14,7 @@ from cohaptic_server.cli.serve import serve
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
 from cohaptic_server.testing.blocks import block
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
@@ -61,6 +62,7 @@ FULL = ObjectFile(
     material=SolidSettings(1e4, 0.3, 0.01, 1),
     fix_mesh=Path("bone.stl"),
     simplify=500,
+    parts=PartMaterials((("left lobe", 3e3), ("a=b", 5e4)), (("a=b", 0.2),)),
 )
 
 
@@ -70,12 +72,16 @@ def test_the_server_gets_every_option() -> None:
     assert got["nonlinear"] is True
     assert (got["body"], got["fix"]) == ("a.stl", "")
     for field in fields(FULL):
-        if field.name not in ("path", "material", "max_memory"):
+        if field.name not in ("path", "material", "max_memory", "parts"):
             assert got[field.name] == getattr(FULL, field.name)
     assert got["max_memory"] == FULL.max_memory / 1e9  # in GB on the command line
-    material = SolidSettings(
-        got["young"], got["poisson"], got["contact_radius"], got["order"], FULL.material.cache
+    (young, named), (nu, nu_named) = (
+        parse_values(option, got[option]) for option in ("young", "poisson")
     )
+    assert young is not None
+    assert nu is not None
+    assert PartMaterials(named, nu_named) == FULL.parts
+    material = SolidSettings(young, nu, got["contact_radius"], got["order"], FULL.material.cache)
     assert material == FULL.material
     ruled = replace(FULL, fix="z < 10%", fix_mesh=None, repair=False)
     got = parsed(serve_options("a.stl", ruled, nonlinear=False))

@@ -14,10 +14,12 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
-from cohaptic_server.objects import cost, prepare
+from cohaptic_server.objects import cost
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import prepare
+from cohaptic_server.objects.surface import accept
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.testing.blocks import block
@@ -175,7 +177,7 @@ def test_a_volume_file_that_is_none_is_one_sentence(
 def test_millions_of_triangles_are_refused_with_the_number(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(prepare, "MAX_TRIANGLES", 300)
+    monkeypatch.setattr(accept, "MAX_TRIANGLES", 300)
     with pytest.raises(BodyError, match="320 triangles; the limit is 300"):
         build_solid(ObjectFile(sphere(tmp_path / "ball.stl"), "z < 20%"))
 
@@ -223,7 +225,7 @@ def test_the_distance_from_the_file_is_measured(tmp_path: Path) -> None:
     lattice = np.array([(a, b, 1.0 - a - b) for a in share for b in share if a + b <= 1.0 + 1e-9])
     found: list[float] = []
     for edge in (0.1, 0.4):
-        made = prepare.prepare(ObjectFile(path, edge=edge))
+        made = prepare(ObjectFile(path, edge=edge))
         cloud = lattice @ made.tets.vertices[boundary(made.tets.tets)]
         distance, _ = KDTree(cloud.reshape(-1, 3)).query(x)
         assert made.deviation == pytest.approx(float(np.max(distance)), abs=5e-4)

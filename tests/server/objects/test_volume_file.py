@@ -25,14 +25,14 @@ def write(path: Path, cells: list[tuple[str, Ints]]) -> Path:
 
 @pytest.mark.parametrize("kind", VOLUMES)
 def test_tetrahedra_are_read_as_they_are(tmp_path: Path, kind: str) -> None:
-    x, tets = read_volume(write(tmp_path / f"cube{kind}", [("tetra", TETS)]))
+    x, tets, _ = read_volume(write(tmp_path / f"cube{kind}", [("tetra", TETS)]))
     assert x == pytest.approx(CUBE)
     assert tets.tolist() == TETS.tolist()
 
 
 def test_faces_beside_them_do_not_matter(tmp_path: Path) -> None:
     triangles = np.array([[0, 1, 2]])
-    _, tets = read_volume(write(tmp_path / "c.vtu", [("triangle", triangles), ("tetra", TETS)]))
+    _, tets, _ = read_volume(write(tmp_path / "c.vtu", [("triangle", triangles), ("tetra", TETS)]))
     assert len(tets) == len(TETS)
 
 

@@ -8,31 +8,35 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, astuple, replace
-from pathlib import Path
 
 import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary
-from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import diagnose
 from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
 from cohaptic_server.objects.build import expected_cost
 from cohaptic_server.objects.cost import edge_that_fits
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
-from cohaptic_server.objects.prepare import VolumeLostError, check_file
+from cohaptic_server.objects.parts.nodes import read_surfaces
+from cohaptic_server.objects.parts.parts import PartSurface, joined
+from cohaptic_server.objects.parts.surfaces import simplified_to
+from cohaptic_server.objects.prepare import check_file
+from cohaptic_server.objects.scan.choose import labels_together, listed
+from cohaptic_server.objects.scan.read import is_scan, read_scan
+from cohaptic_server.objects.scan.scan_surfaces import FEWER, scan_surfaces
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
+from cohaptic_server.objects.surface.accept import VolumeLostError
 from cohaptic_server.objects.surface.simplify import count_triangles
-from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from cohaptic_server.progress import Progress
 
 _ATTEMPTS = 6  # at a mesh that is coarse enough
 # Options that are chosen, beside the order of the elements.
-_CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell")
-_FORM = 2  # raised when the findings or their remedies change
+_CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell", "labels")
+_FORM = 3  # raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
@@ -46,33 +50,57 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
         BodyError: The file cannot be read, or is far too large.
         SettingError: A rule says what is held and cannot be understood, or holds nothing.
     """
-    x, faces = read_outside(source.path)
+    labelled, source = labels_of(source)
+    surfaces = read_outside(source)
     is_volume = source.path.suffix.lower() in VOLUMES
-    found = diagnose(source, x, faces, scale_given=scale_given, is_volume=is_volume)
-    # A rule with a slip of the pen is told before the long part, not after it.
+    found = diagnose(source, surfaces, scale_given=scale_given, is_volume=is_volume)
+    found = replace(found, remedies=(*labelled, *found.remedies))
+    # A slip of the pen is told before the long part, not after it.
+    if not is_volume:
+        source.parts.check([one.name for one in surfaces if one.name])
+    x, faces = joined(surfaces)
     fixed_vertices(found.source, x[np.unique(faces)] * found.source.scale)
     return found
 
 
-def read_outside(path: Path) -> tuple[Floats, Ints]:
-    """Surface of the object in a file: vertices, shape (n, 3), and triangles, shape (m, 3).
+def labels_of(source: ObjectFile) -> tuple[tuple[Remedy, ...], ObjectFile]:
+    """The labels of a label map that are proposed, if none are chosen and there are several."""
+    if not is_scan(source.path) or source.labels:
+        return (), source
+    check_file(source.path)
+    labels = read_scan(source.path)
+    if len(labels.labels) == 1:
+        return (), source
+    together = labels_together(labels)
+    options = tuple(str(label.value) for label in together)
+    problem = f"it has {len(labels.labels)} labels: {listed(labels, labels.labels)}"
+    words = f"{listed(labels, together)} hang together and are taken"
+    option = " ".join(f"--label {value}" for value in options)
+    return (Remedy(problem, words, option),), replace(source, labels=options)
+
+
+def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
+    """Surface of the object in a file, or surfaces of its parts, in units of the file.
 
     Args:
-        path: Of a surface, or of a volume mesh, whose boundary is taken.
+        source: Of a surface, of a volume mesh, whose boundary is taken, or of a label map.
 
     Raises:
         BodyError: The file cannot be read, or is far too large.
     """
+    path = source.path
     check_file(path)
+    if is_scan(path):
+        return simplified_to(scan_surfaces(path, source.labels).surfaces, source.simplify or FEWER)
     if path.suffix.lower() in VOLUMES:
-        x, tets = read_volume(path)
-        return x, boundary(tets)
+        x, tets, _ = read_volume(path)
+        return (PartSurface("", x, boundary(tets)),)
     count = count_triangles(path)
     if count > MAX_READ:
         raise BodyError(
             f"{path}: {count:,} triangles; the limit is {MAX_READ:,}. Simplify it first"
         )
-    return read_surface(path)
+    return read_surfaces(path)
 
 
 def resolve(
@@ -148,4 +176,5 @@ def _from_text(source: ObjectFile, text: str) -> Diagnosis:
     order = known["chosen"].pop("order")
     material = replace(source.material, order=order)
     remedies = tuple(Remedy(**one) for one in known["remedies"])
+    known["chosen"]["labels"] = tuple(known["chosen"]["labels"])
     return Diagnosis(replace(source, material=material, **known["chosen"]), remedies)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cohaptic_server.objects.auto.remedy import Remedy
-from cohaptic_server.objects.prepare import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 
 _LIKELY = (0.02, 1.0)  # m; longest side of most things that are touched with a hand
 _UNITS = ((1e-3, "millimetres"), (1e-2, "centimetres"))

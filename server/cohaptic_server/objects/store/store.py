@@ -6,6 +6,7 @@ influence them; parts of a solid under the tetrahedra, the fixed vertices and th
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import astuple
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid.far_field import FarField
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
 from cohaptic_server.cholesky import factor_file
@@ -23,6 +25,7 @@ from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared, prepare
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
 from cohaptic_server.objects.store.checkpoint import Checkpoint
@@ -32,7 +35,7 @@ from cohaptic_server.progress import Progress
 
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.
-_TETS_FORM = 6
+_TETS_FORM = 7
 _PARTS_FORM = 6
 
 _FAR = "twin/"  # of the far field's arrays in an entry
@@ -78,6 +81,7 @@ def load_or_make_parts(
     accept: Callable[[Plan], None] = lambda plan: None,
     *,
     late: bool = False,
+    moduli: Moduli | None = None,
 ) -> SolidParts:
     """Load the heavy parts of a solid from the store, or make and store them.
 
@@ -89,20 +93,20 @@ def load_or_make_parts(
         accept: Called with what factoring takes, before it begins; may raise.
         late: Whether a stored factor is left where it is, for a process of its own to read and
             check. Otherwise a damaged one is made anew here.
+        moduli: As for `shape_of`.
 
     Raises:
         BodyError: The fixed vertices leave a rigid motion, or nothing free.
     """
-    material = (_PARTS_FORM, settings.young, settings.nu, settings.contact_radius, settings.order)
-    path = entry_path(
-        repr(material).encode(), tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes()
-    )
-    found = _load_parts(path, lambda: shape_of(tets, fixed, settings), late=late)
+    if moduli is None:
+        moduli = Moduli.uniform(len(tets.tets), settings.young, settings.nu)
+    path = _parts_path(tets, fixed, settings, moduli)
+    found = _load_parts(path, lambda: shape_of(tets, fixed, settings, moduli), late=late)
     if found is not None:
         return found
     # Whoever is interrupted while the surface is pressed finds the factor the next time.
     factored = Checkpoint(path)
-    parts = make_parts(tets, fixed, settings, progress, accept, factored)
+    parts = make_parts(tets, fixed, settings, progress, accept, factored, moduli)
     progress("storing", 0.0)
     assert isinstance(parts.factor, Factor)
     factor_arrays = _with_prefix(PREFIX, factor_file.to_arrays(parts.factor))
@@ -137,10 +141,23 @@ def _load_parts(
     return None
 
 
+def _parts_path(
+    tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, moduli: Moduli
+) -> Path:
+    """Path of the entry with the parts of a solid; one material has the key that it always had."""
+    young, nu = settings.young, settings.nu
+    more = [moduli.young.tobytes(), moduli.nu.tobytes()]
+    if moduli.is_uniform:
+        young, nu, more = float(moduli.young[0]), float(moduli.nu[0]), []
+    material = (_PARTS_FORM, young, nu, settings.contact_radius, settings.order)
+    arrays = (tets.vertices.tobytes(), tets.tets.tobytes(), fixed.tobytes())
+    return entry_path(repr(material).encode(), *arrays, *more)
+
+
 def _tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of a file that exists."""
     options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
-    key = repr((_TETS_FORM, source.path.suffix.lower(), *options)).encode()
+    key = repr((_TETS_FORM, source.path.suffix.lower(), *options, source.labels)).encode()
     return entry_path(key, source.path.read_bytes())
 
 
@@ -152,14 +169,31 @@ def _prepared_to(prepared: Prepared) -> Arrays:
         "report": np.array(report, dtype=np.float64),
         "triangles": np.array([prepared.triangles, prepared.simplified], dtype=np.int64),
         "deviation": np.array([prepared.deviation]),
+        "words": np.frombuffer(json.dumps(prepared.words).encode(), np.uint8),
+        **_groups_to(prepared.parts),
     }
+
+
+def _groups_to(parts: Parts | None) -> Arrays:
+    if parts is None:
+        return {}
+    names = json.dumps(parts.names).encode()
+    return {"part of": parts.of, "part names": np.frombuffer(names, np.uint8)}
+
+
+def _groups_from(arrays: Arrays) -> Parts | None:
+    if "part of" not in arrays:
+        return None
+    return Parts(tuple(json.loads(arrays["part names"].tobytes())), arrays["part of"])
 
 
 def _prepared_from(arrays: Arrays) -> Prepared:
     tets = TetMesh.checked(arrays["vertices"], arrays["tets"])
     triangles, simplified = arrays["triangles"].tolist()
     (deviation,) = arrays["deviation"].tolist()
-    return Prepared(tets, _report_from(arrays["report"].tolist()), triangles, simplified, deviation)
+    report, parts = _report_from(arrays["report"].tolist()), _groups_from(arrays)
+    words = tuple(json.loads(arrays["words"].tobytes()))
+    return Prepared(tets, report, triangles, simplified, deviation, parts, words)
 
 
 def _report_from(values: list[float]) -> SurfaceReport | None:

@@ -9,8 +9,14 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import FEWER, MANY, diagnose
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.parts import PartSurface
 
 SOURCE = ObjectFile(Path("a.stl"))
+
+
+def one(x: Floats, faces: Ints) -> tuple[PartSurface]:
+    """A surface of no parts."""
+    return (PartSurface("", x, faces),)
 
 
 def two(gap: float) -> tuple[Floats, Ints]:
@@ -27,20 +33,20 @@ def used(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 
 def test_a_closed_ball_only_lacks_a_hold() -> None:
-    found = diagnose(SOURCE, *icosphere(2, 0.05))
+    found = diagnose(SOURCE, one(*icosphere(2, 0.05)))
     assert [remedy.option for remedy in found.remedies] == [f'--fix "{found.source.fix}"']
 
 
 def test_what_is_given_is_not_found_again() -> None:
     source = ObjectFile(Path("a.stl"), "z < 10%", 0.5, repair=True, simplify=500, shell=0.01)
     x, faces = icosphere(4, 30.0)
-    assert diagnose(source, x, faces[:-1]).remedies == ()
-    assert diagnose(source, x, faces[:-1]).source == source
+    assert diagnose(source, one(x, faces[:-1])).remedies == ()
+    assert diagnose(source, one(x, faces[:-1])).source == source
 
 
 def test_everything_is_found_at_once() -> None:
     x, faces = icosphere(5, 60.0)
-    found = diagnose(SOURCE, x, faces[:-3])
+    found = diagnose(SOURCE, one(x, faces[:-3]))
     assert len(faces) > MANY
     options = [remedy.option.split()[0] for remedy in found.remedies]
     assert options == ["--scale", "--simplify", "--repair", "--fix"]
@@ -51,14 +57,14 @@ def test_everything_is_found_at_once() -> None:
 
 def test_the_users_own_scale_stays() -> None:
     x, faces = icosphere(2, 1.0)  # two metres: possible, and perhaps meant
-    assert diagnose(SOURCE, x, faces).source.scale == pytest.approx(0.1)
-    assert diagnose(SOURCE, x, faces, scale_given=True).source.scale == 1.0
+    assert diagnose(SOURCE, one(x, faces)).source.scale == pytest.approx(0.1)
+    assert diagnose(SOURCE, one(x, faces), scale_given=True).source.scale == 1.0
 
 
 def test_half_a_ball_is_a_sheet_and_a_ball_with_a_hole_is_not() -> None:
     x, faces = icosphere(3, 0.05)
     height = x[faces].mean(axis=1)[:, 2]
-    half, holed = (diagnose(SOURCE, *used(x, faces[height < h])).source for h in (0.0, 0.045))
+    half, holed = (diagnose(SOURCE, one(*used(x, faces[height < h]))).source for h in (0.0, 0.045))
     assert half.shell == pytest.approx(0.03 * 0.1)
     assert half.repair is False
     assert (holed.shell, holed.repair) == (0.0, True)
@@ -66,7 +72,7 @@ def test_half_a_ball_is_a_sheet_and_a_ball_with_a_hole_is_not() -> None:
 
 @pytest.mark.parametrize("gap", [-0.03, 0.03])
 def test_two_balls_need_repair_whether_they_cross_or_not(gap: float) -> None:
-    found = diagnose(SOURCE, *two(gap))
+    found = diagnose(SOURCE, one(*two(gap)))
     assert found.source.repair is True
     words = " ".join(remedy.problem for remedy in found.remedies)
     assert ("cross" in words) == (gap < 0.0)
@@ -75,5 +81,5 @@ def test_two_balls_need_repair_whether_they_cross_or_not(gap: float) -> None:
 
 def test_tetrahedra_are_taken_as_they_are() -> None:
     x, faces = icosphere(5, 60.0)
-    found = diagnose(SOURCE, x, faces[:-3], is_volume=True)
+    found = diagnose(SOURCE, one(x, faces[:-3]), is_volume=True)
     assert [remedy.option.split()[0] for remedy in found.remedies] == ["--scale", "--fix"]

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.objects.auto.units import likely_scale
-from cohaptic_server.objects.prepare import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 
 
 @pytest.mark.parametrize("size", [0.005, 0.1, 1.0])

@@ -13,7 +13,9 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects import prepare as prepare_module
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts import surfaces as parts_surfaces
 from cohaptic_server.objects.prepare import prepare
+from cohaptic_server.objects.surface import accept
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.simplify import (
     _collapsed,  # pyright: ignore[reportPrivateUsage]
@@ -61,7 +63,7 @@ def test_millions_are_refused_before_they_are_read(
     def read(path: Path) -> None:
         raise AssertionError(f"{path} was read")
 
-    monkeypatch.setattr(prepare_module, "read_surface", read)
+    monkeypatch.setattr(prepare_module, "read_surfaces", read)
     said = r"5,000,000 triangles; the limit is 300,000, .* about 2\.8 hours\. .*--simplify 20000"
     with pytest.raises(BodyError, match=said):
         prepare(ObjectFile(path, "z < 10%"))
@@ -73,6 +75,7 @@ def test_at_the_users_word_they_are_simplified(
     pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
     pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
     monkeypatch.setattr(prepare_module, "MAX_TRIANGLES", 1000)
+    monkeypatch.setattr(accept, "MAX_TRIANGLES", 1000)
     path = tmp_path / "ball.stl"
     mesh: Any = trimesh.Trimesh(*BALL, process=False)
     mesh.export(path)
@@ -113,10 +116,11 @@ def test_a_surface_too_large_to_be_checked_is_not_blamed_for_what_simplifying_ma
     x, faces = icosphere(3, 0.05)
     path = write(tmp_path / "ball.stl", x, faces)
     monkeypatch.setattr(prepare_module, "MAX_TRIANGLES", 1000)
+    monkeypatch.setattr(accept, "MAX_TRIANGLES", 1000)
 
     def torn(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
         return x, faces[:count]
 
-    monkeypatch.setattr(prepare_module, "simplify", torn)
+    monkeypatch.setattr(parts_surfaces, "simplify", torn)
     with pytest.raises(BodyError, match=r"after --simplify 900, which may have made this, the sur"):
         prepare(ObjectFile(path, edge=0.2, simplify=900))

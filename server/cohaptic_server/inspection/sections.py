@@ -1,0 +1,109 @@
+"""A picture of the parts of an object: three sections through it, a colour for each part."""
+
+# pyright: reportUnknownMemberType=false, reportMissingTypeStubs=false
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.parts.parts import Parts
+
+_INK, _DIM = "#1F2937", "#6B7280"
+# Okabe and Ito's colours, told apart by colour-blind eyes too; further parts repeat them.
+_COLORS = ("#C9D6DF", "#E69F00", "#0072B2", "#CC79A7", "#009E73", "#D55E00", "#56B4E9", "#F0E442")
+_LISTED = 12  # parts in the legend
+
+
+def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, title: str) -> None:
+    """Draw sections across x, y and z, through the middle of the smallest part, to a PNG file.
+
+    Args:
+        path: Path of the file.
+        tets: The object.
+        parts: Of its tetrahedra.
+        words: For the legend, one for each part.
+        title: Title of the picture.
+
+    Raises:
+        BodyError: matplotlib is not installed, or the file cannot be written.
+    """
+    try:
+        from matplotlib.collections import PolyCollection
+        from matplotlib.figure import Figure
+        from matplotlib.patches import Patch
+    except ImportError as error:
+        raise BodyError(
+            f"{path}: a picture needs matplotlib; install it with: pip install 'cohaptic[objects]'"
+        ) from error
+    sizes = parts.volumes(tets)
+    # Colours by size, so that the largest part is the pale one.
+    order: list[int] = np.argsort(-sizes, kind="stable").tolist()
+    colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
+    middle = _middle(tets, parts.of == int(sizes.argmin()))
+    figure = Figure(figsize=(10.0, 4.6), facecolor="white")
+    low, high = 1e3 * tets.vertices.min(axis=0), 1e3 * tets.vertices.max(axis=0)
+    for k, axis in enumerate((1, 0, 2)):
+        axes = figure.add_axes((0.06 + 0.32 * k, 0.24, 0.26, 0.58))
+        across, up = [other for other in range(3) if other != axis]
+        polygons, owners = section(tets, axis, float(middle[axis]))
+        shown = [1e3 * polygon[:, [across, up]] for polygon in polygons]
+        owned: list[int] = parts.of[owners].tolist()
+        fill = [colors[part] for part in owned]
+        axes.add_collection(PolyCollection(shown, facecolors=fill, edgecolors=fill, linewidths=0.3))
+        axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
+        axes.margins(0.05)
+        axes.set_aspect("equal")
+        axes.set_xlabel(f"{'xyz'[across]} [mm]", fontsize=9, color=_INK)
+        axes.set_ylabel(f"{'xyz'[up]} [mm]", fontsize=9, color=_INK, labelpad=1)
+        axes.tick_params(labelsize=8, colors=_DIM)
+        axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.3g} mm", fontsize=9, color=_DIM)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+    handles = [Patch(color=colors[k], label=words[k]) for k in order[:_LISTED]]
+    figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
+    figure.text(0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center")
+    try:
+        figure.savefig(path, dpi=160)
+    except (OSError, ValueError) as error:
+        raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+
+
+def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
+    """Polygons in which a plane cuts tetrahedra, and the tetrahedron of each.
+
+    Args:
+        tets: The object.
+        axis: Normal of the plane, 0, 1 or 2.
+        at: Its coordinate [m].
+
+    Returns:
+        Corners of each polygon, shape (3 or 4, 3) [m], in order round it; tetrahedra, shape (k,).
+    """
+    x = tets.vertices
+    above = (x[:, axis] > at)[tets.tets]
+    crossed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    others = [other for other in range(3) if other != axis]
+    polygons: list[Floats] = []
+    for index in crossed.tolist():
+        corners, sides = x[tets.tets[index]], above[index]
+        points: list[Floats] = []
+        for a, b in EDGES:
+            if sides[a] != sides[b]:
+                share = (at - corners[a, axis]) / (corners[b, axis] - corners[a, axis])
+                points.append(corners[a] + share * (corners[b] - corners[a]))
+        polygon = np.array(points)
+        off = (polygon - polygon.mean(axis=0))[:, others]
+        polygons.append(polygon[np.argsort(np.arctan2(off[:, 1], off[:, 0]))])
+    return polygons, crossed
+
+
+def _middle(tets: TetMesh, chosen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Floats:
+    """Middle of some tetrahedra by volume, shape (3,) [m]."""
+    t = tets.tets[chosen]
+    weights = volumes(tets.vertices, t)
+    return np.asarray(weights @ tets.vertices[t].mean(axis=1) / weights.sum())

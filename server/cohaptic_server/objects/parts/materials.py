@@ -1,0 +1,149 @@
+"""Materials of the parts of an object: `--young 5e3 --young tumour=60e3`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.solid.moduli import Moduli
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.numeric import Ints
+from cohaptic_server.objects.parts.parts import Parts
+
+Named = tuple[tuple[str, float], ...]  # values by the names of parts
+
+
+@dataclass(frozen=True, slots=True)
+class PartMaterials:
+    """Values of some parts; the others have those of the object.
+
+    Args:
+        young: Young's moduli by name [Pa].
+        nu: Poisson's ratios by name.
+        every_young: Whether each part must have a modulus of its own.
+        every_nu: The same for Poisson's ratio.
+
+    Raises:
+        SettingError: A value is out of its range, or a name is given twice.
+    """
+
+    young: Named = ()
+    nu: Named = ()
+    every_young: bool = False
+    every_nu: bool = False
+
+    def __post_init__(self) -> None:
+        for option, named in (("--young", self.young), ("--poisson", self.nu)):
+            names = [name for name, _ in named]
+            twice = [name for name in names if names.count(name) > 1]
+            if twice:
+                raise SettingError(option, f"given twice for {twice[0]}", "one value for each part")
+        for _, young in self.young:
+            SolidSettings(young=young)
+        for _, nu in self.nu:
+            SolidSettings(nu=nu)
+
+    def check(self, names: Sequence[str]) -> None:
+        """Check that the values fit the parts that there are.
+
+        Args:
+            names: Of the parts; empty for an object without any.
+
+        Raises:
+            SettingError: A value names no part, or a part has no value and needs one.
+        """
+        for option, named, every in (
+            ("--young", self.young, self.every_young),
+            ("--poisson", self.nu, self.every_nu),
+        ):
+            check_names(option, named, names)
+            given = dict(named)
+            missing = [name for name in names if name not in given]
+            if every and missing:
+                expected = (
+                    f"given for each part, or once without a name for the others; of"
+                    f" {_listed(names)}, no value has {_listed(missing)}"
+                )
+                raise SettingError(option, f"given for {_listed(tuple(given))}", expected)
+
+    def moduli(self, material: SolidSettings, parts: Parts | None, elements: Ints) -> Moduli:
+        """The moduli of elements.
+
+        Args:
+            material: Of what is not named.
+            parts: Of the tetrahedra; None for an object without any.
+            elements: Tetrahedron that each element is, or is a piece of, shape (k,).
+
+        Raises:
+            SettingError: As `check`.
+            BodyError: The stiffest part is too stiff for the softest one.
+        """
+        names = () if parts is None else parts.names
+        self.check(names)
+        if parts is None:
+            return Moduli.uniform(len(elements), material.young, material.nu)
+        each = np.array([self.of_part(material, name) for name in names])[parts.of[elements]]
+        return Moduli(each[:, 0].copy(), each[:, 1].copy())
+
+    def of_part(self, material: SolidSettings, name: str) -> tuple[float, float]:
+        """Young's modulus [Pa] and Poisson's ratio of a part."""
+        return dict(self.young).get(name, material.young), dict(self.nu).get(name, material.nu)
+
+    def to_arguments(self) -> list[str]:
+        """The options of the command line."""
+        arguments: list[str] = []
+        for option, named in (("--young", self.young), ("--poisson", self.nu)):
+            for name, value in named:
+                arguments += [option, f"{name}={value!r}"]
+        return arguments
+
+
+def parse_values(option: str, texts: Sequence[str]) -> tuple[float | None, Named]:
+    """Read `20e3` and `tumour=60e3`: the value without a name, if there is one, and the others.
+
+    Raises:
+        SettingError: A text is no number, or there are two without a name.
+    """
+    rest: float | None = None
+    named: list[tuple[str, float]] = []
+    for text in texts:
+        name, equals, number = text.rpartition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            raise SettingError(option, repr(text), "a number, or NAME=number") from None
+        if equals and not name.strip():
+            raise SettingError(option, repr(text), "NAME=number")
+        if equals:
+            named.append((name.strip(), value))
+        elif rest is not None:
+            raise SettingError(option, f"{rest:g} and {value:g}", "once without a name")
+        else:
+            rest = value
+    return rest, tuple(named)
+
+
+def check_names(option: str, named: Named, names: Sequence[str]) -> None:
+    """Check that values are those of parts that there are.
+
+    Args:
+        option: Of the command line, for the error.
+        named: Values by the names of parts.
+        names: Of the parts; empty for an object without any.
+
+    Raises:
+        SettingError: A value names no part.
+    """
+    unknown = [name for name, _ in named if name not in names]
+    if unknown:
+        there = f"for parts of this file, which are: {_listed(names)}"
+        if not names:
+            there = "one value for all of it, without a name: this file has no parts"
+        raise SettingError(option, f"given for {_listed(unknown)}", there)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)

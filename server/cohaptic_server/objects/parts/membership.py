@@ -1,0 +1,89 @@
+"""Which of several closed parts each tetrahedron lies in, and whether it is a part of them all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.enclosed_volume import volume
+from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.fix_mesh import inside
+from cohaptic_server.objects.parts.parts import Parts, PartSurface
+
+MAX_VOLUME_LOSS = 0.2  # share of the volume that tetrahedra may miss
+
+
+def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bool_]:
+    """Which tetrahedra lie within each closed surface, shape (parts, m).
+
+    Filling keeps every surface, so that none passes through a tetrahedron; one lies where its
+    middle does. What is in no other part is in the largest one: beside a surface that filling
+    has moved by a hair, a middle may be in none of them.
+
+    Args:
+        surfaces: Of the parts [m].
+        tets: What fills all of them.
+    """
+    middles = tets.vertices[tets.tets].mean(axis=1)
+    largest = int(sizes(surfaces).argmax())
+    found = np.zeros((len(surfaces), len(middles)), dtype=np.bool_)
+    for k, surface in enumerate(surfaces):
+        if k != largest:
+            found[k] = inside(surface.x, surface.faces, middles)
+    elsewhere = np.flatnonzero(found.any(axis=0))
+    found[largest] = True
+    found[largest, elsewhere] = inside(
+        surfaces[largest].x, surfaces[largest].faces, middles[elsewhere]
+    )
+    return found
+
+
+def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) -> Parts:
+    """The part of each tetrahedron: of those that it lies within the one of the least volume.
+
+    Args:
+        surfaces: Of the parts.
+        within: `members`, shape (parts, m).
+
+    Raises:
+        BodyError: A part has no tetrahedron.
+    """
+    of = np.full(within.shape[1], -1, dtype=np.int64)
+    for k in np.argsort(-sizes(surfaces), kind="stable").tolist():
+        of[within[k]] = k
+    names = tuple(surface.name for surface in surfaces)
+    empty = [name for k, name in enumerate(names) if not (of == k).any()]
+    if empty:
+        raise BodyError(
+            f"no tetrahedron belongs to {', '.join(empty)}: smaller parts cover it, or it is too"
+            " thin for elements of this --edge"
+        )
+    return Parts(names, of)
+
+
+def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
+    """Refuse tetrahedra that miss much of a part.
+
+    Args:
+        names: Of the parts.
+        found: Volume of the tetrahedra of each, shape (parts,) [m^3].
+        wanted: What it should be, shape (parts,) [m^3].
+
+    Raises:
+        BodyError: A part has lost, or gained, more than `MAX_VOLUME_LOSS` of its volume.
+    """
+    for name, share in zip(names, (found / wanted).tolist(), strict=True):
+        if abs(share - 1.0) > MAX_VOLUME_LOSS:
+            raise BodyError(
+                f"the tetrahedra of {name} have {share:.0%} of its volume: it is too thin for"
+                " elements of this size. Take a smaller --edge, or what there is with --repair"
+            )
+
+
+def sizes(surfaces: Sequence[PartSurface]) -> Floats:
+    """Volume that each surface encloses, shape (parts,)."""
+    return np.array([abs(volume(one.x - one.x.mean(axis=0), one.faces)) for one in surfaces])

@@ -1,0 +1,84 @@
+"""The parts of an object: their names, their surfaces, and the part of each tetrahedron."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
+from cohaptic_server.numeric import Floats, Ints
+
+MAX_PARTS = 64  # of one object; an anatomical atlas of an abdomen has about 30
+MAX_NAME = 60  # characters
+
+
+class PartSurface(NamedTuple):
+    """The surface of one part.
+
+    Args:
+        name: Of the part; empty if the object has no parts.
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+    """
+
+    name: str
+    x: Floats
+    faces: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """The parts of an object.
+
+    Args:
+        names: Of the parts, each once.
+        of: Part of each tetrahedron, as an index into `names`, shape (m,).
+
+    Raises:
+        BodyError: There is no part, or an index is none of theirs.
+    """
+
+    names: tuple[str, ...]
+    of: Ints
+
+    def __post_init__(self) -> None:
+        if not self.names or len(set(self.names)) != len(self.names):
+            raise BodyError(f"the parts of an object need names of their own: {self.names}")
+        if len(self.of) and not 0 <= int(self.of.min()) <= int(self.of.max()) < len(self.names):
+            raise BodyError(f"a tetrahedron names part {self.of.max()} of {len(self.names)}")
+
+    def volumes(self, tets: TetMesh) -> Floats:
+        """Volume of each part, shape (parts,) [m^3]."""
+        each = volumes(tets.vertices, tets.tets)
+        return np.asarray(np.bincount(self.of, each, len(self.names)), dtype=np.float64)
+
+    def of_elements(self, elements: Ints) -> Parts:
+        """The parts of some tetrahedra (k,), or of what they were split into."""
+        return Parts(self.names, self.of[elements])
+
+
+def joined(surfaces: Sequence[PartSurface]) -> tuple[Floats, Ints]:
+    """All surfaces as one: vertices, shape (n, 3), and triangles, shape (m, 3)."""
+    starts = np.cumsum([0, *(len(surface.x) for surface in surfaces)])
+    faces = [surface.faces + start for surface, start in zip(surfaces, starts, strict=False)]
+    return np.concatenate([surface.x for surface in surfaces]), np.concatenate(faces)
+
+
+def distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Names that can be written on a command line, each once: a second `lung` becomes `lung.2`."""
+    taken: dict[str, int] = {}
+    found: list[str] = []
+    for name in names:
+        printable = "".join(c if c.isprintable() else " " for c in name)
+        plain = " ".join(printable.split())[:MAX_NAME] or "part"
+        taken[plain] = count = taken.get(plain, 0) + 1
+        candidate = plain if count == 1 else f"{plain}.{count}"
+        while candidate in found:
+            taken[plain] = count = count + 1
+            candidate = f"{plain}.{count}"
+        found.append(candidate)
+    return tuple(found)

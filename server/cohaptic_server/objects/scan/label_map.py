@@ -1,0 +1,199 @@
+"""A label map: which label each voxel of a scan has, and where the voxels are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.ndimage
+
+from cohaptic.errors import BodyError
+from cohaptic_server.numeric import Floats, Ints
+
+# Of the voxels as they are stored: 512 x 512 x 950 of two bytes, or half as many of four.
+MAX_BYTES = 1_000_000_000
+MAX_LABELS = 1000  # different ones; an atlas of the whole body has 120
+_SPACING = (1e-5, 0.1)  # m; of voxels
+_LEAST_ANGLE = 0.1  # volume of a voxel over the product of its sides
+
+
+@dataclass(frozen=True, eq=False)
+class Label:
+    """One label of a map.
+
+    Args:
+        value: Of its voxels.
+        name: From the header, or the value.
+        voxels: How many there are.
+        box: First and last voxel but one along each axis, shape (3, 2).
+    """
+
+    value: int
+    name: str
+    voxels: int
+    box: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class LabelMap:
+    """Labels of voxels.
+
+    Args:
+        numbers: 0 for the background, else 1 + index into `labels`, shape (i, j, k).
+        affine: From indices of voxels to their middles, shape (3, 4) [m].
+        labels: By their values, without the background.
+    """
+
+    numbers: npt.NDArray[np.uint16]
+    affine: Floats
+    labels: tuple[Label, ...] = field(default=())
+
+    @property
+    def spacing(self) -> Floats:
+        """Distance between voxels along each axis, shape (3,) [m]."""
+        return np.asarray(np.linalg.norm(self.affine[:, :3], axis=0))
+
+    @property
+    def voxel(self) -> float:
+        """Volume of a voxel [m^3]."""
+        return abs(float(np.linalg.det(self.affine[:, :3])))
+
+    def size(self, label: Label) -> Floats:
+        """Size of the box round a label along the axes of the patient, shape (3,) [m]."""
+        low, high = label.box[:, 0] - 0.5, label.box[:, 1] - 0.5
+        corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1)
+        return np.asarray(np.ptp(corners.reshape(-1, 3) @ self.affine[:, :3].T, axis=0))
+
+    def said(self, label: Label) -> str:
+        """A label with its volume: `3 tumour (12.5 cm3)`."""
+        name = f" {label.name}" if label.name != str(label.value) else ""
+        return f"{label.value}{name} ({1e6 * self.voxel * label.voxels:.3g} cm3)"
+
+    def cropped(self, labels: Sequence[Label], margin: int, most: int) -> LabelMap:
+        """The box round some labels, with voxels left out where they are very many.
+
+        Args:
+            labels: Of this map.
+            margin: Voxels of background round the box.
+            most: Number of voxels of the box, without the margin.
+
+        Returns:
+            A map with the same labels, whose boxes and counts are those of this one.
+        """
+        boxes = np.stack([label.box for label in labels])
+        low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
+        step = 1
+        while np.prod((high - low) / step) > most:
+            step += 1
+        window = tuple(slice(int(a), int(b), step) for a, b in zip(low, high, strict=True))
+        start = low + 0.0 - margin * step
+        affine = self.affine.copy()
+        affine[:, 3] += affine[:, :3] @ start
+        affine[:, :3] *= step
+        return LabelMap(np.pad(self.numbers[window], margin), affine, self.labels)
+
+    @classmethod
+    def of(
+        cls, path: Path, values: npt.NDArray[Any], affine: Floats, names: Mapping[int, str]
+    ) -> LabelMap:
+        """The map of the voxels in a file.
+
+        Args:
+            path: The file, for an error.
+            values: Of the voxels, whole numbers, shape (i, j, k).
+            affine: As of the class.
+            names: Of labels, by their values.
+
+        Raises:
+            BodyError: The values are none of a label map, or voxels have no sensible size.
+        """
+        _check_affine(path, affine)
+        known = _values(path, values)
+        labels = known[known != 0]
+        if not len(labels):
+            raise BodyError(f"{path}: there is no label in it, all voxels are 0")
+        numbers = np.empty(values.shape, dtype=np.uint16)
+        for k in range(values.shape[2]):
+            slab = values[:, :, k]
+            found = np.searchsorted(labels, slab).astype(np.uint16) + 1
+            numbers[:, :, k] = np.where(slab == 0, 0, found)
+        counts = np.bincount(numbers.ravel(order="K"), minlength=len(labels) + 1)
+        boxes = scipy.ndimage.find_objects(numbers)
+        described = tuple(
+            Label(
+                int(value),
+                names.get(int(value), str(int(value))),
+                int(counts[k]),
+                np.array([[side.start, side.stop] for side in boxes[k - 1]]),
+            )
+            for k, value in enumerate(labels.tolist(), start=1)
+        )
+        return cls(numbers, affine, described)
+
+
+def check_size(path: Path, shape: tuple[int, ...], item: int) -> None:
+    """Check that voxels may be read, before they are.
+
+    Args:
+        path: The file, for an error.
+        shape: As its header says.
+        item: Size of a voxel [bytes].
+
+    Raises:
+        BodyError: They are too many, or not in three axes.
+    """
+    if len(shape) != 3 or min(shape) < 1:
+        axes = " x ".join(str(n) for n in shape[:8]) or "none"
+        raise BodyError(f"{path}: its voxels are {axes}; one label map in three axes is read")
+    total = int(item)
+    for n in shape:
+        total *= int(n)
+    if total > MAX_BYTES:
+        axes = " x ".join(str(n) for n in shape)
+        raise BodyError(
+            f"{path}: its header says {axes} voxels of {item} bytes, {total / 1e9:.3g} GB; the"
+            f" limit is {MAX_BYTES / 1e9:g} GB. Crop it to the organ, or resample it"
+        )
+
+
+def _check_affine(path: Path, affine: Floats) -> None:
+    if affine.shape != (3, 4) or not np.isfinite(affine).all():
+        raise BodyError(f"{path}: its header says no place of the voxels in space")
+    spacing = np.linalg.norm(affine[:, :3], axis=0)
+    if not ((spacing >= _SPACING[0]) & (spacing <= _SPACING[1])).all():
+        listed = " x ".join(f"{1e3 * s:.3g}" for s in spacing.tolist())
+        raise BodyError(
+            f"{path}: its voxels are {listed} mm; each side must be from {1e3 * _SPACING[0]:g} to"
+            f" {1e3 * _SPACING[1]:g} mm"
+        )
+    if abs(float(np.linalg.det(affine[:, :3] / spacing))) < _LEAST_ANGLE:
+        raise BodyError(f"{path}: the axes of its voxels lie in a plane, or nearly so")
+
+
+def _values(path: Path, values: npt.NDArray[Any]) -> Ints:
+    """The different values of voxels, sorted; slab by slab, since sorting all takes memory."""
+    known: set[int] = set()
+    for k in range(values.shape[2]):
+        slab = np.unique(values[:, :, k])
+        if slab.dtype.kind == "f":
+            if not np.isfinite(slab).all() or (slab != np.round(slab)).any():
+                odd = slab[~np.isfinite(slab) | (slab != np.round(slab))][0]
+                raise BodyError(
+                    f"{path}: a voxel is {odd:g}; a label map has whole numbers. Is it an image"
+                    " that is not segmented yet?"
+                )
+            if np.abs(slab).max() > 2**31:
+                raise BodyError(f"{path}: a voxel is {np.abs(slab).max():g}, too large for a label")
+        known.update(int(value) for value in slab.tolist())
+        if len(known) > MAX_LABELS + 1:
+            raise BodyError(
+                f"{path}: it has more than {MAX_LABELS:,} different values. Is it an image that is"
+                " not segmented yet?"
+            )
+    if max(abs(value) for value in known) > 2**53:
+        raise BodyError(f"{path}: a voxel is {max(known)}, too large for a label")
+    return np.array(sorted(known), dtype=np.int64)

@@ -1,0 +1,146 @@
+"""Reads label maps of NRRD files: the header through pynrrd, and then no more than it says.
+
+The voxels are read here: pynrrd unpacks compressed ones to whatever size they have, and reads other
+files that a header names.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from cohaptic.errors import BodyError, one_line
+from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.scan.label_map import LabelMap, check_size
+from cohaptic_server.objects.scan.library import library
+
+_HEAD = 2**20  # bytes that a header may have; those of segmentations have a few thousand
+_BLOCK = 2**20  # bytes of a compressed file that are read at once
+_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+# Signs of x and y that make x point right and y forwards, as in NIfTI.
+_SPACES = {
+    "left-posterior-superior": (-1.0, -1.0),
+    "lps": (-1.0, -1.0),
+    "left-anterior-superior": (-1.0, 1.0),
+    "las": (-1.0, 1.0),
+}
+_KINDS = {
+    "int8": "i1", "signed char": "i1", "uint8": "u1", "uchar": "u1", "unsigned char": "u1",
+    "int16": "i2", "short": "i2", "uint16": "u2", "ushort": "u2", "unsigned short": "u2",
+    "int32": "i4", "int": "i4", "uint32": "u4", "uint": "u4", "unsigned int": "u4",
+    "int64": "i8", "longlong": "i8", "uint64": "u8", "ulonglong": "u8",
+    "float": "f4", "double": "f8",
+}  # fmt: skip
+
+
+def read_nrrd(path: Path) -> LabelMap:
+    """Read an NRRD file with its voxels in it; axes as of `read_nifti`.
+
+    Args:
+        path: Of a `.nrrd`.
+
+    Raises:
+        BodyError: It is no label map.
+    """
+    parse = library("nrrd", "pynrrd", f"{path}: reading NRRD").read_header
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+        end = re.search(rb"\r?\n\r?\n", head)
+        if end is None:
+            raise BodyError(f"{path}: no header of an NRRD ends in its first {_HEAD:,} bytes")
+        try:
+            parsed: Any = parse(io.BytesIO(head[: end.end()]))
+            header: dict[str, Any] = {str(key).lower(): parsed[key] for key in parsed}
+            shape, kind, affine = _described(path, header)
+            file.seek(end.end())
+            data = _voxels(path, file, str(header["encoding"]).lower(), shape, kind)
+            names = _names(header)
+        except BodyError:
+            raise
+        except MemoryError:
+            raise
+        except Exception as error:  # pynrrd's parsers raise errors of many kinds
+            words = one_line(f"{type(error).__name__}: {error}")
+            raise BodyError(f"{path}: this is no NRRD that can be read ({words})") from error
+    values = np.frombuffer(data, kind).reshape(shape, order="F")
+    return LabelMap.of(path, values, affine, names)
+
+
+def _described(
+    path: Path, header: Mapping[str, Any]
+) -> tuple[tuple[int, ...], np.dtype[Any], Floats]:
+    """Shape and type of the voxels, and from their indices to metres."""
+    if "data file" in header or "datafile" in header:
+        raise BodyError(f"{path}: its voxels are in another file; store both as one .nrrd")
+    if any(int(header.get(key, 0)) for key in ("byte skip", "byteskip", "line skip", "lineskip")):
+        raise BodyError(f"{path}: it skips bytes before its voxels, which is not read")
+    sizes = tuple(int(n) for n in np.asarray(header["sizes"]).reshape(-1))
+    name = str(header["type"]).lower().removesuffix("_t")
+    if name not in _KINDS:
+        raise BodyError(f"{path}: its voxels are {name!r}; a label map has whole numbers")
+    order = ">" if str(header.get("endian", "little")).lower() == "big" else "<"
+    kind = np.dtype(order + _KINDS[name])
+    vectors = header.get("space directions")
+    if vectors is None:
+        spacings = np.asarray(header.get("spacings", np.ones(len(sizes))), dtype=np.float64)
+        vectors = np.diag(spacings.reshape(-1))
+    rows = [np.asarray(row, dtype=np.float64).reshape(-1) for row in vectors]
+    # An axis without a direction lists layers of segments that overlap; one of them is no layer.
+    spatial = [len(row) == 3 and bool(np.isfinite(row).all()) for row in rows]
+    if len(rows) == len(sizes):
+        sizes = tuple(n for n, kept in zip(sizes, spatial, strict=True) if kept or n != 1)
+        rows = [row for row, kept in zip(rows, spatial, strict=True) if kept]
+    check_size(path, sizes, kind.itemsize)
+    origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=np.float64).reshape(-1)
+    affine = np.column_stack([*rows, origin])
+    if affine.shape != (3, 4):
+        raise BodyError(f"{path}: its header says no place of the voxels in space")
+    across, forwards = _SPACES.get(str(header.get("space", "")).lower(), (1.0, 1.0))
+    signs = np.array([across, forwards, 1.0])
+    units = header.get("space units")
+    unit = _METRES.get(str(units[0]).strip('"').lower(), 1e-3) if units is not None else 1e-3
+    return sizes, kind, unit * signs[:, None] * affine
+
+
+def _voxels(
+    path: Path, file: IO[bytes], encoding: str, shape: tuple[int, ...], kind: np.dtype[Any]
+) -> bytes:
+    """The bytes of the voxels, and no more however many there are."""
+    expected = int(np.prod(shape, dtype=np.int64)) * kind.itemsize
+    if encoding == "raw":
+        data = file.read(expected)
+    elif encoding in ("gzip", "gz"):
+        data = _unpacked(file, expected)
+    else:
+        raise BodyError(f"{path}: its voxels are stored as {encoding!r}; raw and gzip are read")
+    if len(data) < expected:
+        raise BodyError(
+            f"{path}: its header says {expected:,} bytes of voxels and it has {len(data):,}"
+        )
+    return data
+
+
+def _unpacked(file: IO[bytes], expected: int) -> bytes:
+    unpack, out = zlib.decompressobj(wbits=31), bytearray()
+    while len(out) < expected and not unpack.eof:
+        block = file.read(_BLOCK)
+        if not block:
+            break
+        out += unpack.decompress(block, expected - len(out))
+    return bytes(out)
+
+
+def _names(header: Mapping[str, Any]) -> dict[int, str]:
+    """Names of the segments that 3D Slicer writes, by their labels."""
+    found: dict[int, str] = {}
+    for key, value in header.items():
+        match = re.fullmatch(r"segment(\d+)_labelvalue", key)
+        if match is not None and f"segment{match[1]}_name" in header:
+            found[int(value)] = one_line(str(header[f"segment{match[1]}_name"]))
+    return found

@@ -1,0 +1,25 @@
+"""Which files are label maps, and their reading."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cohaptic_server.objects.scan.label_map import LabelMap
+from cohaptic_server.objects.scan.nifti import read_nifti
+from cohaptic_server.objects.scan.nrrd_file import read_nrrd
+
+SCANS = (".nii", ".nii.gz", ".nrrd")
+
+
+def is_scan(path: Path) -> bool:
+    """Whether a file is a label map, by its name."""
+    return path.name.lower().endswith(SCANS)
+
+
+def read_scan(path: Path) -> LabelMap:
+    """Read the label map in a file.
+
+    Raises:
+        BodyError: It is none that can be read.
+    """
+    return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)

@@ -1,0 +1,105 @@
+"""What a surface and the tetrahedra in it must be, to be taken for an object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.nearest import nearest_point
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.cost import filling_seconds
+from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
+from cohaptic_server.objects.parts.membership import MAX_VOLUME_LOSS
+from cohaptic_server.objects.surface.checks import SurfaceReport
+from cohaptic_server.objects.tetrahedralise import ENVELOPE
+
+MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
+_TETS_PER_TRIANGLE = 3.0  # of a surface too fine for its edge; 2.3 on a noisy scan
+_DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
+
+
+class VolumeLostError(BodyError):
+    """The tetrahedra miss a part of what the surface encloses.
+
+    Args:
+        words: The error.
+        share: Of the volume that they have.
+    """
+
+    def __init__(self, words: str, share: float) -> None:
+        super().__init__(words)
+        self.share = share
+
+
+def check_count(path: Path, count: int) -> None:
+    """Refuse more triangles than can be filled."""
+    if count <= MAX_TRIANGLES:
+        return
+    hours = filling_seconds(count, _TETS_PER_TRIANGLE * count) / 3600.0
+    raise BodyError(
+        f"{path}: {count:,} triangles; the limit is {MAX_TRIANGLES:,}, and filling so many would"
+        f" take about {hours:.2g} hours. Let them be simplified with --simplify 20000: an object"
+        " for touching needs a few tens of thousands"
+    )
+
+
+def check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> None:
+    """Refuse tetrahedra that miss a part of the enclosed volume."""
+    enclosed = abs(report.volume) * source.scale**3
+    if source.repair or tets.volume >= (1.0 - MAX_VOLUME_LOSS) * enclosed:
+        return
+    share = tets.volume / enclosed
+    raise VolumeLostError(
+        f"{source.path}: the tetrahedra have {share:.0%} of the volume that the"
+        f" surface encloses: parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost."
+        " Thicken them, or take what there is with --repair",
+        share,
+    )
+
+
+def check_size(path: Path, x: Floats, scale: float) -> None:
+    """Refuse an object too small or too large to touch; name the scale that was probably meant."""
+    size = float(np.ptp(x, axis=0).max())
+    # A file of single precision may round a size at the limit.
+    if (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
+        return
+    likely = [f"--scale {scale * s:g}" for s in (1e-3, 1e-2, 1e3) if 0.02 <= size * s <= 1.0]
+    advice = " or ".join(likely) or "--scale with the metres in one unit of the file"
+    raise BodyError(
+        f"{path}: the object is {size:.4g} m long; it must be from {MIN_SIZE:g} to {MAX_SIZE:g} m."
+        f" Is the file in other units? Try {advice}"
+    )
+
+
+def check_surface(of: str, report: SurfaceReport, *, repair: bool) -> None:
+    """Refuse a surface that does not enclose one volume, unless it is to be repaired."""
+    if report.flat:
+        raise BodyError(f"{of}the surface encloses no volume ({report.volume:.3g})")
+    problems = report.problems()
+    if problems and not repair:
+        raise BodyError(
+            f"{of}{'; '.join(problems)}. Mend it, or let it be closed and untangled with --repair"
+        )
+    if report.components > 1 and not repair:
+        raise BodyError(
+            f"{of}the surface is in {report.components} pieces; it must be one. A hollow object"
+            " needs --repair"
+        )
+
+
+def farthest(points: Floats, x: Floats, tets: Ints) -> float:
+    """Largest distance of some points from the surface of tetrahedra [m].
+
+    Args:
+        points: Shape (n, 3) [m]; if there are many, a part of them is taken.
+        x: Vertices, shape (k, 3) [m].
+        tets: Shape (m, 4).
+    """
+    used, renamed = np.unique(boundary(tets), return_inverse=True)
+    mesh = SurfaceMesh(x[used], renamed.reshape(-1, 3))
+    taken = points[:: max(1, len(points) // _DEVIATION_SAMPLES)]
+    return max(float(np.linalg.norm(nearest_point(mesh, p) - p)) for p in taken)

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import gzip
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.objects.scan.nifti import read_nifti
+from shapes.phantom import labels, nifti, phantom
+
+pytest.importorskip("nibabel", reason="pip install 'cohaptic[scans]' reads NIfTI")
+
+SMALL: npt.NDArray[np.uint8] = np.zeros((4, 5, 6), dtype=np.uint8)
+SMALL[1:3, 1:4, 2:5] = 7
+
+
+def written(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+def test_labels_have_their_volume_and_box(tmp_path: Path) -> None:
+    found = read_nifti(written(tmp_path / "a.nii", nifti(SMALL, (1.0, 2.0, 3.0))))
+    (label,) = found.labels
+    assert (label.value, label.name, label.voxels) == (7, "7", 18)
+    assert label.box.tolist() == [[1, 3], [1, 4], [2, 5]]
+    assert found.spacing == pytest.approx([1e-3, 2e-3, 3e-3])
+    assert found.voxel == pytest.approx(6e-9)
+    assert found.size(label) == pytest.approx([2e-3, 6e-3, 9e-3])
+    assert found.said(label) == "7 (0.108 cm3)"
+
+
+def test_a_compressed_one_is_the_same(tmp_path: Path) -> None:
+    found = read_nifti(written(tmp_path / "a.nii.gz", phantom()))
+    assert [label.value for label in found.labels] == [1, 2, 3]
+    assert np.array_equal(found.numbers, labels())
+
+
+def changed(offset: int, form: str, *values: Any) -> bytes:
+    data = bytearray(nifti(SMALL))
+    struct.pack_into(form, data, offset, *values)
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "no NIfTI that can be read"),
+        (b"n+1\0" * 200, "no NIfTI that can be read"),
+        (nifti(SMALL)[:-20], "no NIfTI that can be read"),
+        (changed(40, "<8h", 3, 30000, 30000, 30000, 1, 1, 1, 1), "27000 GB|2.7e.04 GB"),
+        (changed(40, "<8h", 4, 4, 5, 3, 2, 1, 1, 1), "its voxels are 4 x 5 x 3 x 2"),
+        (changed(112, "<2f", 0.5, 3.0), "scaled by 0.5 and shifted by 3"),
+        (changed(70, "<2h", 128, 24), "a label map has whole numbers|no NIfTI"),
+        (changed(280, "<f", float("nan")), "no place of the voxels|no NIfTI"),
+        (changed(280, "<4f", 0.0, 0.0, 0.0, 0.0), "its voxels are 0 x"),
+        (nifti(np.zeros((3, 3, 3), dtype=np.uint8)), "there is no label in it"),
+    ],
+)
+def test_what_is_no_label_map_is_one_sentence(tmp_path: Path, data: bytes, words: str) -> None:
+    with pytest.raises(BodyError, match=words) as error:
+        read_nifti(written(tmp_path / "a.nii", data))
+    assert "\n" not in str(error.value)
+
+
+def test_an_image_that_is_not_segmented_is_refused(tmp_path: Path) -> None:
+    values = np.arange(4 * 5 * 60, dtype=np.float32).reshape(4, 5, 60)
+    with pytest.raises(BodyError, match="more than 1,000 different values"):
+        read_nifti(written(tmp_path / "a.nii", nifti(values, code=16)))
+    with pytest.raises(BodyError, match=r"a voxel is 0\.5; a label map has whole numbers"):
+        read_nifti(written(tmp_path / "b.nii", nifti(0.5 * SMALL.astype(np.float32) / 7, code=16)))
+
+
+def test_a_bomb_is_refused_by_its_header_before_it_is_unpacked(tmp_path: Path) -> None:
+    data = changed(40, "<8h", 3, 2000, 2000, 2000, 1, 1, 1, 1) + bytes(10**7)
+    path = written(tmp_path / "a.nii.gz", gzip.compress(data))
+    with pytest.raises(BodyError, match=r"2000 x 2000 x 2000 voxels of 1 bytes, 8 GB; the limit"):
+        read_nifti(path)
