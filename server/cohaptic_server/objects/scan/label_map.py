@@ -14,8 +14,9 @@ import scipy.ndimage
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Of the voxels as they are stored: 512 x 512 x 950 of two bytes, or half as many of four.
-MAX_BYTES = 1_000_000_000
+# Of the voxels as they are stored and of two bytes more for each: 512 x 512 x 1,000 of two bytes.
+MAX_BYTES = 1_100_000_000
+_NUMBER = 2  # bytes of a voxel in a map
 MAX_LABELS = 1000  # different ones; an atlas of the whole body has 120
 _SPACING = (1e-5, 0.1)  # m; of voxels
 _LEAST_ANGLE = 0.1  # volume of a voxel over the product of its sides
@@ -116,12 +117,14 @@ class LabelMap:
         labels = known[known != 0]
         if not len(labels):
             raise BodyError(f"{path}: there is no label in it, all voxels are 0")
-        numbers = np.empty(values.shape, dtype=np.uint16)
+        # Slab by slab, in the order of a file: counting takes eight bytes for each voxel.
+        numbers = np.empty(values.shape, dtype=np.uint16, order="F")
+        counts = np.zeros(len(labels) + 1, dtype=np.int64)
         for k in range(values.shape[2]):
             slab = values[:, :, k]
             found = np.searchsorted(labels, slab).astype(np.uint16) + 1
             numbers[:, :, k] = np.where(slab == 0, 0, found)
-        counts = np.bincount(numbers.ravel(order="K"), minlength=len(labels) + 1)
+            counts += np.bincount(numbers[:, :, k].ravel(), minlength=len(counts))
         boxes = scipy.ndimage.find_objects(numbers)
         described = tuple(
             Label(
@@ -149,14 +152,15 @@ def check_size(path: Path, shape: tuple[int, ...], item: int) -> None:
     if len(shape) != 3 or min(shape) < 1:
         axes = " x ".join(str(n) for n in shape[:8]) or "none"
         raise BodyError(f"{path}: its voxels are {axes}; one label map in three axes is read")
-    total = int(item)
+    total = int(item) + _NUMBER
     for n in shape:
         total *= int(n)
     if total > MAX_BYTES:
         axes = " x ".join(str(n) for n in shape)
         raise BodyError(
-            f"{path}: its header says {axes} voxels of {item} bytes, {total / 1e9:.3g} GB; the"
-            f" limit is {MAX_BYTES / 1e9:g} GB. Crop it to the organ, or resample it"
+            f"{path}: its header says {axes} voxels of {item} bytes; reading them takes"
+            f" {total / 1e9:.3g} GB, and the limit is {MAX_BYTES / 1e9:g} GB. Crop it to"
+            " the organ, or resample it"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,9 @@ def read_nifti(path: Path) -> LabelMap:
         BodyError: It is no label map.
     """
     nibabel = library("nibabel", "nibabel", f"{path}: reading NIfTI")
+    # It tells of every odd field; what matters of them is said here.
+    log = logging.getLogger("nibabel.global")
+    was_disabled, log.disabled = log.disabled, True
     try:
         image: Any = nibabel.load(path)
         shape = tuple(int(n) for n in image.shape)
@@ -52,4 +56,6 @@ def read_nifti(path: Path) -> LabelMap:
     except Exception as error:  # nibabel's readers raise errors of many kinds
         words = one_line(f"{type(error).__name__}: {error}")
         raise BodyError(f"{path}: this is no NIfTI that can be read ({words})") from error
+    finally:
+        log.disabled = was_disabled
     return LabelMap.of(path, values, affine, {})

@@ -114,7 +114,8 @@ def _voxels(
     """The bytes of the voxels, and no more however many there are."""
     expected = int(np.prod(shape, dtype=np.int64)) * kind.itemsize
     if encoding == "raw":
-        data = file.read(expected)
+        # A buffer of that size would be there before anything is read into it.
+        data = file.read(min(expected, path.stat().st_size))
     elif encoding in ("gzip", "gz"):
         data = _unpacked(file, expected)
     else:

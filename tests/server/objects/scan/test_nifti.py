@@ -53,7 +53,7 @@ def changed(offset: int, form: str, *values: Any) -> bytes:
         (b"", "no NIfTI that can be read"),
         (b"n+1\0" * 200, "no NIfTI that can be read"),
         (nifti(SMALL)[:-20], "no NIfTI that can be read"),
-        (changed(40, "<8h", 3, 30000, 30000, 30000, 1, 1, 1, 1), "27000 GB|2.7e.04 GB"),
+        (changed(40, "<8h", 3, 30000, 30000, 30000, 1, 1, 1, 1), r"takes 8.1e\+04 GB"),
         (changed(40, "<8h", 4, 4, 5, 3, 2, 1, 1, 1), "its voxels are 4 x 5 x 3 x 2"),
         (changed(112, "<2f", 0.5, 3.0), "scaled by 0.5 and shifted by 3"),
         (changed(70, "<2h", 128, 24), "a label map has whole numbers|no NIfTI"),
@@ -79,5 +79,5 @@ def test_an_image_that_is_not_segmented_is_refused(tmp_path: Path) -> None:
 def test_a_bomb_is_refused_by_its_header_before_it_is_unpacked(tmp_path: Path) -> None:
     data = changed(40, "<8h", 3, 2000, 2000, 2000, 1, 1, 1, 1) + bytes(10**7)
     path = written(tmp_path / "a.nii.gz", gzip.compress(data))
-    with pytest.raises(BodyError, match=r"2000 x 2000 x 2000 voxels of 1 bytes, 8 GB; the limit"):
+    with pytest.raises(BodyError, match=r"2000 x 2000 voxels of 1 bytes; .* takes 24"):
         read_nifti(path)

@@ -61,7 +61,7 @@ def test_one_layer_of_segments_is_a_label_map(tmp_path: Path) -> None:
     [
         ("", b"", "no header of an NRRD ends|no NRRD"),
         (HEAD, b"\0" * 50, "its header says 120 bytes of voxels and it has 50"),
-        (HEAD.replace("3 4 5", "30000 30000 30000"), None, "the limit is 1 GB"),
+        (HEAD.replace("3 4 5", "30000 30000 30000"), None, r"the limit is 1\.1 GB"),
         (HEAD.replace("3 4 5", "-3 4 5"), None, "its voxels are -3 x 4 x 5"),
         (HEAD.replace("encoding: raw", "encoding: hex"), None, "stored as 'hex'; raw and gzip"),
         (HEAD + "data file: /etc/passwd\n", None, "its voxels are in another file"),
