@@ -20,7 +20,7 @@ _LISTED = 12  # parts in the legend
 
 
 def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, title: str) -> None:
-    """Draw sections across x, y and z, through the middle of the smallest part, to a PNG file.
+    """Draw sections across x, y and z, each through the middle of a small part, to a PNG file.
 
     Args:
         path: Path of the file.
@@ -44,10 +44,12 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     # Colours by size, so that the largest part is the pale one.
     order: list[int] = np.argsort(-sizes, kind="stable").tolist()
     colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
-    middle = _middle(tets, parts.of == int(sizes.argmin()))
+    # All but the largest part, the smallest first; each section goes through one of them.
+    within = order[:0:-1] or order
+    middles = [_middle(tets, parts.of == within[k % len(within)]) for k in range(3)]
     figure = Figure(figsize=(10.0, 4.6), facecolor="white")
     low, high = 1e3 * tets.vertices.min(axis=0), 1e3 * tets.vertices.max(axis=0)
-    for k, axis in enumerate((1, 0, 2)):
+    for k, (axis, middle) in enumerate(zip((1, 0, 2), middles, strict=True)):
         axes = figure.add_axes((0.06 + 0.32 * k, 0.24, 0.26, 0.58))
         across, up = [other for other in range(3) if other != axis]
         polygons, owners = section(tets, axis, float(middle[axis]))
@@ -61,7 +63,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
         axes.set_xlabel(f"{'xyz'[across]} [mm]", fontsize=9, color=_INK)
         axes.set_ylabel(f"{'xyz'[up]} [mm]", fontsize=9, color=_INK, labelpad=1)
         axes.tick_params(labelsize=8, colors=_DIM)
-        axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.3g} mm", fontsize=9, color=_DIM)
+        axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.1f} mm", fontsize=9, color=_DIM)
         for spine in axes.spines.values():
             spine.set_visible(False)
     handles = [Patch(color=colors[k], label=words[k]) for k in order[:_LISTED]]

@@ -63,6 +63,7 @@ FULL = ObjectFile(
     fix_mesh=Path("bone.stl"),
     simplify=500,
     parts=PartMaterials((("left lobe", 3e3), ("a=b", 5e4)), (("a=b", 0.2),)),
+    labels=("3=left lobe", "4"),
 )
 
 
@@ -72,7 +73,7 @@ def test_the_server_gets_every_option() -> None:
     assert got["nonlinear"] is True
     assert (got["body"], got["fix"]) == ("a.stl", "")
     for field in fields(FULL):
-        if field.name not in ("path", "material", "max_memory", "parts"):
+        if field.name not in ("path", "material", "max_memory", "parts", "labels"):
             assert got[field.name] == getattr(FULL, field.name)
     assert got["max_memory"] == FULL.max_memory / 1e9  # in GB on the command line
     (young, named), (nu, nu_named) = (
@@ -81,6 +82,7 @@ def test_the_server_gets_every_option() -> None:
     assert young is not None
     assert nu is not None
     assert PartMaterials(named, nu_named) == FULL.parts
+    assert tuple(got["label"]) == FULL.labels
     material = SolidSettings(young, nu, got["contact_radius"], got["order"], FULL.material.cache)
     assert material == FULL.material
     ruled = replace(FULL, fix="z < 10%", fix_mesh=None, repair=False)

@@ -2,7 +2,7 @@
 
 The surface round all labels is the object's. Each label but the largest one has a surface of its
 own, which cuts its part out of the object: beyond the object, and into smaller labels, it goes on
-by a few voxels, so that two surfaces of one border cross instead of lying beside each other by a
+by two voxels, so that two surfaces of one border cross instead of lying beside each other by a
 fraction of a voxel, which would fill with slivers.
 """
 
@@ -29,7 +29,7 @@ from cohaptic_server.objects.scan.contour import surface_of
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.read import read_scan
 
-_BEYOND = 3  # voxels by which a part's surface goes on where it is not the border of the part
+_BEYOND = 2  # voxels by which a part's surface goes on where it is not the border of the part
 _MARGIN = _BEYOND + 2
 # Of a voxel's side: a segmentation says where a surface is to about half of that.
 _BLUR = 0.3
