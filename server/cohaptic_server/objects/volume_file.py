@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from cohaptic_server.objects.parts.cell_groups import groups_of
 from cohaptic_server.objects.parts.parts import Parts
 
 VOLUMES = (".msh", ".vtk", ".vtu")
+_START = 4096  # bytes in which a file says what it is
 _TETRAHEDRA = ("tetra", "tetra10")
 
 
@@ -56,7 +58,12 @@ def read_volume(path: Path) -> VolumeMesh:
         ) from error
     try:
         # meshio prints, and scripts read a server's output.
-        with reading_limited(path), contextlib.redirect_stdout(io.StringIO()):
+        silent = io.StringIO()
+        with (
+            reading_limited(path),
+            contextlib.redirect_stdout(silent),
+            contextlib.redirect_stderr(silent),
+        ):
             loaded: Any = read(path)
         x = np.array(loaded.points, dtype=np.float64)
         blocks = [
@@ -69,12 +76,12 @@ def read_volume(path: Path) -> VolumeMesh:
         for cells in loaded.cells:
             counts[str(cells.type)] += len(cells.data)
     except SystemExit as error:  # raised by meshio if no reader accepts the file
-        raise BodyError(f"{path}: this is no mesh that can be read") from error
+        raise BodyError(f"{path}: this is no mesh that can be read{_instead(path)}") from error
     except BodyError:
         raise
     except Exception as error:  # meshio's readers raise errors of many kinds
-        words = one_line(f"{type(error).__name__}: {error}")
-        raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
+        words = _instead(path) or f" ({one_line(f'{type(error).__name__}: {error}')})"
+        raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
     if not blocks or not sum(len(block) for block in blocks):
         kinds = ", ".join(sorted(counts)) or "-"
         raise BodyError(f"{path}: there is no tetrahedron in it, only: {kinds}")
@@ -87,6 +94,27 @@ def read_volume(path: Path) -> VolumeMesh:
     tets = np.concatenate(blocks)
     _check(path, x, tets)
     return VolumeMesh(x, tets, parts)
+
+
+def _instead(path: Path) -> str:
+    """What a file that cannot be read is instead, and what to do; empty if its start does not say.
+
+    Files of other programs have these suffixes too: surfaces that VTK wrote, meshes of MuJoCo and
+    Fluent, and grids with fields that meshio does not know.
+    """
+    with path.open("rb") as file:
+        start = file.read(_START)
+    if path.suffix.lower() == ".msh" and not start.lstrip().startswith(b"$"):
+        return ": it does not begin as Gmsh's files do, with $MeshFormat. Export it from there"
+    kind = re.search(rb"^DATASET\s+(\w+)", start, re.M | re.I)
+    if kind is None:
+        return ""
+    name = kind[1].decode().upper()
+    if name == "POLYDATA":
+        return ": it has a surface (POLYDATA). Save that as STL or PLY"
+    if name == "UNSTRUCTURED_GRID":
+        return ", though it says that it is one. Save it as .vtu"
+    return f": it is a grid of points ({name}). Save tetrahedra as .vtu"
 
 
 def _is_solid(kind: str) -> bool:

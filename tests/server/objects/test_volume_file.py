@@ -58,3 +58,37 @@ def test_what_would_be_another_body_is_refused(
 ) -> None:
     with pytest.raises(BodyError, match=why):
         read_volume(write(tmp_path / "c.vtu", cells))
+
+
+_VTK = b"# vtk DataFile Version 4.1\nvtk output\nASCII\nDATASET "
+_GRID = b"""UNSTRUCTURED_GRID
+POINTS 4 double
+0 0 0 1 0 0 0 1 0 0 0 1
+CELLS 1 5
+4 0 1 2 3
+CELL_TYPES 1
+10
+POINT_DATA 4
+SCALARS number vtktypeint64
+LOOKUP_TABLE default
+0 1 2 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("surface.vtk", _VTK + b"POLYDATA\nPOINTS 0 double\n", "has a surface .* as STL or PLY"),
+        ("grid.vtk", _VTK + b"STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n", r"STRUCTURED_POINTS\)"),
+        ("fields.vtk", _VTK + _GRID, "says that it is one. Save it as .vtu"),
+        ("other.msh", b"\x84\x00\x00\x00 of another program", "begin as Gmsh's files do"),
+        ("text.vtk", b"nothing", r"no mesh that can be read"),
+    ],
+)
+def test_a_file_of_another_form_is_told_what_to_become(
+    name: str, content: bytes, said: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(BodyError, match=said):
+        read_volume(tmp_path / name)
+    assert capfd.readouterr() == ("", "")
