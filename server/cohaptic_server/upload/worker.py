@@ -110,7 +110,7 @@ def _prepare(
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_affordable
     from cohaptic_server.objects.object_file import ObjectFile
-    from cohaptic_server.objects.prepare import VolumeLostError
+    from cohaptic_server.objects.surface.accept import VolumeLostError
     from cohaptic_server.upload.described import to_fields
 
     material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
