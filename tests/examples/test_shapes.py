@@ -24,6 +24,7 @@ FLAWED = {
     "duplicate.ply": (False, True, True, 1),
     "nested.stl": (False, False, False, 2),
     "open_ball.stl": (True, False, False, 1),
+    "parts.glb": (False, False, False, 2),
     "pile.stl": (False, False, True, 20),
     "pinched.stl": (False, False, True, 1),
     "scattered.stl": (False, False, False, 20),

@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from cohaptic_server.bodies.solid import parts, shape, solid
+from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.build import build
@@ -26,9 +27,12 @@ def test_a_build_makes_the_shape_once_with_an_empty_store_and_with_a_full_one(
     shapes: list[SolidShape] = []
 
     def shape_of(
-        tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings
+        tets: TetMesh,
+        fixed: npt.NDArray[np.bool_],
+        settings: SolidSettings,
+        moduli: Moduli | None = None,
     ) -> SolidShape:
-        shapes.append(shape.shape_of(tets, fixed, settings))
+        shapes.append(shape.shape_of(tets, fixed, settings, moduli))
         return shapes[-1]
 
     for module in (parts, solid, store):
