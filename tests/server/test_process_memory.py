@@ -49,7 +49,7 @@ last = pieces.pop()
 del pieces
 kept = taken()
 mesh = block((0.1, 0.1, 0.1), (2, 2, 2))
-factor_of(shape_of(mesh, mesh.vertices[:, 2] < 0.01, SolidSettings(order=1)), SolidSettings())
+factor_of(shape_of(mesh, mesh.vertices[:, 2] < 0.01, SolidSettings(order=1)))
 print(full, kept, taken())
 """
 

@@ -14,7 +14,6 @@ from cohaptic.runtime.owned_files import own, remove_leftovers
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such locks")
 CLOCK = SystemClock()
-NOW = CLOCK.now() + CLOCK.to_wall() + 120.0  # Unix time [s], when all of it is old
 OWNER = """
 import mmap, os, sys
 from cohaptic.runtime.owned_files import own
@@ -24,6 +23,11 @@ with open(sys.argv[1], "r+b") as file:
 print("owned", flush=True)
 sys.stdin.read()
 """
+
+
+def later(seconds: float = 120.0) -> float:
+    """Unix time [s] by when what is made now is old."""
+    return CLOCK.now() + CLOCK.to_wall() + seconds
 
 
 def made(folder: Path, name: str) -> Path:
@@ -42,12 +46,12 @@ def test_a_file_stays_as_long_as_a_process_has_it_mapped_and_goes_after_that_was
     try:
         assert owner.stdout is not None
         assert owner.stdout.readline() == b"owned\n"
-        assert remove_leftovers(tmp_path, "ours-", ".shm", NOW, beside=".mesh") == 0
+        assert remove_leftovers(tmp_path, "ours-", ".shm", later(), beside=".mesh") == 0
         assert path.exists()
     finally:
         owner.kill()
         owner.communicate()
-    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW, beside=".mesh") == 1
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later(), beside=".mesh") == 1
     assert not path.exists()
     assert not mesh.exists()
 
@@ -58,8 +62,8 @@ def test_of_two_owners_one_is_enough(tmp_path: Path) -> None:
         own(first.fileno())
         own(second.fileno())
         first.close()
-        assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
-    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 1
+        assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 0
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 1
 
 
 def test_what_has_another_name_or_is_no_file_stays(tmp_path: Path) -> None:
@@ -67,8 +71,8 @@ def test_what_has_another_name_or_is_no_file_stays(tmp_path: Path) -> None:
     (tmp_path / "ours-link.shm").symlink_to(victim)
     (tmp_path / "ours-folder.shm").mkdir()
     os.mkfifo(tmp_path / "ours-pipe.shm")
-    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
-    assert remove_leftovers(tmp_path / "nowhere", "ours-", ".shm", NOW) == 0
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 0
+    assert remove_leftovers(tmp_path / "nowhere", "ours-", ".shm", later()) == 0
     assert other.exists()
     assert victim.exists()
 
@@ -76,9 +80,9 @@ def test_what_has_another_name_or_is_no_file_stays(tmp_path: Path) -> None:
 def test_another_users_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = made(tmp_path, "ours-1.shm")
     monkeypatch.setattr(os, "getuid", lambda: path.stat().st_uid + 1)
-    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW) == 0
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 0
 
 
 def test_one_that_is_being_made_stays(tmp_path: Path) -> None:
     made(tmp_path, "ours-1.shm")
-    assert remove_leftovers(tmp_path, "ours-", ".shm", NOW - 120.0) == 0
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later(0.0)) == 0
