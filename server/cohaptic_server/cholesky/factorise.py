@@ -137,6 +137,8 @@ def _add(front: _Front, update: Floats, at: Ints) -> None:
 def _partial_factor(front: _Front) -> None:
     """Eliminate a front's own unknowns: L11, K21 K11^-1, and what that leaves of the border."""
     lower, right = front.lower, front.carry.T
+    if not len(lower):  # the pivots of a part that is all border: BLAS takes no empty arrays
+        return
     potrf, trsm, syrk = _routines()
     _, failed = potrf(lower, lower=1, clean=1, overwrite_a=1)
     if failed:
