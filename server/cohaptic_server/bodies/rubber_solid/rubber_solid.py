@@ -115,7 +115,7 @@ class RubberSolid:
         external = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
         if self.damping:
             external = lagged(external, start.state.internal_force, self.damping)
-        moved = self._newton.advance(start, external, shares)
+        moved = self._newton.advance(start, external, shares, self._rest)
         iterate, fields = moved.iterate, moved.fields
         C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
         return RubberSolidResponse(
