@@ -9,6 +9,7 @@ on itself. Other pairs that share an edge do not count.
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,8 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
     size_class = np.floor(np.log2(np.maximum(radius, 1e-300))).astype(np.int64)
     intersects = np.zeros(len(faces), dtype=np.bool_)
     size = float(np.ptp(x, axis=0).max())
+    slack = _OUT_OF_PLANE * size
+    low, high = corners.min(axis=1) - slack, corners.max(axis=1) + slack
     for k in np.unique(size_class).tolist():
         large = np.flatnonzero(size_class == k)
         from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
@@ -50,16 +53,17 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
             reach = radius[small] + radius[large].max()
             query: Any = tree.query_ball_point  # its return type depends on the argument's shape
             near: list[list[int]] = list(query(center[small], reach))
-            counts = np.array([len(indices) for indices in near])
-            if not counts.sum():
-                continue
+            counts = np.fromiter(map(len, near), np.int64, len(near))
             i = np.repeat(small, counts)
-            j = large[np.concatenate([np.array(indices, dtype=np.int64) for indices in near])]
+            j = large[np.fromiter(chain.from_iterable(near), np.int64, len(i))]
+            # Each pair once; nearly all of them are told apart by their boxes.
+            once = (size_class[i] < k) | (i < j)
+            i, j = i[once], j[once]
+            for axis in range(3):
+                meet = (low[i, axis] <= high[j, axis]) & (low[j, axis] <= high[i, axis])
+                i, j = i[meet], j[meet]
             common = (faces[i][:, :, None] == faces[j][:, None, :]).sum(axis=(1, 2))
-            gap = center[i] - center[j]
-            close = np.einsum("pi,pi->p", gap, gap) <= (radius[i] + radius[j]) ** 2
-            i, j, common = (values[close & (i != j)] for values in (i, j, common))
-            hit = _overlap(corners[i], corners[j], _OUT_OF_PLANE * size)
+            hit = _overlap(corners[i], corners[j], slack)
             intersects[i[hit]] = intersects[j[hit]] = True
             i, j, common = (values[common < 2] for values in (i, j, common))
             # Triangles that share a vertex touch there, which is no intersection. For others
