@@ -9,7 +9,7 @@ from pathlib import Path
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.mesh.tetrahedra import quadratic
+from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
 from cohaptic_server.objects.build import moduli_of
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.held_region import Cut
@@ -17,12 +17,14 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
+from cohaptic_server.objects.surface.accept import VolumeLostError
 from cohaptic_server.objects.volume_file import VOLUMES
 from cohaptic_server.progress import Progress
 
 _FORM = 1  # of what is stored; raised when a press would be computed otherwise
 # Tried in this order if the user names no edge; a strongly curved surface needs the longer ones.
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
+FINER = (0.1, 0.07, 0.05)  # where the first of them loses thin parts
 
 
 def build_rubber_solid(
@@ -84,20 +86,35 @@ def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -
 def _affordable(
     source: ObjectFile, period: float, progress: Progress
 ) -> tuple[ObjectFile, Prepared, Cut]:
-    is_volume = source.path.suffix.lower() in VOLUMES
+    order, is_volume = source.material.order, source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
-    nodes = 0
-    for edge in edges:
+    lost: VolumeLostError | None = None
+    coarsest: tuple[ObjectFile, Prepared, Cut] | None = None
+    for edge in edges + FINER if edges is EDGES else edges:
+        if edge < edges[0] and coarsest is not None:
+            break  # a finer one is of use only where the first of them lost thin parts
         tried = replace(source, edge=edge)
-        prepared = load_or_prepare(tried, progress)
-        held = hold(source, prepared.tets)
-        tets = held.tets
-        nodes = len(quadratic(tets)[0]) if source.material.order == 2 else len(tets.vertices)
-        if tick_seconds(nodes) <= period:
-            return tried, prepared, held
+        try:
+            prepared = load_or_prepare(tried, progress)
+        except VolumeLostError as error:
+            lost = lost or error
+            continue
+        coarsest = tried, prepared, hold(source, prepared.tets)
+        if tick_seconds(_nodes(coarsest[2].tets, order)) <= period:
+            return coarsest
+    if coarsest is None:
+        assert lost is not None
+        raise lost
+    tried, _, held = coarsest
+    if is_volume:
+        ways = ["a coarser mesh"]
+    else:
+        ways = [f"a larger --edge than {tried.edge:g}{', which loses thin parts,' if lost else ''}"]
+    if order == 2 and tick_seconds(_nodes(held.tets, 1)) <= period:
+        ways.append("--order 1")
+    nodes = _nodes(held.tets, order)
     expected = tick_seconds(nodes)
-    ways = ["a coarser mesh" if is_volume else f"a larger --edge than {edges[-1]:g}"]
     if expected <= 0.1:
         ways.append(f"--simulation-hz {math.floor(1.0 / expected)}")
     raise BodyError(
@@ -105,3 +122,7 @@ def _affordable(
         f" in each tick, and {1.0 / period:g} Hz leave {1e3 * period:.3g} ms. Take"
         f" {' or '.join(ways)}; or leave out --nonlinear"
     )
+
+
+def _nodes(tets: TetMesh, order: int) -> int:
+    return len(quadratic(tets)[0]) if order == 2 else len(tets.vertices)

@@ -13,6 +13,7 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_s
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.surface import accept
 from cohaptic_server.testing.blocks import block
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
@@ -51,6 +52,17 @@ def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> N
         build_body(str(path), ObjectFile(path, "z < 20%", edge=0.1), nonlinear=True)
 
 
+def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that lose too much are too coarse, and those that keep it are too many."""
+    monkeypatch.setattr(accept, "MAX_VOLUME_LOSS", 0.04)
+    path = torus(tmp_path / "ring.stl")
+    words = "large deformation take about .* a larger --edge than 0.[01].*, which loses thin parts"
+    with pytest.raises(BodyError, match=words):
+        build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True)
+
+
 def test_a_second_core_affords_more_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     found = list[float]()
     for count in (1, 2, 16):
@@ -68,7 +80,7 @@ def test_a_volume_mesh_is_taken_as_it_is_or_refused(
     assert isinstance(body, RubberSolid)
     assert len(body.shape.tets.tets) == 48
     path = volume(tmp_path / "fine.vtk", 6)  # 2,197 nodes
-    with pytest.raises(BodyError, match="a coarser mesh or --simulation-hz 30"):
+    with pytest.raises(BodyError, match="a coarser mesh or --order 1 or --simulation-hz 30"):
         build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True)
     slow = build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True, period=1.0 / 21.0)
     assert isinstance(slow, RubberSolid)
