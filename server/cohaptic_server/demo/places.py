@@ -8,7 +8,7 @@ where it is negative: there the surface moves out under a press, as on the far s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.demo.scene import PRESS_DEPTH
+from cohaptic_server.demo.settled import Placement, first_that_rests
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -35,26 +36,29 @@ _MAX_COUPLING = 0.3  # a larger ratio counts no more; the stiffer place is then 
 _MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
 
 
-@dataclass(frozen=True, eq=False)
-class Placement:
-    """Places of hands on a body.
+def _silent(share: float) -> None:
+    """The progress of a choice that nobody watches."""
+
+
+def place_hands(
+    body: Body, held: npt.NDArray[np.bool_], users: int, progress: Callable[[float], None] = _silent
+) -> Placement:
+    """Choose places for `users` hands, at which they come to rest.
 
     Args:
-        places: Place of each hand; the first one presses.
-        depth: Intended depth of the first hand's press [m].
-        coupling: C_1j / C_jj of each hand with the first, shape (users,): displacement under hand
-            j by a force of the first, relative to that by its own; 1 for the first.
-        distances: Distance of each hand from the first, shape (users,) [m].
+        body: The body at rest.
+        held: Which vertices of its surface are fixed, shape (n,).
+        users: Number of hands.
+        progress: Receives the completed share.
+
+    Raises:
+        BodyError: There are not enough admissible places.
     """
-
-    places: tuple[Place, ...]
-    depth: float
-    coupling: tuple[float, ...]
-    distances: tuple[float, ...]
+    return first_that_rests(body, placements(body, held, users), progress)
 
 
-def place_hands(body: Body, held: npt.NDArray[np.bool_], users: int) -> Placement:
-    """Choose places for `users` hands.
+def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Placement]:
+    """Ways in which hands may stand, the best first.
 
     Args:
         body: The body at rest.
@@ -65,7 +69,7 @@ def place_hands(body: Body, held: npt.NDArray[np.bool_], users: int) -> Placemen
         BodyError: There are not enough admissible places.
     """
     mesh = body.mesh
-    room = min(_FINGER, 0.5 * mesh.size)
+    room = width_of_hand(mesh)
     apart = max(room, 3.0 * body.contact_radius)
     candidates = spread_over(mesh.vertices, _CANDIDATES)
     under = depth_under(mesh, candidates)
@@ -89,18 +93,27 @@ def place_hands(body: Body, held: npt.NDArray[np.bool_], users: int) -> Placemen
     gap = np.linalg.norm(mesh.vertices[admissible][None] - mesh.vertices[pressed][:, None], axis=2)
     score = np.minimum(np.where(ratio < 0.0, -_OUTWARD_WEIGHT * ratio, ratio), _MAX_COUPLING)
     score = score * (gap >= apart) * np.median(C_ii) / (C_ii[:, None] + soft[fit])
-    first = int(np.argmax(np.sort(score, axis=1)[:, -(users - 1)]))
-    chosen: list[int] = [int(pressed[first])]
-    for k in np.argsort(-score[first]).tolist():
-        off = mesh.vertices[chosen] - mesh.vertices[admissible[k]]
-        if len(chosen) < users and np.linalg.norm(off, axis=1).min() >= apart:
-            chosen.append(int(admissible[k]))
-    if len(chosen) < users:
+    found: list[Placement] = []
+    for first in np.argsort(-np.sort(score, axis=1)[:, -(users - 1)], kind="stable").tolist():
+        chosen: list[int] = [int(pressed[first])]
+        for k in np.argsort(-score[first]).tolist():
+            off = mesh.vertices[chosen] - mesh.vertices[admissible[k]]
+            if len(chosen) < users and np.linalg.norm(off, axis=1).min() >= apart:
+                chosen.append(int(admissible[k]))
+        if len(chosen) == users:
+            least = float(under[np.isin(candidates, chosen)].min())
+            found.append(placement_at(body, np.array(chosen), least))
+    if not found:
         raise BodyError(
             f"{body.name}: there is no room for {users} hands {1e3 * apart:.0f} mm apart; take"
             " fewer --users"
         )
-    return _placement(body, np.array(chosen), float(under[np.isin(candidates, chosen)].min()))
+    return found
+
+
+def width_of_hand(mesh: SurfaceMesh) -> float:
+    """Width of a hand, along the surface and in front of it, on an object of this size [m]."""
+    return min(_FINGER, 0.5 * mesh.size)
 
 
 def is_open(mesh: SurfaceMesh, vertices: Ints, room: float) -> npt.NDArray[np.bool_]:
@@ -147,7 +160,14 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
     return np.diag(response.compliance), C
 
 
-def _placement(body: Body, chosen: Ints, under: float) -> Placement:
+def placement_at(body: Body, chosen: Ints, under: float) -> Placement:
+    """Hands at chosen vertices.
+
+    Args:
+        body: The body at rest.
+        chosen: Vertex of each hand; the first one presses, shape (users,).
+        under: Depth of the body under the shallowest of them [m].
+    """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
     places = tuple(

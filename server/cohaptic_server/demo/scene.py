@@ -11,7 +11,7 @@ from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, solve
+from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, RestingHand, solve
 
 PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep
 DRAG = 0.006  # m that a hand with friction drags: it is felt, and no finger slips at mu = 0.6
@@ -105,8 +105,20 @@ class Scene:
         )
 
 
-def reference(scene: Scene, body: Body, *, pressed: bool) -> Equilibrium:
-    """Equilibrium of body and hands, with the first hand pressed or off, without a network."""
+def reference(
+    scene: Scene, body: Body, *, pressed: bool, iterations: int = MAX_ITERATIONS
+) -> Equilibrium:
+    """Equilibrium of body and hands, with the first hand pressed or off, without a network.
+
+    Args:
+        scene: Places and depths.
+        body: The body at rest.
+        pressed: Whether the first hand presses.
+        iterations: After which contacts that still slide count as sliding on.
+
+    Raises:
+        BodyError: They slide on.
+    """
     info = describe(body)
     hands: list[RestingHand] = []
     for user in range(scene.users):
@@ -114,4 +126,4 @@ def reference(scene: Scene, body: Body, *, pressed: bool) -> Equilibrium:
         level = 1.0 if pressed or user > 0 else 0.0
         tip = script.intention(info.center, info.radius).tip(level)
         hands.append(RestingHand(tip, script.hand.stiffness))
-    return solve(body, hands)
+    return solve(body, hands, iterations)

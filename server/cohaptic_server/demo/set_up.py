@@ -10,8 +10,9 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.places import Placement, place_hands
+from cohaptic_server.demo.places import place_hands
 from cohaptic_server.demo.scene import Scene
+from cohaptic_server.demo.settled import Placement
 from cohaptic_server.objects.catalogue import BODIES, build_body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
@@ -63,7 +64,12 @@ def set_up(
     assert isinstance(body, Solid | RubberSolid)  # all that is made of a file
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
-        placement = place_hands(body, body.shape.held, scene.users)
+        placement = place_hands(
+            body,
+            body.shape.held,
+            scene.users,
+            lambda share: progress("places for the hands", share),
+        )
     scene = replace(scene, places=placement.places, depth=placement.depth)
     return body, scene, describe_placement(placement, scene.names)
 

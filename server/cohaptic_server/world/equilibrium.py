@@ -25,7 +25,7 @@ _TOLERANCE = 1e-5  # N; and 1e-8 m of the tips
 # would be left 0.02 mm off the surface.
 _CONTACT_TOLERANCE = 1e-6
 _REFINE_BELOW = 1e-2  # N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less
-_MAX_ITERATIONS = 200
+MAX_ITERATIONS = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +63,18 @@ class Equilibrium:
         return np.asarray(self.force - self.alone)
 
 
-def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
+def solve(
+    body: Body, hands: Sequence[RestingHand], iterations: int = MAX_ITERATIONS
+) -> Equilibrium:
     """Find the equilibrium of a body and hands.
 
     For given contacts this is a linear complementarity problem with a positive definite matrix,
     which is solved exactly; then contacts are located anew at the tips, until both agree.
+
+    Args:
+        body: The body.
+        hands: All that touch it.
+        iterations: After which contacts that still slide count as sliding on.
 
     Raises:
         BodyError: Contacts and forces do not converge.
@@ -82,18 +89,8 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
     contacts: list[Contact | None] = [None] * n
     response: Response | None = None
     tolerance: float | None = None
-    for _ in range(_MAX_ITERATIONS):
-        located = [
-            locate(
-                body.mesh,
-                tip[i],
-                free[i],
-                radius=body.contact_radius,
-                hint=contacts[i],
-                tolerance=tolerance,
-            )
-            for i in range(n)
-        ]
+    for _ in range(iterations):
+        located = _located(body, tip, free, contacts, tolerance)
         response = body.respond([c.load(f) for c, f in zip(located, force, strict=True)], response)
         # Depth of each intention below the resting surface, seen along the normal.
         bias = np.array([_nonlinearity(c, response, i, force) for i, c in enumerate(located)])
@@ -120,6 +117,21 @@ def solve(body: Body, hands: Sequence[RestingHand]) -> Equilibrium:
             C = response.compliance
             return Equilibrium(force, _forces_alone(located, tip, C), tip, C)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
+
+
+def _located(
+    body: Body,
+    tip: Floats,
+    free: Sequence[Floats],
+    before: Sequence[Contact | None],
+    tolerance: float | None,
+) -> list[Contact]:
+    """The contact of each hand on the surface without its own force, from that before."""
+    radius = body.contact_radius
+    return [
+        locate(body.mesh, x, moved, radius=radius, hint=hint, tolerance=tolerance)
+        for x, moved, hint in zip(tip, free, before, strict=True)
+    ]
 
 
 def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:

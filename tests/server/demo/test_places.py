@@ -8,8 +8,9 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.places import Placement, is_open, place_hands, supported
+from cohaptic_server.demo.places import is_open, place_hands, supported
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, reference
+from cohaptic_server.demo.settled import Placement
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh

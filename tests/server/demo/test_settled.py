@@ -1,0 +1,60 @@
+"""Hands of a demonstration press no deeper than they come to rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.demo.places import placements
+from cohaptic_server.demo.settled import Placement, first_that_rests, rests
+from cohaptic_server.testing.blocks import block
+
+
+@pytest.fixture(scope="module")
+def rubber() -> RubberSolid:
+    mesh = block((0.05, 0.05, 0.1), (3, 3, 5))
+    return RubberSolid(mesh, mesh.vertices[:, 2] < 1e-9, SolidSettings(2e4, 0.45, 0.01))
+
+
+@pytest.fixture(scope="module")
+def standing(rubber: RubberSolid) -> list[Placement]:
+    return placements(rubber, rubber.shape.fixed[rubber.shape.surface], 2)
+
+
+def test_a_shallow_press_rests_and_one_through_the_half_of_the_body_does_not(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    assert rests(rubber, replace(standing[0], depth=0.002))
+    assert not rests(rubber, replace(standing[0], depth=0.16))
+
+
+def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
+    deep = [replace(placement, depth=0.16) for placement in standing]
+    shares: list[float] = []
+    found = first_that_rests(rubber, deep, shares.append)
+    assert rests(rubber, found)
+    assert 0.0 < found.depth < 0.16
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert shares[-1] < 1.0
+
+
+def test_the_best_of_those_that_rest_is_taken(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    shallow = [replace(placement, depth=0.002) for placement in standing]
+    assert first_that_rests(rubber, shallow, print).places == shallow[0].places
+    found = first_that_rests(rubber, [replace(shallow[0], depth=0.16), *shallow[1:]], print)
+    assert found.depth == pytest.approx(0.002)
+    assert np.linalg.norm(np.array(found.places[0].point) - shallow[1].places[0].point) < 1e-9
+
+
+def test_where_they_rest_nowhere_the_press_is_shallow(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    hopeless = replace(standing[0], depth=0.2)
+    assert first_that_rests(rubber, [hopeless], print).depth < 0.1
