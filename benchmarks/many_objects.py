@@ -1,14 +1,15 @@
 """A folder of meshes, each prepared at the first try and touched by two hands: a nightly table.
 
     python examples/make_objects.py --many FOLDER
-    python benchmarks/many_objects.py FOLDER [--nonlinear] [--only NAME ...] [--json FILE]
+    python benchmarks/many_objects.py FOLDER [--kinds linear limb ...] [--only NAME ...] [--json F]
 
 Each file goes through `cohaptic body prepare FILE --auto` in a process of its own, with an empty
 store, a limit of time and one of memory; then two hands press it at 0, 80 and 250 ms each way
-(`object_session.py`). Of each session the table has the worst error of the force on a hand, and on
-a linear object that of the part of it that the other hand causes, off and pressed, against the
-equilibrium of hands and object; a session that does not come to rest says so. `table` is the share
-of vertices whose tabulated compliance is within 5 % of a press there, and the worst error.
+(`object_session.py`), where a demonstration puts them or, `limb`, both on its softest part. Of each
+session the table has the worst error of the force on a hand, and on a linear object that of the
+part of it that the other hand causes, off and pressed, against the equilibrium of hands and object;
+a session that does not come to rest says so. `table` is the share of vertices whose tabulated
+compliance is within 5 % of a press there, and the worst error.
 
 The exit status is 1 where a file is neither accepted nor refused in a sentence, or a session fails,
 is unstable or ends with a force more than 2 % off. `--options='--fix "z < 15%"'` has other
@@ -38,7 +39,12 @@ SESSIONS = Path(__file__).with_name("object_session.py")
 # Largest error of a force of a session that counts as sound, of the demonstration's own claim.
 LARGEST_ERROR = 0.02
 _READY = re.compile(r": ([\d,]+) tetrahedra, .*; ready in ")
-_KINDS = {"linear": (), "nonlinear": ("--nonlinear",)}
+_KINDS = {
+    "linear": (),
+    "limb": ("--limb",),
+    "nonlinear": ("--nonlinear",),
+    "nonlinear-limb": ("--nonlinear", "--limb"),
+}
 
 Row = dict[str, Any]
 
@@ -61,7 +67,7 @@ def try_file(path: Path, chosen: Sequence[str], options: Namespace) -> Row:
         row |= judge(ended)
         if row["verdict"] != "accepted":
             return row
-        for kind in ("linear", "nonlinear") if options.nonlinear else ("linear",):
+        for kind in options.kinds:
             command = [sys.executable, str(SESSIONS), str(path), *chosen, *_KINDS[kind]]
             limits["seconds"] = options.limit_session_seconds
             row[kind] = sessions_of(run_limited(command, env=env, **limits))
@@ -112,7 +118,7 @@ def is_sound(row: Row) -> bool:
     return good and not any("error" in kind for kind in kinds)
 
 
-def cells(row: Row, nonlinear: bool) -> list[str]:
+def cells(row: Row, kinds: Sequence[str]) -> list[str]:
     """One row of the printed table."""
     memory = row["memory_bytes"]
     line = [
@@ -123,11 +129,11 @@ def cells(row: Row, nonlinear: bool) -> list[str]:
         "" if math.isnan(memory) else f"{1e-6 * memory:,.0f} MB",
         f"{row['tetrahedra']:,}" if "tetrahedra" in row else "",
     ]
-    for kind in ("linear", "nonlinear") if nonlinear else ("linear",):
+    for kind in kinds:
         found = row.get(kind, {"sessions": []})
         played = [_session_cell(session, kind) for session in found["sessions"]]
         line += [*played, *[""] * (3 - len(played))]
-    table = row.get("linear", {})
+    table: Row = next((row[kind] for kind in ("linear", "limb") if kind in row), Row())
     share = table.get("share_within_5_percent")
     line.append("" if share is None else f"{share:.0%}, {table['worst_error']:.0%}")
     said = [row["said"]]
@@ -138,7 +144,7 @@ def cells(row: Row, nonlinear: bool) -> list[str]:
 
 def _session_cell(session: Row, kind: str) -> str:
     errors = f"{100 * session['force_error']:.2g}"
-    if kind == "linear":
+    if not kind.startswith("nonlinear"):
         # In rubber a force alone is no product of its tangent, by which the reference takes it.
         errors += f" / {100 * session['felt_error']:.2g}"
     return f"{errors} %" + ("" if session["rest"] == Rest.RESTS.value else f" {session['rest']}")
@@ -148,7 +154,7 @@ def files_in(folder: Path, only: Sequence[str]) -> list[Path]:
     """The meshes of a folder in order, or those of them that are named, with suffix or without."""
     if not folder.is_dir():
         raise SystemExit(f"{folder}: there is no such folder")
-    found = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in KINDS]
+    found = [path for path in sorted(folder.iterdir()) if path.name.lower().endswith(KINDS)]
     missing = [name for name in only if not any(name in (p.name, p.stem) for p in found)]
     if missing or not found:
         raise SystemExit(f"{folder}: there is no mesh {' and no '.join(missing) or 'in it'}")
@@ -158,7 +164,8 @@ def files_in(folder: Path, only: Sequence[str]) -> list[Path]:
 def _parser() -> ArgumentParser:
     parser = json_report.parser(__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--nonlinear", action="store_true", help="touch each as rubber too")
+    kinds = "how each is touched: as a linear solid or as rubber, both hands on its softest part"
+    parser.add_argument("--kinds", nargs="+", default=["linear"], choices=_KINDS, help=kinds)
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="these files")
     parser.add_argument("--limit-seconds", type=float, default=120.0, help="to prepare one")
     parser.add_argument("--limit-memory", type=float, default=2e9, help="of one process, in bytes")
@@ -180,14 +187,13 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _end)
     chosen = shlex.split(options.options)
     names = ["file", "verdict", "prepared in", "processor", "memory", "tetrahedra"]
-    kinds = ("linear", "nonlinear") if options.nonlinear else ("linear",)
-    names += [f"{kind} {delay} ms" for kind in kinds for delay in (0, 80, 250)]
+    names += [f"{kind} {delay} ms" for kind in options.kinds for delay in (0, 80, 250)]
     names += ["table", "changed, or why not"]
     print(f"| {' | '.join(names)} |\n|{'---|' * len(names)}", flush=True)
     rows: list[Row] = []
     for path in files_in(options.folder, options.only):
         rows.append(try_file(path, chosen, options))
-        print(f"| {' | '.join(cells(rows[-1], options.nonlinear))} |", flush=True)
+        print(f"| {' | '.join(cells(rows[-1], options.kinds))} |", flush=True)
         json_report.write(options, rows)  # so that a night cut short leaves what it had
     count = {v: sum(row["verdict"] == v for row in rows) for v in ("accepted", "refused")}
     unsound = [row["file"] for row in rows if not is_sound(row)]

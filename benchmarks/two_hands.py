@@ -1,9 +1,9 @@
 """Sessions of two hands on an object from a file, in virtual time, against the equilibrium.
 
-The hands stand where the demo puts them, with its rhythm: `left` stays off, then presses, while
-`right` rests in the object. Room, world, frames, links and loops are the product's; the columns of
-a solid are exact at once, as if a process beside the tick had delivered them. `object_session.py`
-is the command.
+The hands stand where the demo puts them or on the softest part (`limb_places.py`), with the demo's
+rhythm: `left` stays off, then presses, while `right` rests in the object. Room, world, frames,
+links and loops are the product's; the columns of a solid are exact at once, as if a process beside
+the tick had delivered them. `object_session.py` is the command.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 import typer
 from threadpoolctl import threadpool_limits
 
+from cohaptic.control.law import Law
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_client.devices.simulated import INFO
@@ -31,10 +32,11 @@ from cohaptic_server.demo.analysis import measured
 from cohaptic_server.demo.lateness import LEAST
 from cohaptic_server.demo.rest import Rest, judge
 from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.set_up import set_up
+from cohaptic_server.demo.set_up import describe_placement, set_up
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Mask
+from limb_places import place_on_limb
 
 DELAYS = (0.0, 0.08, 0.25)  # s, one way
 SURVEYED = 40  # vertices, spread over the surface, whose compliance is compared
@@ -63,7 +65,7 @@ def play(body: Body, scene: Scene) -> Row:
     begin = 1.0 + 2.0 * scene.delay
     for k, name in enumerate(scene.names):
         script = replace(scene.script(k), approach_at=begin)
-        session.join(name, script, delay=scene.delay, seed=k, geometry="mesh")
+        session.join(name, script, delay=scene.delay, seed=k, geometry="mesh", law=scene.law)
     period, ramp = scene.rhythm.period, 0.5  # s; the slower of the approach and of the rhythm
     session.run(begin + period)
     stretches = [
@@ -126,6 +128,8 @@ def main(
     *,
     options: ObjectOptions,
     nonlinear: Annotated[bool, typer.Option("--nonlinear")] = False,
+    limb: Annotated[bool, typer.Option("--limb")] = False,
+    law: Annotated[Law, typer.Option()] = Law.PREDICTIVE,
     delays_ms: Annotated[list[float] | None, typer.Option()] = None,
 ) -> None:
     """Play a session for each delay; the last line is what was measured, as JSON in SI units."""
@@ -133,13 +137,17 @@ def main(
     delays = DELAYS if not delays_ms else [1e-3 * delay for delay in delays_ms]
     with threadpool_limits(limits=1):  # as in the server's tick
         try:
-            scene = Scene(delay=delays[0])
+            scene = Scene(delay=delays[0], law=law)
             source = resolved(file, options, _quiet, print)
             body, scene, row["places"] = set_up(
                 scene, str(file), source, nonlinear=nonlinear, progress=_quiet
             )
-            if isinstance(body, Solid | RubberSolid):
-                row["tetrahedra"] = len(body.shape.tets.tets)
+            assert isinstance(body, Solid | RubberSolid)  # all that is made of a file
+            row["tetrahedra"] = len(body.shape.tets.tets)
+            if limb:
+                placed = place_on_limb(body, body.shape.held)
+                scene = replace(scene, places=placed.places, depth=placed.depth)
+                row["places"] = describe_placement(placed, scene.names)
             row["surface_vertices"] = len(body.mesh.vertices)
             for delay in delays:
                 row["sessions"].append(play(body, replace(scene, delay=delay)))

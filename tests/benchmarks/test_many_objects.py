@@ -67,13 +67,15 @@ def test_only_a_sentence_or_stable_sessions_with_the_right_force_are_sound(
 def test_every_row_has_a_cell_for_each_column() -> None:
     row: dict[str, Any] = {"file": "a.stl", "verdict": "refused", "seconds": 1.0, "said": "a | b"}
     row["memory_bytes"] = row["processor_seconds"] = float("nan")
-    for nonlinear in (False, True):
-        assert len(many_objects.cells(row, nonlinear)) == (14 if nonlinear else 11)
-    assert "|" not in "".join(many_objects.cells(row, False))
+    for kinds in (["linear"], ["linear", "nonlinear-limb"]):
+        assert len(many_objects.cells(row, kinds)) == 8 + 3 * len(kinds)
+    assert "|" not in "".join(many_objects.cells(row, ["linear"]))
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.stl").write_bytes(b"")
+    (tmp_path / "b.nii.gz").write_bytes(b"")
+    assert [p.name for p in many_objects.files_in(tmp_path, [])] == ["a.stl", "b.nii.gz"]
     assert [p.name for p in many_objects.files_in(tmp_path, ["a"])] == ["a.stl"]
     with pytest.raises(SystemExit, match="there is no mesh b"):
         many_objects.files_in(tmp_path, ["a", "b"])
@@ -90,7 +92,7 @@ def test_a_short_night(tmp_path: Path) -> None:
     done = subprocess.run(
         [
             *(sys.executable, str(ROOT / "benchmarks/many_objects.py"), str(tmp_path)),
-            *("--json", str(tmp_path / "out.json")),
+            *("--kinds", "linear", "limb", "--json", str(tmp_path / "out.json")),
         ],
         capture_output=True,
         text=True,
@@ -101,10 +103,12 @@ def test_a_short_night(tmp_path: Path) -> None:
     accepted, nothing, strips = json.loads((tmp_path / "out.json").read_text())["results"]
     assert accepted["tetrahedra"] > 1440  # those of the file, some cut where the base ends
     assert accepted["memory_bytes"] > 5e7
-    sessions = accepted["linear"]["sessions"]
-    assert [s["delay_s"] for s in sessions] == [0.0, 0.08, 0.25]
-    assert {s["rest"] for s in sessions} == {"rests"}
-    assert max(s["force_error"] for s in sessions) < 0.02
+    for kind in ("linear", "limb"):
+        sessions = accepted[kind]["sessions"]
+        assert [s["delay_s"] for s in sessions] == [0.0, 0.08, 0.25]
+        assert {s["rest"] for s in sessions} == {"rests"}
+        assert max(s["force_error"] for s in sessions) < 0.02
+    assert accepted["linear"]["places"] != accepted["limb"]["places"]
     assert accepted["linear"]["share_within_5_percent"] > 0.5
     assert "--fix" in accepted["said"]
     assert "empty" in nothing["said"]
