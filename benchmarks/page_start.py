@@ -59,12 +59,12 @@ def started(options: argparse.Namespace, browser: Browser) -> json_report.Result
     page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
     begin = time.perf_counter()
     server = subprocess.Popen(
-        [*COHAPTIC, "serve", "--port", "0", "--body", *described(options)],
+        [*COHAPTIC, "serve", "--quiet", "--port", "0", "--body", *described(options)],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert server.stdout is not None
     try:
-        address = next(word for line in server.stdout for word in line.split() if "http:" in word)
+        address = server.stdout.readline().split()[-1].replace("ws:", "http:")
         listening = time.perf_counter()
         page.goto(address)
         phase = page.locator(".lamp")
