@@ -15,7 +15,6 @@ from cohaptic_server.demo.rest import RIPPLE
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import vec3
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.world.contact_tracking import LARGEST_TURN, RELAXATION, turning_lag
 
 LENGTH, ROOT, TIP = 0.12, 0.016, 0.012  # m; of the limb, and its radii
 SETTLE = 8.0  # s
@@ -55,18 +54,3 @@ def test_both_come_to_rest(limb: Solid, delay: float) -> None:
     assert max(max(user.force) for user in session.users.values()) > 0.05
     for user in session.users.values():
         assert np.ptp(user.force[-2000:]) < RIPPLE
-
-
-def test_a_contact_that_is_hardly_curved_turns_as_before() -> None:
-    gentle = 1.0 / (1.0 + LARGEST_TURN)
-    assert turning_lag(1.0, 1.0) == 0.0
-    assert turning_lag(gentle + 1e-9, 1.0) == 0.0
-    assert 0.0 < RELAXATION < 1.0
-
-
-def test_the_lag_grows_with_depth_and_delay_and_has_an_end() -> None:
-    slopes, delays = (0.7, 0.5, 0.3, 0.1), (0.05, 0.2, 0.5)
-    lags = np.array([[turning_lag(slope, delay) for delay in delays] for slope in slopes])
-    assert (np.diff(lags[:, 0]) > 0.0).all()
-    assert (np.diff(lags, axis=1) >= 0.0).all()
-    assert turning_lag(0.1, 2.0) <= 2.0

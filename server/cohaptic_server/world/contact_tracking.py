@@ -8,7 +8,7 @@ import numpy as np
 
 from cohaptic.control.delay import UNKNOWN, LoopDelay
 from cohaptic.control.friction import stretch_of, tangential
-from cohaptic.control.stability.lag_choice import SHARE, kept, lag_needed
+from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import scale, sub
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, Ints, vec3
@@ -26,6 +26,7 @@ from cohaptic_server.world.displacement_field import (
     Field,
     KnownFields,
 )
+from cohaptic_server.world.lags.turning import steep_contacts
 from cohaptic_server.world.loops.tracking import track
 from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
 from cohaptic_server.world.state import TickTime, Touch
@@ -38,14 +39,6 @@ _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
 # load would each slide to where the last tick's forces took the surface and push each other to and
 # fro; `equilibrium` takes half steps for the same reason.
 RELAXATION = 0.5
-# A contact that others turn so far that it slips off has no time constant of its own; this one is
-# as long as a hand takes to let go and come back.
-LONGEST_TURN = 2.0  # s
-# Largest gain of that kind without a lag: a nearest point on a probe a quarter as deep as the
-# surface is curved, as in `displacement_field.LARGEST_PRODUCT`. The material under a contact on a
-# limb gives way sideways up to three times as far as along the normal.
-LARGEST_TURN = 1.0 / 3.0
-_GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
 _NOT_MEASURED = LoopDelay()
 _USUAL = 48  # vertices under a contact, for which there is room at first
 
@@ -191,35 +184,11 @@ def _loop_delay(
     return delay.measured(UNKNOWN, time.now) if faded_in else delay
 
 
-def turning_lag(slope: float, longest_delay: float) -> float:
-    """Time constant with which others may turn a contact (science 3.12) [s].
-
-    A probe at depth d under a surface of curvature k has its nearest point d k / (1 - d k) times as
-    far round as the surface moves sideways under it. That is a gain in the loop of several hands
-    which C does not have. Below `LARGEST_TURN` it does no harm; beyond, the turning gets the lag
-    that the theorem gives the forces.
-
-    Args:
-        slope: 1 - d k of the contact.
-        longest_delay: T_max of the room [s].
-    """
-    gain = (1.0 - slope) / slope / LARGEST_TURN
-    return min(LONGEST_TURN, lag_needed(gain, longest_delay) / SHARE)
-
-
 def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:
     """Share of the body's change that each tracked surface follows, shape (n,)."""
-    users = state.users
     shares = np.full(len(before), RELAXATION)
-    if len(users) < 2:
-        return shares  # nobody else turns it
-    slopes = users.tracked.contacts.slopes[before]
-    steep = (before >= 0) & (slopes < _GENTLE)
-    if steep.any():
-        # As for the room's lag: with the client's way into a new patch, without who is too slow.
-        delays = [delay.counted for delay in users.tracked.delays if not delay.too_long]
-        longest = max(delays, default=0.0) + dt
-        for i in np.flatnonzero(steep).tolist():
-            lag = turning_lag(float(slopes[i]), longest)
-            shares[i] = min(RELAXATION, 1.0 - kept(lag, dt))
+    if state.turning > 0.0:
+        slow = min(RELAXATION, 1.0 - kept(state.turning, dt))
+        for i in steep_contacts(state.users.tracked.contacts.slopes):
+            shares[before == i] = slow
     return shares

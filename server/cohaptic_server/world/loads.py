@@ -81,7 +81,8 @@ def loads_of(
         contacts: Of the users.
         forces: Normal, shape (n,) [N].
         tangential: On the hands, shape (n, 3) [N].
-        rough: Rows of those who may have a tangential force.
+        rough: Rows of those who may have a tangential force, and of those of whom the compliance
+            along the surface is asked.
         others: Presses of nobody who is at a contact.
 
     Returns:
@@ -120,6 +121,28 @@ def loads_of(
 def contact_axes(normal: Floats) -> Floats:
     """The normal of a contact with friction, and two tangents; unit vectors, shape (3, 3)."""
     return np.array([normal, *tangents(vec3(normal))])
+
+
+def without_tangents(
+    compliance: Floats, spans: Sequence[slice], users: Sequence[int]
+) -> tuple[Floats, list[slice]]:
+    """C without the directions along the surface of some users, who have no friction.
+
+    Args:
+        compliance: Between all loads, shape (loads or more, loads or more) [m/N].
+        spans: Loads of each user.
+        users: Rows of those who keep their normal alone.
+
+    Returns:
+        The same of fewer loads, and the loads of each user in it.
+    """
+    if not users:
+        return compliance, list(spans)
+    left = [span.start + 1 if i in users else span.stop for i, span in enumerate(spans)]
+    kept = [range(span.start, stop) for span, stop in zip(spans, left, strict=True)]
+    rows = np.array([k for own in kept for k in own])
+    ends = np.cumsum([0] + [len(own) for own in kept]).tolist()
+    return compliance[np.ix_(rows, rows)], [slice(a, b) for a, b in itertools.pairwise(ends)]
 
 
 def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:

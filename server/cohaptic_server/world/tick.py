@@ -6,7 +6,7 @@ A tick has five steps:
 2. decide which forces the body gets of those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the room's lag (`room_lag.py`) and build one patch per user (`patch.py`).
+5. choose the lags of the next tick (`lags/`) and build one patch per user (`patch.py`).
 
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
@@ -30,17 +30,19 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
 from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
+from cohaptic_server.world.lags.room_lag import find_lag
+from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts
 from cohaptic_server.world.loads import (
     bounded,
     compliance_between,
     contact_compliance,
     loads_of,
+    without_tangents,
 )
 from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
 from cohaptic_server.world.patch import build_patches, nearness
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
-from cohaptic_server.world.room_lag import find_lag
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldState
 
@@ -86,7 +88,10 @@ def advance(
     applied = apply_forces(body, state, tracked, released, dt, max_move=max_move)
 
     fading = [release.faded() for release in releases]
-    loads, starts = loads_of(tracked.contacts, *applied[1:], tracked.rough, fading)
+    # Of these the body is asked for two directions more: along the surface.
+    steep = [i for i in steep_contacts(tracked.contacts.slopes) if i not in tracked.rough]
+    wide = sorted([*tracked.rough, *steep])
+    loads, starts = loads_of(tracked.contacts, *applied[1:], wide, fading)
     if (prefetching := touched_body.prefetching) is not None:
         prefetching.prefetch(_vertices_ahead(body, tracked))
     response = body.respond(loads, state.response)
@@ -99,12 +104,16 @@ def advance(
     observed, height = _observe(
         touched_body, state.users.observed, tracked, horizons, response, starts, own
     )
-    spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
-    compliance = bounded(response.compliance, spans)
+    wide_spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
+    compliance, spans = without_tangents(response.compliance, wide_spans, steep)
+    compliance = bounded(compliance, spans)
     coupling = compliance_between(compliance, spans)
     weight = nearness(height, applied.force)
     hands = list(map(Hand, tracked.touches, tracked.delays))
     room = find_lag(hands, compliance, spans, weight, state.room, dt)
+    turning = find_turning_lag(
+        hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
+    )
 
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)
@@ -116,7 +125,8 @@ def advance(
     )  # fmt: skip
     k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
-    return WorldState(time.number, users, response, releases, room, coupling), patches
+    after = WorldState(time.number, users, response, releases, room, coupling, turning)
+    return after, patches
 
 
 def _participants(

@@ -259,6 +259,7 @@ class WorldState:
         releases: Forces that fade where their probes have left them.
         room: Lag of the room, with the coupling and margin that it comes from.
         coupling: C between the users, in their order, shape (n, n) [m/N].
+        turning: Time constant with which others turn steep contacts [s].
     """
 
     tick: int = 0
@@ -267,6 +268,7 @@ class WorldState:
     releases: tuple[Release, ...] = ()
     room: RoomLag = field(default_factory=RoomLag)
     coupling: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    turning: float = 0.0
 
     def free_field(self, row: int) -> Field:
         """The surface free of a user's own force after the tick; -1 for one who was not there."""

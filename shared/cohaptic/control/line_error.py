@@ -39,9 +39,17 @@ _TURNING = 1.25
 # limit only keeps what is hardly a compliance, next to held vertices, from overflowing.
 _MAX_FACTOR = 1e6
 
-# Cosine of the normals, or trust in the vertices from 0 to 1; error of the depth [m]; factor of the
-# compliance; what their normal lacks near the line.
+# Distance from the line, in distances of two points, from which on the compliance of the vertices
+# counts in full. On a limb it changes fivefold within the way that others move the contact
+# sideways, and with it the force, by as much as that way is of the depth: a loop through the other
+# hands that no gain knows of. Two hands that pinched one swung by half of their force.
+_APART = 4.0
+
+# Cosine of the normals; error of the depth [m]; factor of the compliance; what their normal lacks
+# near the line.
 Error = tuple[float, float, float, float, float, float]
+# Trust in the vertices, and in their compliance, from 0 to 1; the others as above.
+Beside = tuple[float, float, float, float, float, float, float]
 # Not `Final`: mypyc says of such a tuple that begins with a float that it was not set.
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
@@ -66,7 +74,7 @@ class LineError:
         self._spacing: Final = max(_LEAST_SPACING, _SPACING * math.sqrt(fit.deepest))
         self._points: Final[dict[int, Error]] = {}
 
-    def at(self, probe: Vec3, depth: float) -> Error:
+    def at(self, probe: Vec3, depth: float) -> Beside:
         """The error at a probe [m], and how far it is to believe the vertices.
 
         Args:
@@ -92,9 +100,10 @@ class LineError:
         if trust < 1.0:
             far = _smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
             trust += (far - trust) * _smooth(beside / (_NEAR * _NEAR))
+        soft = _smooth(beside / (_APART * _APART))
         near = 1.0 - beside / (_TURNING * _TURNING)
         if near <= 0.0:
-            return (trust, depth_error, c_factor, 0.0, 0.0, 0.0)
+            return (trust, soft, depth_error, c_factor, 0.0, 0.0, 0.0)
         near *= near
         turn = (
             near * (wa * a[3] + wb * b[3] + wc * c[3] + wd * d[3]),
@@ -102,7 +111,7 @@ class LineError:
             near * (wa * a[5] + wb * b[5] + wc * c[5] + wd * d[5]),
         )
         depth_error += dot(turn, away) - along * dot(turn, n)
-        return (trust, depth_error, c_factor, turn[0], turn[1], turn[2])
+        return (trust, soft, depth_error, c_factor, turn[0], turn[1], turn[2])
 
     def _point(self, k: int) -> Error:
         found = self._points.get(k)

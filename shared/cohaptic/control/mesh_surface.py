@@ -59,7 +59,7 @@ class MeshSurface:
         depth, nx, ny, nz, c_ii, s = fit
         if s <= 0.0:
             return sight
-        trust, depth_error, c_factor, tx, ty, tz = self._error.at(probe, sight.depth)
+        trust, soft, depth_error, c_factor, tx, ty, tz = self._error.at(probe, sight.depth)
         s *= trust
         least, most = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
         c_here = min(max(c_ii * c_factor, least), most)
@@ -72,7 +72,7 @@ class MeshSurface:
         return Sight(
             sight.depth + s * (depth - depth_error - sight.depth),
             unit(mixed, n),
-            sight.c_ii + s * (c_here - sight.c_ii),
+            sight.c_ii + s * soft * (c_here - sight.c_ii),
             sight.own_force,
             sight.u_others,
         )

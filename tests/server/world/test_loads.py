@@ -20,6 +20,7 @@ from cohaptic_server.world.loads import (
     compliance_between,
     contact_compliance,
     load_spans,
+    without_tangents,
 )
 
 angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=4)
@@ -146,3 +147,14 @@ def test_what_is_soft_in_some_directions_only_stays_within_both_bounds(
 
 def test_nobody_has_no_compliance() -> None:
     assert bounded(np.zeros((2, 2)), []).shape == (0, 0)
+
+
+def test_without_tangents_keeps_the_normals_of_whom_it_is_told() -> None:
+    C = np.arange(49.0).reshape(7, 7)
+    spans = [slice(0, 3), slice(3, 4), slice(4, 7)]
+    left, where = without_tangents(C, spans, [2])
+    assert (left == C[np.ix_([0, 1, 2, 3, 4], [0, 1, 2, 3, 4])]).all()
+    assert where == [slice(0, 3), slice(3, 4), slice(4, 5)]
+    same, unchanged = without_tangents(C, spans, [])
+    assert same is C
+    assert unchanged == spans

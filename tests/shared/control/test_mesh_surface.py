@@ -80,11 +80,15 @@ def test_where_the_patch_was_made_depth_and_compliance_are_its_own(off: float, c
     assert found.look(scale(out, RADIUS)).c_ii == pytest.approx(C_II)
 
 
-def test_compliance_follows_the_vertices() -> None:
+def test_compliance_follows_the_vertices_beside_the_contact() -> None:
+    """Below it, it is the patch's, also where others have moved the surface sideways a little."""
     table = {k: C_II * (1.0 + 5.0 * VERTICES[k][1]) for k in IN_FRONT}
-    for a in (-0.3, -0.1, 0.0, 0.2):
+    for a in (-0.3, 0.3):
         sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
         assert sight.c_ii == pytest.approx(C_II * (1.0 + 5.0 * RADIUS * math.sin(a)), rel=0.005)
+    for a in (-0.03, 0.0, 0.03):
+        sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
+        assert sight.c_ii == pytest.approx(C_II, rel=0.002)
 
 
 def slid(found: MeshSurface, a: tuple[float, float], b: tuple[float, float], n: int) -> list[Sight]:
@@ -141,8 +145,8 @@ def test_a_handful_of_vertices_is_no_surface(chosen: list[int]) -> None:
 
 
 def test_held_vertices_without_compliance_stay_that() -> None:
-    sight = surface(c_ii=dict.fromkeys(IN_FRONT, 0.0)).look((RADIUS - 0.003, 0.0, 0.0))
-    assert sight.c_ii == 0.0
+    beside = scale(direction(0.3, 0.0), RADIUS - 0.003)
+    assert surface(c_ii=dict.fromkeys(IN_FRONT, 0.0)).look(beside).c_ii == 0.0
 
 
 def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:

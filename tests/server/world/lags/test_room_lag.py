@@ -16,7 +16,7 @@ from cohaptic.control.stability.lag_choice import FULL_BUDGET, choose_lag, lag_n
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.room_lag import FALL_RATE, find_lag, hand_stiffness, room_coupling
+from cohaptic_server.world.lags.room_lag import FALL_RATE, find_lag, hand_stiffness, room_coupling
 from cohaptic_server.world.state import UserState
 from tests.server.touches import touch, user_of
 

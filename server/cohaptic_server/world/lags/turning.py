@@ -1,0 +1,109 @@
+"""How slowly others turn the contacts of a room, from those of one tick (science 3.12)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cohaptic.control.stability.lag_choice import SHARE
+from cohaptic.control.stability.turning import turning_needed
+from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.lags.room_lag import Hand, hand_stiffness
+from cohaptic_server.world.loads import contact_axes
+
+# A contact that others turn so far that it slips off has no time constant of its own; this one is
+# as long as a hand takes to let go and come back.
+LONGEST_TURN = 2.0  # s
+# Largest gain of that kind that is not looked at, of a probe a quarter as deep as the surface is
+# curved, as in `displacement_field.LARGEST_PRODUCT`: to know more, the body is asked for two more
+# directions of a contact.
+LARGEST_TURN = 1.0 / 3.0
+_TINY = 1e-9  # of the spread of the vertices under a finger: they may lie on a line
+GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
+
+
+def steep_contacts(slopes: Floats) -> list[int]:
+    """Rows of the users whose contacts others may turn too fast; nobody turns one who is alone."""
+    if len(slopes) < 2:
+        return []
+    steep: list[int] = np.flatnonzero(slopes < GENTLE).tolist()
+    return steep
+
+
+def find_turning_lag(
+    users: Sequence[Hand],
+    compliance: Floats,
+    spans: Sequence[slice],
+    contacts: Contacts,
+    mesh: SurfaceMesh,
+    nearness: Floats,
+    lag: float,
+    dt: float,
+) -> float:
+    """Time constant with which others may turn contacts in the next tick [s].
+
+    Args:
+        users: With their measured delays.
+        compliance: Between all their loads, shape (loads or more, loads or more) [m/N].
+        spans: Loads of each user: one, or three where two are along its surface.
+        contacts: Of the users.
+        mesh: Resting surface.
+        nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
+        lag: tau of the room [s].
+        dt: Simulation period N T [s].
+    """
+    turned = [i for i in steep_contacts(contacts.slopes) if spans[i].stop - spans[i].start == 3]
+    if not turned:
+        return 0.0
+    first = np.array([span.start for span in spans])
+    own = np.maximum(compliance.diagonal()[first], MIN_COMPLIANCE).tolist()
+    shares = [
+        float(hand_stiffness(user, np.array([[c]]))[0, 0])
+        for user, c in zip(users, own, strict=True)
+    ]
+    K = np.array(shares) * nearness
+    rows = np.concatenate([first, np.repeat(first[turned], 2) + np.tile([1, 2], len(turned))])
+    owner = np.concatenate([np.arange(len(users)), np.repeat(turned, 2)])
+    C = compliance[np.ix_(rows, rows)].copy()
+    C[owner[:, None] == owner] = 0.0
+    root = np.diag(np.sqrt(K[owner]))
+    for k, i in enumerate(turned):
+        own_rows = slice(len(users) + 2 * k, len(users) + 2 * k + 2)
+        root[own_rows, own_rows] = np.sqrt(K[i]) * _root_of_gain(mesh, contacts, i)
+    S = root @ C @ root
+    needed = turning_needed(0.5 * (S + S.T), 2 * len(turned), _longest_delay(users, dt), lag)
+    return min(LONGEST_TURN, needed / SHARE)
+
+
+def _root_of_gain(mesh: SurfaceMesh, contacts: Contacts, i: int) -> Floats:
+    """Square root of g of one contact in its two tangents, shape (2, 2).
+
+    The search measures the depth over the smallest radius of curvature; how the surface bends in
+    the two directions is fitted to the resting normals under the finger, weighted by its pressure.
+    """
+    contact = contacts.at(i)
+    axes = contact_axes(contact.normal)[1:]
+    away = (mesh.vertices[contact.vertices] - contact.foot) @ axes.T
+    turn = mesh.normals[contact.vertices] @ axes.T
+    away -= contact.weights @ away
+    turn -= contact.weights @ turn
+    weighted = contact.weights[:, None] * away
+    spread = away.T @ weighted
+    floor = max(_TINY * float(np.trace(spread)), np.finfo(float).tiny)
+    bend = np.linalg.solve(spread + floor * np.eye(2), weighted.T @ turn)
+    curvature, directions = np.linalg.eigh(0.5 * (bend + bend.T))
+    share = np.ones(2)  # alike in all directions where nothing bends outward
+    if curvature[1] > 0.0:
+        share = np.maximum(0.0, curvature) / curvature[1]
+    product = share * (1.0 - max(contact.slope, MIN_SLOPE))
+    return np.asarray((directions * np.sqrt(product / (1.0 - product))) @ directions.T)
+
+
+def _longest_delay(users: Sequence[Hand], dt: float) -> float:
+    """T_max as for the room's lag: with the client's way into a new patch, without the too slow."""
+    return max((u.delay.counted for u in users if not u.delay.too_long), default=0.0) + dt

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.contact import Contact, Contacts, locate
+from cohaptic_server.world.displacement_field import ZeroField
+from cohaptic_server.world.lags.turning import (
+    GENTLE,
+    LONGEST_TURN,
+    find_turning_lag,
+    steep_contacts,
+)
+from tests.server.touches import touch, user_of
+
+DT = 1.0 / 60.0  # s
+DEEP = 0.7  # slope of a probe at 0.3 of the radius of curvature
+STIFF = 200.0  # N/m, along the normal
+
+
+def contacts_at(body: Balloon, slopes: list[float]) -> Contacts:
+    found: list[Contact] = []
+    for k, slope in enumerate(slopes):
+        probe = 0.09 * np.array([np.cos(k), np.sin(k), 0.2])
+        contact = locate(body.mesh, probe, ZeroField(), radius=body.contact_radius)
+        found.append(Contact(contact.frame, contact.vertices, contact.weights, slope))
+    return Contacts.of(found)
+
+
+def limb_compliance(sideways: float) -> Floats:
+    """C of two steep contacts: the press of each moves the other along its surface [m/N]."""
+    C = np.diag([1.0, sideways, sideways, 1.0, sideways, sideways])
+    C[0, 4] = C[4, 0] = C[3, 1] = C[1, 3] = 0.9 * np.sqrt(sideways)
+    return np.asarray(C / STIFF)
+
+
+def lag_of(
+    body: Balloon, slopes: list[float], sideways: float, delay: float = 0.1, near: float = 1.0
+) -> float:
+    users = [user_of(touch(i, max_stiffness=1e4), delay=delay) for i in (1, 2)]
+    steep = steep_contacts(np.array(slopes))
+    widths = [3 if i in steep else 1 for i in (0, 1)]
+    rows = [3 * i + k for i in (0, 1) for k in range(widths[i])]
+    ends = np.cumsum([0, *widths]).tolist()
+    spans = [slice(ends[0], ends[1]), slice(ends[1], ends[2])]
+    C = limb_compliance(sideways)[np.ix_(rows, rows)]
+    where = contacts_at(body, slopes)
+    return find_turning_lag(users, C, spans, where, body.mesh, np.full(2, near), 0.0, DT)
+
+
+def test_nobody_turns_a_hand_that_is_alone_or_a_gentle_contact(small_balloon: Balloon) -> None:
+    assert steep_contacts(np.array([0.2])) == []
+    assert steep_contacts(np.array([GENTLE, 1.0])) == []
+    assert steep_contacts(np.array([1.0, GENTLE - 1e-6, 0.1])) == [1, 2]
+    assert lag_of(small_balloon, [1.0, 1.0], 30.0) == 0.0
+
+
+def test_a_limb_that_gives_way_sideways_needs_a_lag_and_another_none(
+    small_balloon: Balloon,
+) -> None:
+    """At the same slope: what counts is how far the others move the contact along the surface."""
+    assert lag_of(small_balloon, [DEEP, DEEP], 1.0) == 0.0
+    assert 0.0 < lag_of(small_balloon, [DEEP, DEEP], 8.0) < LONGEST_TURN
+    assert lag_of(small_balloon, [DEEP, DEEP], 1e4) == LONGEST_TURN
+
+
+def test_it_grows_with_delay_and_a_hand_in_the_air_turns_nobody(small_balloon: Balloon) -> None:
+    lags = [lag_of(small_balloon, [DEEP, DEEP], 8.0, delay) for delay in (0.02, 0.1, 0.3)]
+    assert lags[0] < lags[1] < lags[2]
+    assert lag_of(small_balloon, [DEEP, DEEP], 8.0, near=0.0) == 0.0
+
+
+@pytest.mark.parametrize("slope", [0.0, 1e-9, 0.1])
+def test_the_deepest_probe_has_a_lag_that_is_finite(small_balloon: Balloon, slope: float) -> None:
+    assert lag_of(small_balloon, [slope, 1.0], 8.0) <= LONGEST_TURN
+
+
+def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Balloon) -> None:
+    mesh = small_balloon.mesh
+    at = contacts_at(small_balloon, [DEEP, DEEP])
+    lone = at.at(0)
+    k = lone.vertices[:1]
+    one = Contact(lone.frame, k, np.ones(1), DEEP)
+    where = Contacts.of([one, at.at(1)])
+    users = [user_of(touch(i, max_stiffness=1e4), delay=0.1) for i in (1, 2)]
+    spans = [slice(0, 3), slice(3, 6)]
+    lag = find_turning_lag(users, limb_compliance(8.0), spans, where, mesh, np.ones(2), 0.0, DT)
+    assert 0.0 < lag <= LONGEST_TURN
