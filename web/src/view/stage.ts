@@ -13,15 +13,9 @@ import {
 } from "three";
 import type { Vec3 } from "../model/vec";
 import type { Scheme } from "../model/colours";
+import { FramePace } from "./frame_pace";
 import { roomLight } from "./light";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
-
-/** Slower than this, and fewer pixels are drawn [s]. */
-const SLOW = 0.05;
-const COARSEST = 0.6; // pixels drawn for one of the window
-const IN_SOFTWARE = 0.75; // of them at the start, where the processor draws
-const WARM = 4; // pictures after which their time is that of drawing, not of shaders that are used the first time
-const LONGEST_REST = 0.2; // s
 
 /** A canvas's graphics, and whether the processor draws them, which the hand's loop needs too. */
 export interface Graphics {
@@ -49,19 +43,13 @@ export class Stage {
   private center: Vec3 = [0, 0, 0];
   private radius = 0.1;
   private dirty = true;
-  private ratio: number;
-  private readonly software: boolean;
-  private pictures = 0;
-  private rest = 0;
-  private cost = 0;
   private lift = 0;
-  private drew = false;
+  private readonly pace: FramePace;
   /** Shaders that are still being compiled. */
   private compiling = 0;
 
   constructor(host: HTMLElement, { canvas, context, software }: Graphics) {
-    this.software = software;
-    this.ratio = software ? IN_SOFTWARE : Math.min(window.devicePixelRatio, 2);
+    this.pace = new FramePace(software, Math.min(window.devicePixelRatio, 2));
     this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
     this.canvas = canvas;
     this.canvas.className = "stage-canvas";
@@ -129,14 +117,13 @@ export class Stage {
     const before = this.orbit;
     this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
     this.dirty ||= this.orbit !== before;
-    if (this.drew) this.spare(dt);
-    const rests = this.rests(dt);
-    this.drew = this.dirty && !rests && this.compiling === 0;
-    if (!this.drew) return false;
+    const { ratio } = this.pace;
+    const draws = this.pace.next(dt, this.dirty && this.compiling === 0);
+    if (this.pace.ratio !== ratio) this.resize();
+    if (!draws) return false;
     this.dirty = false;
     this.place();
     this.renderer.render(this.scene, this.camera);
-    this.pictures += 1;
     return true;
   }
 
@@ -189,28 +176,11 @@ export class Stage {
     if (host === null) return;
     const width = Math.max(1, host.clientWidth);
     const height = Math.max(1, host.clientHeight);
-    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setPixelRatio(this.pace.ratio);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.touch();
-  }
-
-  /** In software a picture takes the cores that the hand's loop needs: after each a rest, as long as it took. */
-  private rests(dt: number): boolean {
-    if (!this.software) return false;
-    this.rest = this.drew ? Math.min(dt, LONGEST_REST) : this.rest - dt;
-    return this.rest > 0;
-  }
-
-  /** A machine that cannot keep up gets fewer pixels; the measure is the time from one frame to the next. */
-  private spare(seconds: number): void {
-    if (this.pictures < WARM) return;
-    this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
-    if (this.cost < SLOW || this.ratio <= COARSEST) return;
-    this.ratio = Math.max(COARSEST, 0.75 * this.ratio);
-    this.cost = 0;
-    this.resize();
   }
 }
 
