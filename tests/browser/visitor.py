@@ -129,7 +129,10 @@ class Visitor:
         return found.inner_text() if found.is_visible() else ""
 
     def watches(self) -> bool:
-        return self.page.locator(".lamp").get_attribute("data-phase") == "watching"
+        """The room's messages come, and the object is drawn."""
+        phase = self.page.locator(".lamp").get_attribute("data-phase")
+        busy = self.page.locator(".stage-host").get_attribute("aria-busy")
+        return phase == "watching" and busy == "false"
 
     @property
     def notice(self) -> str:

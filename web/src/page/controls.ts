@@ -12,7 +12,7 @@ import type { TourRunner } from "./tour_runner";
 
 /** The actions of the page that pointers and keys may use. */
 export interface PageActions {
-  /** Null without WebGL. */
+  /** Null until the graphics are there, and without WebGL. */
   readonly stage: Stage | null;
   readonly own: OwnHand;
   readonly tour: Pick<TourRunner, "running" | "yield">;
@@ -29,8 +29,7 @@ export interface PageActions {
 const TURN = 0.12; // rad for an arrow key
 const now = (): number => performance.now() / 1000;
 
-export function attachControls(page: PageActions, host: HTMLElement): void {
-  if (page.stage !== null) pointers(page, host);
+export function attachKeys(page: PageActions): void {
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
     const action = actionOf(event, target);
@@ -55,9 +54,7 @@ export function attachControls(page: PageActions, host: HTMLElement): void {
   });
 }
 
-function pointers(page: PageActions, host: HTMLElement): void {
-  const stage = page.stage;
-  if (stage === null) return;
+export function attachPointers(page: PageActions, stage: Stage, host: HTMLElement): void {
   const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
   attachPointer(host, {
     press: (x, y) => {

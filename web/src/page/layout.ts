@@ -15,7 +15,7 @@ export interface Parts {
 
 export interface Layout {
   readonly root: HTMLElement;
-  /** Holds the canvas. */
+  /** Holds the canvas; busy until there is a picture, or none to come. */
   readonly host: HTMLElement;
   /** Speaks to those who do not see the page. */
   readonly live: HTMLElement;
@@ -27,6 +27,7 @@ export function layOut(parts: Parts): Layout {
     attrs: {
       role: "application",
       tabindex: "0",
+      "aria-busy": "true",
       "aria-label": "The object in three dimensions. Arrow keys turn it, plus and minus zoom, T touches, space presses, question mark for help.",
     },
   });

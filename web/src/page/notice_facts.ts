@@ -7,11 +7,11 @@ import type { NoticeFacts } from "../ui/notice";
 export function noticeFacts(
   store: Pick<SceneStore, "status">,
   own: TouchState | null,
-  page: Pick<NoticeFacts, "webgl" | "seen" | "slept" | "letGo"> & { readonly now: number },
+  page: Pick<NoticeFacts, "picture" | "seen" | "slept" | "letGo"> & { readonly now: number },
 ): NoticeFacts {
   const { phase, reason, retry_at, code } = store.status;
   return {
-    webgl: page.webgl,
+    picture: page.picture,
     phase,
     code,
     reason,

@@ -5,7 +5,7 @@ import type { SceneStore, SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
 import { Help } from "../ui/help";
 import { LegendBox } from "../ui/legend";
-import { notice } from "../ui/notice";
+import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
 import { Panel } from "../ui/panel";
 import { inks } from "../ui/plots/canvas";
@@ -13,11 +13,12 @@ import { Rumble } from "../ui/rumble";
 import { keep, recall, Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
 import { userColour } from "../model/colours";
-import { HOME } from "../view/orbit";
-import { SceneView } from "../view/scene_view";
-import { openStage, type Stage } from "../view/stage";
+import type { Colouring } from "../view/body/surface";
+import { eye, HOME } from "../view/orbit";
+import type { SceneView } from "../view/scene_view";
+import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
-import { attachControls } from "./controls";
+import { attachKeys, attachPointers } from "./controls";
 import { layOut, toggleFullScreen, togglePanel } from "./layout";
 import { freshName, usableName } from "./names";
 import { noticeFacts } from "./notice_facts";
@@ -33,9 +34,10 @@ const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 export interface PageSettings {
   /** Of the server, http: or https:. */
   readonly address: string;
-  /** Called once the graphics are ready: that can take seconds, and no message is read or written meanwhile. */
   readonly openStore: () => SceneStore;
   readonly startTouch: StartTouch;
+  /** Have ready what the first touch needs, once there is something to touch. */
+  readonly prepareTouch: () => void;
 }
 
 export class Page {
@@ -47,13 +49,17 @@ export class Page {
   readonly help = new Help();
   readonly upload: UploadDesk;
   readonly panel: Panel;
-  /** Null without WebGL: everything else goes on. */
-  readonly stage: Stage | null;
+  /** Null until the graphics are there, and without WebGL: everything else goes on. */
+  stage: Stage | null = null;
   view: SceneSnapshot | null = null;
 
   private readonly address: string;
+  private readonly host: HTMLElement;
   private readonly theme: Theme;
-  private readonly sceneView: SceneView | null;
+  private sceneView: SceneView | null = null;
+  private picture: NoticeFacts["picture"] = "well";
+  private colouring: Colouring = "displacement";
+  private readonly prepareTouch: () => void;
   private readonly toolbar: Toolbar;
   private readonly legend: LegendBox;
   private readonly bar = new NoticeBar(() => { location.reload(); });
@@ -67,14 +73,18 @@ export class Page {
   private wish = false;
   private seen = false;
 
-  constructor({ address, openStore, startTouch }: PageSettings) {
+  constructor({ address, openStore, startTouch, prepareTouch }: PageSettings) {
     this.address = address;
+    this.prepareTouch = prepareTouch;
+    // The largest part of the page; socket, words and buttons are there before it.
+    const graphics = import("../view/scene_view");
+    this.store = openStore();
     this.own = new OwnHand(startTouch);
     this.upload = new UploadDesk(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
     this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); });
-    this.legend = new LegendBox((by) => { this.sceneView?.setColouring(by); });
+    this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
       law: (law) => { this.setLaw(law); },
@@ -97,7 +107,7 @@ export class Page {
       touch: () => { this.touch(true); },
       law: (law) => { this.setLaw(law); },
       measure: (by) => { this.panel.area.measure(by); },
-      colour: (by) => { this.sceneView?.setColouring(by); },
+      colour: (by) => { this.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
     });
@@ -106,16 +116,31 @@ export class Page {
       notice: this.bar.root, tour: this.tour.card.root, help: this.help.root, upload: this.upload.dialog.root,
     });
     this.root = layout.root;
+    this.host = layout.host;
     this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
-    this.stage = openStage(layout.host);
-    this.sceneView = this.stage === null ? null : new SceneView(this.stage, layout.host);
-    attachControls(this, layout.host);
-    this.store = openStore();
+    attachKeys(this);
     this.store.subscribe(() => { this.body(); });
     this.theme.apply();
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
+    graphics.then(
+      ({ openScene }) => { this.openScene(openScene(layout.host)); },
+      () => { this.picture = "not loaded"; },
+    );
+  }
+
+  private openScene(scene: { readonly stage: Stage; readonly view: SceneView } | null): void {
+    if (scene === null) {
+      this.picture = "no webgl";
+      return;
+    }
+    this.stage = scene.stage;
+    this.sceneView = scene.view;
+    scene.view.setScheme(this.theme.scheme);
+    scene.view.setColouring(this.colouring);
+    attachPointers(this, scene.stage, this.host);
+    this.body();
   }
 
   /** The tab went to the background: nobody watches the hand, so it lets go. */
@@ -129,7 +154,7 @@ export class Page {
   touch(on: boolean): void {
     // Before the body is known there is nothing to touch: the wish is kept.
     this.wish = on && this.store.info === null;
-    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? [0, -1, 0]);
+    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1));
     else this.own.stop();
     if (!on) this.rumble.still();
     this.write(performance.now() / 1000);
@@ -148,6 +173,11 @@ export class Page {
     this.dock.setLaw(law);
   }
 
+  private setColouring(by: Colouring): void {
+    this.colouring = by;
+    this.sceneView?.setColouring(by);
+  }
+
   private rename(text: string): void {
     this.name = usableName(text, this.name);
     keep(NAME, this.name);
@@ -157,6 +187,7 @@ export class Page {
     this.sceneView?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish && this.store.info !== null) this.touch(true);
+    if (this.store.mesh !== null) this.prepareTouch();
     this.upload.allow(this.store.info?.allow_upload === true);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.announcer.news(this.store.events);
@@ -183,6 +214,7 @@ export class Page {
     this.sceneView?.draw(this.view, this.own.state, dt);
     const own = this.own.state;
     if (own !== null) this.rumble.feel(own.force, 1000 * now);
+    if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
     if (now - this.written >= WRITE_EVERY) this.write(now);
   }
 
@@ -200,6 +232,6 @@ export class Page {
     if (own !== null) this.dock.update(own, userColour(own.user, this.theme.scheme), inks(this.panel.root));
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { webgl: this.stage !== null, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

@@ -4,12 +4,15 @@ import { socketUrl } from "../address";
 import { UPLOAD_SUBPROTOCOL } from "../upload/messages";
 import { UploadDialog } from "../ui/upload/dialog";
 import { UploadClient, type UploadNews } from "../upload/client";
-import { Preview } from "../view/preview";
+import type { Preview } from "../view/preview";
+
+type Shown = Extract<UploadNews, { type: "shown" }>;
 
 export class UploadDesk {
   readonly dialog: UploadDialog;
   private preview: Preview | null = null;
   private client: UploadClient | null = null;
+  private newest: UploadNews | null = null;
   private allowed = false;
 
   /** @param address Of the server, http: or https:. */
@@ -62,10 +65,22 @@ export class UploadDesk {
   }
 
   private hear(news: UploadNews): void {
+    this.newest = news;
+    if (news.type !== "shown") {
+      this.dialog.news(news);
+      return;
+    }
+    // Loaded for those who bring something; without it they go on without a picture.
+    import("../view/preview").then(
+      ({ Preview }) => { if (this.newest === news) this.show(news, Preview); },
+      () => { if (this.newest === news) this.dialog.news(news); },
+    );
+  }
+
+  private show(news: Shown, Picture: typeof Preview): void {
     this.dialog.news(news);
-    if (news.type !== "shown") return;
-    // The picture takes a context of the graphics: made for those who bring something.
-    this.preview ??= new Preview(this.dialog.host, () => { this.dialog.refresh(this.preview?.painting ?? null); });
+    // The picture takes a context of the graphics.
+    this.preview ??= new Picture(this.dialog.host, () => { this.dialog.refresh(this.preview?.painting ?? null); });
     this.preview.show(news.mesh);
     this.dialog.refresh(this.preview.painting);
     this.dialog.news(news);
@@ -74,7 +89,7 @@ export class UploadDesk {
 
   private cancel(): void {
     this.client?.cancel();
-    this.client = null;
+    this.client = this.newest = null;
     this.preview?.run(false);
     this.preview?.clear();
   }

@@ -67,9 +67,9 @@ export interface Scene {
 /**
  * The scene in a frame; throws ProtocolError, whatever the bytes.
  *
- * @param traversal Of the rest mesh.
+ * @param traversal Finds that of the rest mesh; called for a frame with a surface.
  */
-export function decodeScene(bytes: Uint8Array, traversal: Traversal): Scene {
+export function decodeScene(bytes: Uint8Array, traversal: () => Traversal): Scene {
   const { flags, reader } = openFrame(bytes, "scene", HEAD);
   checkRange("flags of a scene", flags, 0, 1);
   const tick = reader.u32();
@@ -84,7 +84,7 @@ export function decodeScene(bytes: Uint8Array, traversal: Traversal): Scene {
   if (bytes.length < end) throw new ProtocolError("scene length", bytes.length, `at least ${end} bytes`);
   const users = Array.from({ length: count }, () => readUser(reader));
   if (flags === 0) checkSize("scene", bytes, end);
-  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal), room };
+  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal()), room };
 }
 
 function readUser(reader: Reader): UserRecord {

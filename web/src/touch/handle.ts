@@ -7,9 +7,31 @@ const GRACE = 1500; // ms for the Worker to end by itself; the force may take a 
 // The hand before may still be on its way out of the room, under the same name.
 let previous: Promise<void> = Promise.resolve();
 
+// A Worker that has begun and waits for the first hand; later ones find its script in the browser's cache.
+let ready: Worker | null = null;
+let prepared = false;
+
+/** Have a Worker ready, so that nobody who touches waits for its script. */
+export function prepareTouch(): void {
+  if (prepared) return;
+  prepared = true;
+  const worker = newWorker();
+  // The one that is begun with the touch says why.
+  worker.onerror = () => {
+    if (ready === worker) ready = null;
+  };
+  ready = worker;
+}
+
+function newWorker(): Worker {
+  return new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "haptics" });
+}
+
 /** Begin to touch. */
 export function startTouch(settings: TouchSettings): TouchHandle {
-  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "haptics" });
+  const worker = ready ?? newWorker();
+  ready = null;
+  prepared = true;
   const turn = previous;
   const say = (message: ToWorker): void => {
     void turn.then(() => {

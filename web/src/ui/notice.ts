@@ -14,7 +14,8 @@ export interface Notice {
 
 /** All that the choice depends on. */
 export interface NoticeFacts {
-  readonly webgl: boolean;
+  /** Well also while it is on its way. */
+  readonly picture: "well" | "no webgl" | "not loaded";
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
   readonly code: number;
@@ -34,7 +35,11 @@ export interface NoticeFacts {
 
 /** The most urgent notice; null where all is well. */
 export function notice(c: NoticeFacts): Notice | null {
-  if (!c.webgl) {
+  if (c.picture === "not loaded") {
+    return make("picture", "bad", "The picture did not load",
+      "A part of this page did not come from the server, so the object cannot be drawn. Reloading asks for it again.", "reload");
+  }
+  if (c.picture === "no webgl") {
     return make("webgl", "bad", "This browser shows no 3-D graphics",
       "WebGL is off or missing, so the object cannot be drawn. The hands, their forces and plots are live all the same. "
       + "Hardware acceleration in the browser's settings usually brings it back.", "dismiss");

@@ -129,6 +129,8 @@ class Hand {
 /** All hands, by user. */
 export class Hands {
   readonly group = new Group();
+  /** Never seen: its shaders are compiled with the body's, so that none waits for them who comes into the room. */
+  private readonly model: Hand;
   private readonly hands = new Map<number, Hand>();
   private readonly radius: number;
   private readonly patchRadius: number;
@@ -138,6 +140,9 @@ export class Hands {
     this.radius = radius;
     this.patchRadius = Math.max(1.6 * contactRadius, 0.2 * radius);
     this.colour = colour;
+    this.model = new Hand(this.radius, this.patchRadius);
+    this.model.group.visible = false;
+    this.group.add(this.model.group);
   }
 
   pose(poses: readonly Pose[]): void {
@@ -173,6 +178,7 @@ export class Hands {
 
   dispose(): void {
     this.pose([]);
+    this.model.dispose();
   }
 }
 

@@ -10,7 +10,7 @@ import { Ground } from "./ground";
 import { Hands } from "./hands";
 import { Labels } from "./labels";
 import { ownPose, type Pose, poseOf } from "./pose";
-import type { Stage } from "./stage";
+import { openStage, type Stage } from "./stage";
 
 interface Props {
   readonly mesh: RestMesh;
@@ -35,6 +35,8 @@ export class SceneView {
   private scheme: Scheme = "light";
   private colouring: Colouring = "displacement";
   private shown = "";
+  /** Whether there is a picture of the body. */
+  drawn = false;
 
   constructor(stage: Stage, host: HTMLElement) {
     this.stage = stage;
@@ -76,6 +78,7 @@ export class SceneView {
     this.stage.scene.add(group);
     this.stage.frame(center, radius);
     this.setScheme(this.scheme);
+    this.stage.compile();
   }
 
   /** Show a moment. */
@@ -96,12 +99,14 @@ export class SceneView {
         hands.pose(poses);
         this.stage.touch();
       }
-      if (this.stage.draw(dt) || drawn) {
+      const anew = this.stage.draw(dt);
+      this.drawn ||= anew;
+      if (anew || drawn) {
         this.labels.place(poses, (user) => hands.anchor(user), (point) => this.stage.project(point));
       }
       return;
     }
-    this.stage.draw(dt);
+    if (this.stage.draw(dt) && this.props !== null) this.drawn = true;
   }
 
   private clear(): void {
@@ -112,10 +117,17 @@ export class SceneView {
     this.props.hands.dispose();
     this.props = null;
     this.shown = "";
+    this.drawn = false;
   }
 }
 
 /** To a hundredth of a millimetre or of a newton. */
 function short(x: number): number {
   return Math.round(1e5 * x);
+}
+
+/** Stage and scene in an element of the page; null without WebGL. */
+export function openScene(host: HTMLElement): { readonly stage: Stage; readonly view: SceneView } | null {
+  const stage = openStage(host);
+  return stage === null ? null : { stage, view: new SceneView(stage, host) };
 }

@@ -1,25 +1,28 @@
 /** The stage: renderer, camera, light. It draws when something moved, and not otherwise. */
 
 import {
-    DirectionalLight,
+  DirectionalLight,
   HemisphereLight,
   NeutralToneMapping,
   PerspectiveCamera,
-  PMREMGenerator,
   Raycaster,
   Scene,
   Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
-import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 import type { Vec3 } from "../model/vec";
 import type { Scheme } from "../model/colours";
+import { FramePace } from "./frame_pace";
+import { roomLight } from "./light";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
 
-/** Slower than this, and fewer pixels are drawn [s]. */
-const SLOW = 0.05;
-const COARSEST = 0.6; // pixels drawn for one of the window
+/** A canvas's graphics, and whether the processor draws them, which the hand's loop needs too. */
+export interface Graphics {
+  readonly canvas: HTMLCanvasElement;
+  readonly context: WebGL2RenderingContext;
+  readonly software: boolean;
+}
 
 export class Stage {
   readonly scene = new Scene();
@@ -35,31 +38,25 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly key = new DirectionalLight(0xffffff, 1.6);
   private readonly sky = new HemisphereLight(0xffffff, 0x8890a0, 0.5);
+  private readonly room = roomLight();
   private orbit: Orbit = HOME;
   private center: Vec3 = [0, 0, 0];
   private radius = 0.1;
   private dirty = true;
-  private ratio = Math.min(window.devicePixelRatio, 2);
-  private cost = 0;
   private lift = 0;
-  private drew = false;
+  private readonly pace: FramePace;
+  /** Shaders that are still being compiled. */
+  private compiling = 0;
 
-  /** @throws Error where the browser has no WebGL. */
-  constructor(host: HTMLElement) {
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: "high-performance" });
-    this.canvas = this.renderer.domElement;
+  constructor(host: HTMLElement, { canvas, context, software }: Graphics) {
+    this.pace = new FramePace(software, Math.min(window.devicePixelRatio, 2));
+    this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
+    this.canvas = canvas;
     this.canvas.className = "stage-canvas";
     this.renderer.toneMapping = NeutralToneMapping;
     host.append(this.canvas);
     this.camera.up.set(0, 0, 1);
-    const light = new PMREMGenerator(this.renderer);
-    this.scene.environment = light.fromScene(new RoomEnvironment(), 0.04, 0.1, 100, { size: 64 }).texture;
-    this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
-    light.dispose();
-    // Wait for it here, where nobody waits for the page: graphics in software take seconds.
-    const gl = this.renderer.getContext();
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    this.scene.add(this.key, this.key.target, this.sky);
+    this.scene.add(this.key, this.key.target, this.sky, this.room);
     new ResizeObserver(() => {
       this.resize();
     }).observe(host);
@@ -79,7 +76,7 @@ export class Stage {
     this.renderer.toneMappingExposure = scheme === "light" ? 1.0 : 0.95;
     this.key.intensity = scheme === "light" ? 1.6 : 1.6;
     this.sky.intensity = scheme === "light" ? 0.2 : 0.12;
-    this.scene.environmentIntensity = scheme === "light" ? 0.5 : 0.8;
+    this.room.intensity = scheme === "light" ? 0.5 : 0.8;
     this.touch();
   }
 
@@ -89,6 +86,19 @@ export class Stage {
     if (lift === this.lift) return;
     this.lift = lift;
     this.touch();
+  }
+
+  /** Compile the shaders of what was added all at once, beside the page where the browser can; then it is drawn. */
+  compile(): void {
+    if (!this.renderer.extensions.has("KHR_parallel_shader_compile")) {
+      this.renderer.compile(this.scene, this.camera);
+      return;
+    }
+    this.compiling += 1;
+    void this.renderer.compileAsync(this.scene, this.camera).finally(() => {
+      this.compiling -= 1;
+      this.touch();
+    });
   }
 
   /** Something changed: draw at the next chance. */
@@ -106,15 +116,14 @@ export class Stage {
   draw(dt: number): boolean {
     const before = this.orbit;
     this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
-    if (this.orbit === before && !this.dirty) {
-      this.drew = false;
-      return false;
-    }
+    this.dirty ||= this.orbit !== before;
+    const { ratio } = this.pace;
+    const draws = this.pace.next(dt, this.dirty && this.compiling === 0);
+    if (this.pace.ratio !== ratio) this.resize();
+    if (!draws) return false;
     this.dirty = false;
     this.place();
     this.renderer.render(this.scene, this.camera);
-    this.spare(this.drew ? dt : 0);
-    this.drew = true;
     return true;
   }
 
@@ -167,32 +176,33 @@ export class Stage {
     if (host === null) return;
     const width = Math.max(1, host.clientWidth);
     const height = Math.max(1, host.clientHeight);
-    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setPixelRatio(this.pace.ratio);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.touch();
   }
-
-  /** A machine that cannot keep up gets fewer pixels; the measure is the time from one frame to the next. */
-  private spare(seconds: number): void {
-    this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
-    if (this.cost < SLOW || this.ratio <= COARSEST) return;
-    this.ratio = Math.max(COARSEST, 0.75 * this.ratio);
-    this.cost = 0;
-    this.resize();
-  }
 }
 
 /** A stage where the browser can have one; null without WebGL. */
 export function openStage(host: HTMLElement): Stage | null {
-  // Asked before three.js does, which would fill the console.
-  if (document.createElement("canvas").getContext("webgl2") === null) return null;
+  const graphics = openGraphics();
+  if (graphics === null) return null;
   try {
-    const stage = new Stage(host);
+    const stage = new Stage(host, graphics);
     stage.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     return stage;
   } catch {
     return null;
   }
+}
+
+/** Asked for before three.js does, which would fill the console where there are none. */
+function openGraphics(): Graphics | null {
+  const canvas = document.createElement("canvas");
+  const wanted: WebGLContextAttributes = { alpha: true, stencil: false, powerPreference: "high-performance" };
+  const fast = canvas.getContext("webgl2", { ...wanted, antialias: true, failIfMajorPerformanceCaveat: true });
+  if (fast !== null) return { canvas, context: fast, software: false };
+  const slow = canvas.getContext("webgl2", { ...wanted, antialias: false });
+  return slow === null ? null : { canvas, context: slow, software: true };
 }

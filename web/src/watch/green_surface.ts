@@ -33,15 +33,19 @@ export interface Press {
   readonly under: Pressure;
 }
 
-/** The loads of all users who press. */
+/**
+ * The loads of all users who press.
+ *
+ * @param quadrature Finds the points of the resting surface; called where somebody presses.
+ */
 export function pressesOf(
   users: readonly { readonly foot: Vec3; readonly normal: Vec3; readonly force: Vec3 }[],
-  q: Quadrature,
+  quadrature: () => Quadrature,
   radius: number,
 ): readonly Press[] {
   return users
     .filter(({ force }) => norm(force) > LEAST_FORCE)
-    .map(({ foot, normal, force }) => ({ force, under: pressure(q, foot, normal, radius) }));
+    .map(({ foot, normal, force }) => ({ force, under: pressure(quadrature(), foot, normal, radius) }));
 }
 
 /** Vertices whose blocks the presses need, each once. */

@@ -28,7 +28,8 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
 /** One connection to a server, seen from the page that watches. */
 export class WatchSession {
   private state: State = "await_watching";
-  private traversal: Traversal = { vertices: 0, order: new Uint32Array(), foretold: new Uint32Array() };
+  private mesh: RestMesh = { vertices: new Float32Array(), faces: new Uint32Array() };
+  private found: Traversal | null = null;
   private tick = 0;
 
   /** First message of the connection. */
@@ -60,7 +61,13 @@ export class WatchSession {
       return { type: "rest_mesh", mesh: decodeRestMesh(data) };
     }
     this.check("scene");
-    return { type: "scene", scene: decodeScene(data, this.traversal) };
+    return { type: "scene", scene: decodeScene(data, () => this.traversal()) };
+  }
+
+  /** Found with the first surface: on a fine mesh it takes as long as a few pictures, which come before. */
+  private traversal(): Traversal {
+    this.found ??= traversalOf(this.mesh.vertices.length / 3, this.mesh.faces);
+    return this.found;
   }
 
   private check(type: string): void {
@@ -73,7 +80,7 @@ export class WatchSession {
     if (event.type === "error") this.state = "closed";
     if (event.type === "rest_mesh") {
       this.state = "watching";
-      this.traversal = traversalOf(event.mesh.vertices.length / 3, event.mesh.faces);
+      this.mesh = event.mesh;
     }
     if (event.type === "scene") {
       if (event.scene.tick <= this.tick) {

@@ -22,7 +22,7 @@ import type { WatchEvent } from "./session";
 interface Held {
   readonly mesh: RestMesh;
   readonly frames: FrameBuffer;
-  readonly quadrature: Quadrature;
+  readonly quadrature: () => Quadrature;
   readonly model: string | null;
   /** Null where the surface is no sum of Green's functions. */
   readonly blocks: GreenBlocks | null;
@@ -136,7 +136,7 @@ export class Store {
     this.held = {
       mesh: kept,
       frames: new FrameBuffer(kept, this.interval),
-      quadrature: same ? before.quadrature : quadratureOf(mesh),
+      quadrature: same ? before.quadrature : once(() => quadratureOf(mesh)),
       model,
       blocks: same && before.model === model ? before.blocks : this.newBlocks(model, mesh),
     };
@@ -175,6 +175,12 @@ export class Store {
   private make(held: Held, presses: readonly Press[]): Float32Array | null {
     return held.blocks === null ? null : displacementOf(presses, held.blocks.get, held.mesh.vertices.length / 3);
   }
+}
+
+/** The same value at each call, made at the first. */
+function once<T>(make: () => T): () => T {
+  let made: T | null = null;
+  return () => (made ??= make());
 }
 
 function sameMesh(a: RestMesh, b: RestMesh): boolean {

@@ -3,7 +3,7 @@ import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  webgl: true, phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0,
+  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0,
 };
 
 describe("notices", () => {
@@ -42,7 +42,11 @@ describe("notices", () => {
   });
 
   it("explain a missing WebGL before anything else", () => {
-    expect(notice({ ...WELL, webgl: false, phase: "waiting" })?.key).toBe("webgl");
+    expect(notice({ ...WELL, picture: "no webgl", phase: "waiting" })?.key).toBe("webgl");
+  });
+
+  it("ask for the picture again where it did not load", () => {
+    expect(notice({ ...WELL, picture: "not loaded" })).toMatchObject({ key: "picture", action: "reload" });
   });
 
   it("welcome back from a pause, and say that the hand was let go", () => {

@@ -1,0 +1,48 @@
+/** When to draw, and how many pixels: a machine that cannot keep up draws fewer, one without graphics rests between. */
+
+/** Slower than this, and fewer pixels are drawn [s]. */
+const SLOW = 0.05;
+const COARSEST = 0.6; // pixels drawn for one of the window
+const IN_SOFTWARE = 0.75; // of them at the start, where the processor draws
+const WARM = 4; // pictures after which their time is that of drawing, not of shaders that are used the first time
+const LONGEST_REST = 0.2; // s
+
+export class FramePace {
+  /** Pixels drawn for one of the window. */
+  ratio: number;
+  private drew = false;
+  private pictures = 0;
+  private cost = 0;
+  private rest = 0;
+
+  /**
+   * @param software Whether the processor draws, which the hand's loop needs too.
+   * @param finest Pixels that the display has for one of the window.
+   */
+  constructor(private readonly software: boolean, finest: number) {
+    this.ratio = software ? IN_SOFTWARE : finest;
+  }
+
+  /**
+   * Decide at the beginning of a frame.
+   *
+   * @param dt Since the beginning of the one before: what that took, if something was drawn [s].
+   * @param wanted Whether there is something to draw.
+   * @returns Whether it is drawn now.
+   */
+  next(dt: number, wanted: boolean): boolean {
+    if (this.drew) this.spare(dt);
+    if (this.software) this.rest = this.drew ? Math.min(dt, LONGEST_REST) : this.rest - dt;
+    this.drew = wanted && this.rest <= 0;
+    if (this.drew) this.pictures += 1;
+    return this.drew;
+  }
+
+  private spare(seconds: number): void {
+    if (this.pictures < WARM) return;
+    this.cost += 0.15 * (Math.min(seconds, 0.5) - this.cost);
+    if (this.cost < SLOW || this.ratio <= COARSEST) return;
+    this.ratio = Math.max(COARSEST, 0.75 * this.ratio);
+    this.cost = 0;
+  }
+}

@@ -1,0 +1,69 @@
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { DEFAULT_HAND } from "../../src/touch/loop/simulated_hand";
+
+/** A Worker that only counts: the loop inside has tests of its own. */
+class Idle {
+  static made: Idle[] = [];
+  readonly heard: unknown[] = [];
+  onerror: ((event: { message: string }) => void) | null = null;
+  onmessage: unknown = null;
+
+  constructor() {
+    Idle.made.push(this);
+  }
+  postMessage(message: unknown): void {
+    this.heard.push(message);
+  }
+  terminate(): void {
+    // There is no thread.
+  }
+}
+
+const SETTINGS = {
+  url: "ws://host", name: "ann", law: "predictive", geometry: "sphere", max_force: 10, friction: 0, passivity: true,
+  hand: DEFAULT_HAND, target: [0, 0, 0],
+} as const;
+
+async function fresh(): Promise<typeof import("../../src/touch/handle")> {
+  vi.resetModules();
+  return import("../../src/touch/handle");
+}
+
+beforeEach(() => {
+  Idle.made = [];
+  vi.stubGlobal("Worker", Idle);
+});
+afterEach(() => {
+  vi.unstubAllGlobals();
+});
+
+test("the first hand takes the Worker that was made ready, and later ones none that waits", async () => {
+  const { prepareTouch, startTouch } = await fresh();
+  prepareTouch();
+  prepareTouch();
+  expect(Idle.made.length).toBe(1);
+  startTouch(SETTINGS);
+  await Promise.resolve();
+  expect(Idle.made.length).toBe(1);
+  expect(Idle.made[0]?.heard).toMatchObject([{ type: "start" }]);
+  prepareTouch();
+  startTouch(SETTINGS);
+  expect(Idle.made.length).toBe(2);
+});
+
+test("a Worker that failed before the touch is not taken; the hand's own says why", async () => {
+  const { prepareTouch, startTouch } = await fresh();
+  prepareTouch();
+  Idle.made[0]?.onerror?.({ message: "gone" });
+  const handle = startTouch(SETTINGS);
+  expect(Idle.made.length).toBe(2);
+  Idle.made[1]?.onerror?.({ message: "still gone" });
+  expect(handle.failure).toContain("still gone");
+});
+
+test("a hand that comes before anything was made ready has its own Worker, and none is made beside it", async () => {
+  const { prepareTouch, startTouch } = await fresh();
+  startTouch(SETTINGS);
+  prepareTouch();
+  expect(Idle.made.length).toBe(1);
+});

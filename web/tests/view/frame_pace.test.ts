@@ -1,0 +1,61 @@
+import { describe, expect, it } from "vitest";
+import { FramePace } from "../../src/view/frame_pace";
+
+const FRAME = 1 / 60; // s
+
+/** Frames that take `slow` when something is drawn, and one of the display otherwise; whether each was drawn. */
+function run(pace: FramePace, frames: number, slow: number): boolean[] {
+  const drawn: boolean[] = [];
+  for (let i = 0; i < frames; i++) drawn.push(pace.next(drawn.at(-1) === true ? slow : FRAME, true));
+  return drawn;
+}
+
+describe("a machine with graphics", () => {
+  it("draws each frame with all pixels while it keeps up", () => {
+    const pace = new FramePace(false, 2);
+    expect(run(pace, 200, FRAME)).not.toContain(false);
+    expect(pace.ratio).toBe(2);
+  });
+
+  it("draws fewer pixels once it does not, down to a bound", () => {
+    const pace = new FramePace(false, 2);
+    run(pace, 300, 0.2);
+    expect(pace.ratio).toBe(0.6);
+  });
+
+  it("keeps its pixels where only the first pictures are slow, as those that compile are", () => {
+    const pace = new FramePace(false, 2);
+    run(pace, 4, 0.5);
+    run(pace, 100, FRAME);
+    expect(pace.ratio).toBe(2);
+  });
+});
+
+describe("a machine that draws in software", () => {
+  it("rests as long as a picture took", () => {
+    const drawn = run(new FramePace(true, 2), 1000, 0.1);
+    const pictures = drawn.filter(Boolean).length;
+    const busy = 0.1 * pictures;
+    const free = FRAME * (drawn.length - pictures);
+    expect(free / busy).toBeGreaterThan(0.9);
+    expect(free / busy).toBeLessThan(1.3);
+  });
+
+  it("never rests so long that the picture stands still", () => {
+    const drawn = run(new FramePace(true, 2), 200, 5);
+    const longest = Math.ceil(0.2 / FRAME) + 1;
+    for (let i = 0; i + longest < drawn.length; i++) expect(drawn.slice(i, i + longest + 1)).toContain(true);
+  });
+
+  it("begins with fewer pixels than the display has", () => {
+    expect(new FramePace(true, 2).ratio).toBeLessThan(1);
+  });
+});
+
+it("draws nothing where nothing changed, and at once what changes then", () => {
+  for (const software of [false, true]) {
+    const pace = new FramePace(software, 1);
+    for (let i = 0; i < 50; i++) expect(pace.next(FRAME, false)).toBe(false);
+    expect(pace.next(FRAME, true)).toBe(true);
+  }
+});
