@@ -10,6 +10,7 @@ from cohaptic.control.mesh_fit import RestSurface, unpack
 from cohaptic.control.mesh_surface import MeshSurface, Surface
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.vec import norm
 
 
 def flat_surface(patch: Patch) -> LocalSurface:
@@ -39,4 +40,6 @@ class SurfaceMaker:
             words.byteswap()
         # A stiff vertex beside soft ones may be rounded to no compliance at all.
         facts = unpack(words, near.scale, near.c_scale, MIN_COMPLIANCE)
-        return MeshSurface(self._rest, base, facts)
+        # A finger that sticks moves with the material, wherever others take it.
+        moved = 0.0 if patch.compliance is not None else norm(patch.u_others)
+        return MeshSurface(self._rest, base, facts, moved)

@@ -39,10 +39,12 @@ _TURNING = 1.25
 # limit only keeps what is hardly a compliance, next to held vertices, from overflowing.
 _MAX_FACTOR = 1e6
 
-# Distance from the line, in distances of two points, from which on the compliance of the vertices
-# counts in full. On a limb it changes fivefold within the way that others move the contact
-# sideways, and with it the force, by as much as that way is of the depth: a loop through the other
-# hands that no gain knows of. Two hands that pinched one swung by half of their force.
+# Up to so many times the way that others have moved the surface here, and at most so many distances
+# of two points, the compliance is the contact's own. On a limb it changes fivefold within the way
+# that others move the contact sideways, and with it the force, by as much as that way is of the
+# depth: a loop through the other hands that no gain knows of. Two hands that pinched one swung by
+# half of their force. The hand's own way over the surface is not of that kind.
+_MOVED = 2.0
 _APART = 4.0
 
 # Cosine of the normals; error of the depth [m]; factor of the compliance; what their normal lacks
@@ -66,12 +68,14 @@ class LineError:
     Args:
         fit: Of the vertices.
         base: Plane or sphere of the patch.
+        moved: Way that others have moved the surface under the finger [m].
     """
 
-    def __init__(self, fit: MeshFit, base: LocalSurface) -> None:
+    def __init__(self, fit: MeshFit, base: LocalSurface, moved: float) -> None:
         self._fit: Final = fit
         self._base: Final = base
         self._spacing: Final = max(_LEAST_SPACING, _SPACING * math.sqrt(fit.deepest))
+        self._apart: Final = min(_APART, _MOVED * moved / self._spacing)
         self._points: Final[dict[int, Error]] = {}
 
     def at(self, probe: Vec3, depth: float) -> Beside:
@@ -100,7 +104,8 @@ class LineError:
         if trust < 1.0:
             far = _smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
             trust += (far - trust) * _smooth(beside / (_NEAR * _NEAR))
-        soft = _smooth(beside / (_APART * _APART))
+        apart = self._apart * self._apart
+        soft = 1.0 if beside >= apart else _smooth(beside / apart)
         near = 1.0 - beside / (_TURNING * _TURNING)
         if near <= 0.0:
             return (trust, soft, depth_error, c_factor, 0.0, 0.0, 0.0)

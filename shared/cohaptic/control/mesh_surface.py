@@ -41,12 +41,15 @@ class MeshSurface:
         rest: The resting mesh.
         base: Plane or sphere of the same patch.
         facts: The neighbourhood, as `MeshFit` takes it.
+        moved: Way that others have moved the surface under the finger [m].
     """
 
-    def __init__(self, rest: RestSurface, base: LocalSurface, facts: array[float]) -> None:
+    def __init__(
+        self, rest: RestSurface, base: LocalSurface, facts: array[float], moved: float = 0.0
+    ) -> None:
         self._base: Final = base
         self._fit: Final = MeshFit(rest, facts, base.normal)
-        self._error: Final = LineError(self._fit, base)
+        self._error: Final = LineError(self._fit, base, moved)
         # Normals of the nearest vertices are found now, and not in the period that first looks.
         self._error.at(base.x_free, 0.0)
 

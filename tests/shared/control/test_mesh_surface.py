@@ -80,15 +80,22 @@ def test_where_the_patch_was_made_depth_and_compliance_are_its_own(off: float, c
     assert found.look(scale(out, RADIUS)).c_ii == pytest.approx(C_II)
 
 
-def test_compliance_follows_the_vertices_beside_the_contact() -> None:
-    """Below it, it is the patch's, also where others have moved the surface sideways a little."""
+def test_compliance_follows_the_vertices() -> None:
     table = {k: C_II * (1.0 + 5.0 * VERTICES[k][1]) for k in IN_FRONT}
-    for a in (-0.3, 0.3):
+    for a in (-0.3, -0.1, 0.0, 0.2):
         sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
         assert sight.c_ii == pytest.approx(C_II * (1.0 + 5.0 * RADIUS * math.sin(a)), rel=0.005)
-    for a in (-0.03, 0.0, 0.03):
-        sight = surface(c_ii=table).look(scale(direction(a, 0.0), RADIUS))
-        assert sight.c_ii == pytest.approx(C_II, rel=0.002)
+
+
+def test_as_far_as_others_moved_the_surface_the_compliance_is_the_contacts() -> None:
+    """Their way is not the hand's: another place's compliance would change its force."""
+    base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, OWN, BY_OTHERS)
+    told = facts((k, *ZERO, C_II * (1.0 + 5.0 * VERTICES[k][1])) for k in IN_FRONT)
+    found = MeshSurface(BALL, base, told, 0.02)
+    for a in (-0.05, 0.0, 0.05):
+        assert found.look(scale(direction(a, 0.0), RADIUS)).c_ii == pytest.approx(C_II, rel=0.002)
+    far = found.look(scale(direction(0.3, 0.0), RADIUS)).c_ii
+    assert far == pytest.approx(C_II * (1.0 + 5.0 * RADIUS * math.sin(0.3)), rel=0.005)
 
 
 def slid(found: MeshSurface, a: tuple[float, float], b: tuple[float, float], n: int) -> list[Sight]:
@@ -145,8 +152,8 @@ def test_a_handful_of_vertices_is_no_surface(chosen: list[int]) -> None:
 
 
 def test_held_vertices_without_compliance_stay_that() -> None:
-    beside = scale(direction(0.3, 0.0), RADIUS - 0.003)
-    assert surface(c_ii=dict.fromkeys(IN_FRONT, 0.0)).look(beside).c_ii == 0.0
+    sight = surface(c_ii=dict.fromkeys(IN_FRONT, 0.0)).look((RADIUS - 0.003, 0.0, 0.0))
+    assert sight.c_ii == 0.0
 
 
 def test_a_mesh_with_a_vertex_of_no_face_is_no_trouble() -> None:
