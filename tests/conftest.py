@@ -46,6 +46,21 @@ settings.register_profile("cohaptic", deadline=None)
 # own runs draw anew, and keep what they find as an `@example`.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "cohaptic"))
+# What the tests run of the campaign's kernel takes less time than its last optimisations do.
+os.environ.setdefault("NUMBA_OPT", "2")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--long", action="store_true", help="run the tests that are marked long too")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what takes long, unless it is asked for."""
+    if config.option.long:
+        return
+    short = [item for item in items if item.get_closest_marker("long") is None]
+    config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
+    items[:] = short
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

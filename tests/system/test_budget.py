@@ -44,8 +44,8 @@ def started(file: Path, *options: str, store: Path) -> subprocess.Popen[str]:
 
 
 def ball(folder: Path) -> tuple[Path, list[str]]:
-    """Small, yet there is a second of work after each result, for the signal to come into."""
-    options = ["--fix", "z < 10%", "--edge", "0.08"]
+    """Small, yet there is half a second of work after each result, for the signal to come into."""
+    options = ["--fix", "z < 10%", "--edge", "0.1"]
     return write(folder / "ball.stl", *icosphere(2, 0.05)), options
 
 
@@ -77,7 +77,14 @@ SHAPES: dict[str, tuple[Callable[[Path], Path], list[str]]] = {
 }
 
 
-@pytest.mark.parametrize("name", SHAPES)
+# A surface that is filled, and a volume of either order; the others take half a minute.
+SHORT = ("coarse ball", "cube", "linear")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in SHAPES],
+)
 def test_no_more_memory_is_taken_than_was_said_before(name: str, tmp_path: Path) -> None:
     make, options = SHAPES[name]
     process = started(make(tmp_path), *options, store=tmp_path / "store")

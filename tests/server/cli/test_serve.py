@@ -79,7 +79,11 @@ def test_a_file_that_is_no_object_is_one_sentence(tmp_path: Path) -> None:
     assert done.stderr == f"cohaptic: {path}: the file is empty\n"
 
 
-def test_an_object_held_nowhere_is_one_sentence() -> None:
+def test_an_object_held_nowhere_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # What is said of one that is in the store already is another sentence.
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
     done = refused("--port", "0", "--body", str(TORUS))
     words = 'nothing says what of it is held, and it would float away. With --fix "z < '
     assert done.stderr.startswith(f"cohaptic: {TORUS}: {words}")
