@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
@@ -172,6 +172,8 @@ def test_a_silence_as_long_as_the_link_has_had_one_of_late_is_no_end(
     """
     state, now = receive(LoopState(), PLANE, 10.0, SETTINGS), 10.0
     for tick, gap in enumerate(gaps, start=2):
+        # A gap that is an outage only by the rounding of `now` tells nothing.
+        assume(abs(gap - LONGEST_PATIENCE) > 1e-9)
         now += gap
         state = receive(state, replace(PLANE, tick=tick), now, SETTINGS)
     bearable = max(
