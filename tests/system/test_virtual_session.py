@@ -159,7 +159,7 @@ def test_a_neighbour_who_comes_never_jolts_and_makes_nobody_softer(body: Balloon
         lags.append(session.room.world.room.lag)
     session.run(2.0)
     assert lags[0] == 0.0
-    assert lags[-1] > 0.1
+    assert lags[-1] > 0.03
     assert session.room.world.room.margin > 1.0
     patch = first.state.patch
     assert patch is not None

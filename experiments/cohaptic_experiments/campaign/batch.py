@@ -18,6 +18,9 @@ def all_haptics(
     links: Floats,
     gains: Floats,
     lags: Floats,
+    couplings: Floats,
+    roots: Floats,
+    shares: Floats,
     periods: Floats,
     seeds: Ints,
     seconds: float,
@@ -36,6 +39,9 @@ def all_haptics(
         links: Padded likewise.
         gains: Padded likewise.
         lags: Of the rooms, shape (trials,) [s].
+        couplings: S of each, padded likewise.
+        roots: Padded likewise.
+        shares: Of the negative part that is anticipated, shape (trials,); below 0 for nothing.
         periods: Simulation periods, shape (trials,) [s].
         seeds: Shape (trials,).
         seconds: Of haptics.
@@ -53,6 +59,9 @@ def all_haptics(
             links[t, :n],
             gains[t, :n],
             lags[t],
+            couplings[t, : 3 * n if shares[t] >= 0.0 else 0, : 3 * n],
+            roots[t, : 3 * n],
+            shares[t],
             periods[t],
             seeds[t],
             seconds,

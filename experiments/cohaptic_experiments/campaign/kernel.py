@@ -39,6 +39,7 @@ from cohaptic_client.loop.step import on_body
 from cohaptic_experiments.campaign.compiled import compiled, usable
 from cohaptic_experiments.campaign.hand_motion import CLEARANCE, intended
 from cohaptic_experiments.campaign.links import empty_queue, receive, send
+from cohaptic_experiments.campaign.server_plan import empty_plan
 from cohaptic_experiments.campaign.server_tick import Server, server_tick
 from cohaptic_server.numeric import Floats
 
@@ -74,6 +75,9 @@ def haptics(
     link: Floats,
     gains: Floats,
     lag: float,
+    S: Floats,
+    root: Floats,
+    share: float,
     simulation_period: float,
     seed: int,
     seconds: float,
@@ -95,6 +99,9 @@ def haptics(
         link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
         gains: Rows K_h, I, shape (n, 2).
         lag: Of the room [s].
+        S: Coupling that is anticipated, shape (3 n, 3 n); empty for none.
+        root: As in `server_plan.Plan`, shape (3 n,).
+        share: As in `server_plan.Plan`.
         simulation_period: N T [s].
         seed: Of jitter, loss and phases.
         seconds: Of haptics.
@@ -108,7 +115,7 @@ def haptics(
     np.random.seed(seed)  # noqa: NPY002 -- the generator that numba compiles, one per thread
     steps = round(seconds / T)
     first = steps - len(tail) * EVERY
-    up, down = empty_queue(n, 3), empty_queue(n, 6)
+    up, down = empty_queue(n, 4), empty_queue(n, 7)
     server = Server(
         C,
         np.ascontiguousarray(C[::3, ::3]),
@@ -116,7 +123,9 @@ def haptics(
         np.full((n, 1), lag),
         np.zeros((n, 3)),
         np.zeros((n, 3)),
+        empty_plan(S, root, share, n),
     )
+    answers = np.zeros(n)  # tick of the newest patch of each
     # The hands: normal and first tangent; along the second nobody moves.
     x, v = np.zeros((n, 2)), np.zeros((n, 2))
     x[:, 0] = CLEARANCE
@@ -149,7 +158,8 @@ def haptics(
                 share = min(1.0, (now - arrived[i]) / simulation_period)
                 x_from[i] += share * (x_to[i] - x_from[i])
                 own_from[i] += share * (own_to[i] - own_from[i])
-                x_to[i], own_to[i] = down.payload[i, slot, :3], down.payload[i, slot, 3:]
+                x_to[i], own_to[i] = down.payload[i, slot, :3], down.payload[i, slot, 3:6]
+                answers[i] = down.payload[i, slot, 6]
                 if arrived[i] >= 0.0:
                     patience[i] = next_patience(patience[i], now - arrived[i])
                 arrived[i] = now
@@ -272,4 +282,5 @@ def haptics(
                 next_send[i] += simulation_period
                 due = now + link[i, 0] + link[i, 2] * np.random.random()  # noqa: NPY002
                 if np.random.random() >= link[i, 3]:  # noqa: NPY002
-                    send(up, i, due, contact)
+                    sample = (contact[0], contact[1], contact[2], answers[i])
+                    send(up, i, due, sample)

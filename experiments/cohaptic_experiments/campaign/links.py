@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohaptic.vec import Vec3
 from cohaptic_experiments.campaign.compiled import compiled
 from cohaptic_server.numeric import Floats, Ints
 
@@ -49,7 +48,7 @@ def empty_queue(users: int, numbers: int) -> Queue:
 
 
 @compiled
-def send(queue: Queue, user: int, due: float, payload: Floats | Vec3) -> None:
+def send(queue: Queue, user: int, due: float, payload: Floats | tuple[float, ...]) -> None:
     """Enqueue a message.
 
     Args:

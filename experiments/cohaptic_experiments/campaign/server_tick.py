@@ -9,6 +9,7 @@ import numpy as np
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic_experiments.campaign.compiled import compiled, usable
 from cohaptic_experiments.campaign.links import Queue, receive, send
+from cohaptic_experiments.campaign.server_plan import REMEMBERED, Plan, anticipate
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.force_limits import (
     EFFECT_RATE,
@@ -32,6 +33,7 @@ class Server(NamedTuple):
         lags: The room's lag, once for each user, shape (n, 1) [s].
         heard: Force of each user's newest sample, shape (n, 3) [N].
         applied: Force on the body, after lag and limits, shape (n, 3) [N].
+        plan: What it anticipates.
     """
 
     compliance: Floats
@@ -40,6 +42,7 @@ class Server(NamedTuple):
     lags: Floats
     heard: Floats
     applied: Floats
+    plan: Plan
 
 
 @compiled
@@ -48,13 +51,13 @@ def server_tick(
 ) -> None:
     """One simulation tick; changes `heard` and `applied`, and sends each user its patch.
 
-    A patch is the displacement of the contact point by the others [m], then the user's own force
-    as the body has it [N].
+    A patch is the displacement of the contact point by the others [m], the user's own force as the
+    body has it [N], and the number of the tick.
 
     Args:
         server: Its state.
-        up: Samples on their way, payloads of 3 numbers.
-        down: Patches on their way, payloads of 6 numbers.
+        up: Samples on their way, payloads of 4 numbers.
+        down: Patches on their way, payloads of 7 numbers.
         link: As in `kernel.haptics`.
         now: [s].
         period: Simulation period N T [s].
@@ -63,11 +66,13 @@ def server_tick(
     for i in range(n):
         slot = receive(up, i, now)
         while slot >= 0:
-            server.heard[i] = up.payload[i, slot]
+            server.heard[i] = up.payload[i, slot, :3]
+            server.plan.answered[i] = round(up.payload[i, slot, 3])
             slot = receive(up, i, now)
     previous, requested = np.copy(server.applied), np.copy(server.heard)
     # Bodies of the campaign are linear, and no force takes a hand through one.
     requested[:, 0] = limit_forces(np.copy(server.heard[:, 0]), np.full(n, np.inf))
+    requested = anticipate(server.plan, requested)
     lagged = low_pass(previous, requested, server.lags, period)
     change = np.sqrt(((lagged - previous) ** 2).sum(axis=1))
     shares = allowed_shares(
@@ -75,11 +80,15 @@ def server_tick(
     )
     for i in range(n):
         server.applied[i] = previous[i] + shares[i] * (lagged[i] - previous[i])
+    server.plan.tick[0] += 1
+    tick = server.plan.tick[0]
+    server.plan.past[tick % REMEMBERED] = server.applied
     for i in range(n):
         due = now + link[i, 1] + link[i, 2] * np.random.random()  # noqa: NPY002
         if np.random.random() < link[i, 3]:  # noqa: NPY002
             continue
-        patch = np.zeros(6)
+        patch = np.zeros(7)
+        patch[6] = tick
         for a in range(3):
             moved = 0.0
             for j in range(n):

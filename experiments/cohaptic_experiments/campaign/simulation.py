@@ -66,10 +66,14 @@ def _run(
     hands, devices, motions, links, gains = (
         np.zeros((count, most, columns)) for columns in (5, 3, 9, 4, 2)
     )
-    lags = np.array([lag_of(trial, variant) for trial in trials])
+    lags, shares = np.zeros(count), np.zeros(count)
+    S, roots = np.zeros((count, 3 * most, 3 * most)), np.ones((count, 3 * most))
     for t, trial in enumerate(trials):
         n, none = len(trial.C), np.zeros(len(trial.C))
         C[t, : 3 * n, : 3 * n] = trial.blocks
+        lags[t], plan = lag_of(trial, variant)
+        shares[t] = plan.share
+        S[t, : 3 * n, : 3 * n], roots[t, : 3 * n] = plan.S, plan.root
         hands[t, :n] = np.stack(
             [trial.mass, trial.damping, trial.stiffness, trial.depth, trial.press_at], axis=1
         )
@@ -92,6 +96,9 @@ def _run(
         links,
         gains,
         lags,
+        S,
+        roots,
+        shares,
         np.array([trial.simulation_period for trial in trials]),
         np.array([trial.seed for trial in trials]),
         seconds,

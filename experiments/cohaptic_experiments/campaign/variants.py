@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.lag_choice import choose_lag, coupling_matrix, coupling_radius
+from cohaptic.control.stability.anticipation import anticipated, lag_of_hands
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_experiments.campaign.trials import Trial
 from cohaptic_server.numeric import Floats
@@ -73,18 +74,39 @@ def gains_of(trial: Trial, variant: Variant) -> list[Gains]:
     ]
 
 
-def lag_of(trial: Trial, variant: Variant) -> float:
-    """Lag that the server would choose for the room [s]; 0 for the paper's laws."""
-    if variant.law is not Law.PREDICTIVE:
-        return 0.0
-    k = trial.gains
+class Coupling(NamedTuple):
+    """What the server would anticipate of a room.
+
+    Args:
+        S: Of three rows for each user, of which those along the surface are 0 without friction,
+            shape (3 n, 3 n).
+        root: Square roots of K in these rows, shape (3 n,).
+        share: Of the negative part that is anticipated; below 0 where nothing is.
+    """
+
+    S: Floats
+    root: Floats
+    share: float
+
+
+def lag_of(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
+    """Lag that the server would choose for the room [s], and what it would anticipate.
+
+    Both are nothing for the paper's laws.
+    """
+    n = len(trial.C)
+    k = np.repeat(trial.gains, 3)
+    # One share of the object's stiffness in all directions, of which the law has the normal's.
+    own = np.diag(trial.blocks)
+    root = np.sqrt(k * np.repeat(own[::3], 3) / own)
     if trial.friction is None or not trial.friction.any():
-        S = coupling_matrix(trial.C, [np.array([[one]]) for one in k])
-    else:
-        C = trial.blocks
-        own = [C[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(len(k))]
-        S = coupling_matrix(
-            C, [one * c[0, 0] * np.linalg.inv(c) for one, c in zip(k, own, strict=True)]
-        )
-    longest = float(trial.loop_delay.max()) + trial.simulation_period
-    return choose_lag(coupling_radius(S), longest, float(variant.budgets(trial).min())).lag
+        root[1::3] = root[2::3] = 0.0
+    S = trial.blocks * root[:, None] * root
+    for i in range(n):
+        S[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = 0.0
+    root = np.maximum(root, 1e-9)
+    if variant.law is not Law.PREDICTIVE:
+        return 0.0, Coupling(S, root, -1.0)
+    gains = anticipated(S).gains
+    lag = lag_of_hands(gains, float(variant.budgets(trial).min()))
+    return lag, Coupling(S, root, 1.0 / (1.0 + gains.kappa))

@@ -19,6 +19,7 @@ from cohaptic_server.world.force_limits import (
     limit_forces,
     low_pass,
 )
+from cohaptic_server.world.lags.anticipation import anticipate
 from cohaptic_server.world.loops.vectors import jumped, tangential_parts
 from cohaptic_server.world.state import NEGLIGIBLE, Release
 from cohaptic_server.world.users import Applied, Tracked, WorldState
@@ -94,15 +95,21 @@ def apply_forces(
         presence, requested, previous = present * presence, present * requested, present * previous
     # Unbounded where the coupling is not known.
     max_force = MAX_INDENTATION * body.mesh.size / np.maximum(c_ii, 1e-12)
-    limited = limit_forces(requested, np.where(c_ii < np.inf, max_force, np.inf))
+    max_force = np.where(c_ii < np.inf, max_force, np.inf)
+    limited = limit_forces(requested, max_force)
     lag = _lags(state, tracked)
-    normal = low_pass(previous, limited, lag, dt)
-    change = np.abs(normal - previous)
     along = was = tracked.tangential
     if tracked.rough:
         scale = present * (limited / np.maximum(requested, 1e-300))
+        along = scale[:, None] * tracked.tangential
+    if len(state.anticipation.users):
+        limited, along = anticipate(state.anticipation, state.past, tracked, limited, along)
+        limited = limit_forces(limited, max_force)
+    normal = low_pass(previous, limited, lag, dt)
+    change = np.abs(normal - previous)
+    if tracked.rough:
         was = _previous_tangential(last, tracked, present)
-        along = low_pass(was, scale[:, None] * tracked.tangential, lag[:, None], dt)
+        along = low_pass(was, along, lag[:, None], dt)
         aside = along - was
         change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
     # K of each hand, at most 1 / C_ii where that is known.

@@ -16,12 +16,14 @@ a pulled cable makes nobody else's force jump.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+from cohaptic.control.delay import TOO_LONG
 from cohaptic.control.friction import Compliance3
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.body import Body, Response, without_own
@@ -30,7 +32,10 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, update_releases
 from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
+from cohaptic_server.world.lags.anticipation import remember
+from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation
 from cohaptic_server.world.lags.room_lag import find_lag
+from cohaptic_server.world.lags.room_loop import room_loop
 from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts
 from cohaptic_server.world.loads import (
     bounded,
@@ -89,7 +94,8 @@ def advance(
 
     fading = [release.faded() for release in releases]
     # Of these the body is asked for two directions more: along the surface.
-    steep = [i for i in steep_contacts(tracked.contacts.slopes) if i not in tracked.rough]
+    turned = steep_contacts(tracked.contacts.slopes)
+    steep = [i for i in turned if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
     loads, starts = loads_of(tracked.contacts, *applied[1:], wide, fading)
     if (prefetching := touched_body.prefetching) is not None:
@@ -110,7 +116,11 @@ def advance(
     coupling = compliance_between(compliance, spans)
     weight = nearness(height, applied.force)
     hands = list(map(Hand, tracked.touches, tracked.delays))
-    room = find_lag(hands, compliance, spans, weight, state.room, dt)
+    loop = room_loop(hands, compliance, spans, weight, dt)
+    turned_at = now if turned else state.turned_at
+    plan = find_anticipation(loop, tracked.contacts.normals, now - turned_at >= CALM_TIME)
+    past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
+    room = find_lag(loop, plan.m, plan.gains, state.room, dt)
     turning = find_turning_lag(
         hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
     )
@@ -125,7 +135,10 @@ def advance(
     )  # fmt: skip
     k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
-    after = WorldState(time.number, users, response, releases, room, coupling, turning)
+    after = WorldState(
+        time.number, users, response, releases, room, coupling, turning, plan.anticipation, past,
+        turned_at,
+    )  # fmt: skip
     return after, patches
 
 

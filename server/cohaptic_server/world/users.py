@@ -7,6 +7,7 @@ asks for its `UserState`, which is made then.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,6 +30,7 @@ from cohaptic_server.world.displacement_field import (
     KnownFields,
     ZeroField,
 )
+from cohaptic_server.world.lags.anticipated import NOTHING, Anticipation, Carried
 from cohaptic_server.world.patch_geometry import Windows
 from cohaptic_server.world.state import Release, Touch, UserState
 
@@ -260,6 +262,9 @@ class WorldState:
         room: Lag of the room, with the coupling and margin that it comes from.
         coupling: C between the users, in their order, shape (n, n) [m/N].
         turning: Time constant with which others turn steep contacts [s].
+        anticipation: Part of the coupling that the next tick anticipates.
+        past: What the body carried in the ticks that samples may still answer, oldest first.
+        turned_at: When a contact was last one that others may turn too fast [s].
     """
 
     tick: int = 0
@@ -269,6 +274,9 @@ class WorldState:
     room: RoomLag = field(default_factory=RoomLag)
     coupling: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     turning: float = 0.0
+    anticipation: Anticipation = NOTHING
+    past: tuple[Carried, ...] = ()
+    turned_at: float = -math.inf
 
     def free_field(self, row: int) -> Field:
         """The surface free of a user's own force after the tick; -1 for one who was not there."""

@@ -15,9 +15,10 @@ class RoomLag:
 
     Fields:
         lag: tau in use, 0 for none [s].
-        coupling: m, spectral radius of S; below 1 hands at rest are stable at any delay.
-        margin: Distance from the edge of the theorem: tau over the least stable one, and 1 / m for
-            m < 1. Above 1 the room is stable; infinite for hands that do not couple.
+        coupling: m, spectral radius of S; below 1 hands at rest need no lag.
+        margin: Above 1 hands at rest are stable; infinite for those that do not couple. If forces
+            are anticipated (3.13), 1 over the share of an error that is left after one way round;
+            else tau over the least stable one, and 1 / m for m < 1.
     """
 
     lag: Final[float]

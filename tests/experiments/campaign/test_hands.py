@@ -29,7 +29,7 @@ from cohaptic_experiments.campaign.trials import (
     no_motion,
     without_coupling,
 )
-from cohaptic_experiments.campaign.variants import Variant
+from cohaptic_experiments.campaign.variants import Coupling, Variant, lag_of
 from cohaptic_experiments.campaign.verdicts import judge
 from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
@@ -184,14 +184,14 @@ def test_hands_that_share_nothing_feel_exactly_their_own_object() -> None:
     assert play(trials, OURS, seconds=8.0).errors.max() < 1e-3
 
 
-def test_without_its_lag_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The check of the campaign can fail: without the lag it does, with the layer and without."""
+def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check of the campaign can fail: without both it does, with the layer and without."""
     trials = [draw(0, i) for i in range(300)]
     assert play(trials, OURS, seconds=8.0).unstable.sum() == 0
     assert play(trials, OURS.without_passivity, seconds=8.0).unstable.sum() == 0
 
-    def none(_trial: Trial, _variant: Variant) -> float:
-        return 0.0
+    def none(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
+        return 0.0, lag_of(trial, variant)[1]._replace(share=-1.0)
 
     monkeypatch.setattr(simulation, "lag_of", none)
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0

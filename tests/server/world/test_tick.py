@@ -175,13 +175,13 @@ def test_a_newcomers_force_rises_over_the_release_time(small_balloon: Balloon) -
 
 
 def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: Balloon) -> None:
-    # So soft that the room needs no lag.
+    # So soft that the room needs hardly any lag.
     left, right = (
-        touch(i, at=at, max_stiffness=100.0)
+        touch(i, at=at, max_stiffness=1.0)
         for i, at in ((1, (-1.0, 0.0, 0.0)), (2, (1.0, 0.0, 0.0)))
     )
     state, patches = play(small_balloon, [left, right])
-    assert state.room.lag == 0.0
+    assert state.room.lag < 1e-3
     full, lifts = state.users[2].force, [norm(patches[1].u_others)]
     for k in range(1, RISE + 1):
         state, patches = advance(TouchedBody(small_balloon), state, [left], now=0.0, dt=DT)

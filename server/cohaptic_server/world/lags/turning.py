@@ -13,7 +13,7 @@ from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contacts
-from cohaptic_server.world.lags.room_lag import Hand, hand_stiffness
+from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness
 from cohaptic_server.world.loads import contact_axes
 
 # A contact that others turn so far that it slips off has no time constant of its own; this one is

@@ -1,0 +1,157 @@
+"""The loop of forces that the hands of a room close, from the contacts of one tick (3.2, 3.8)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cohaptic.control.delay import LoopDelay
+from cohaptic.control.law import Law
+from cohaptic.control.stability.lag_choice import coupling_matrix
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.state import Touch
+
+
+class Hand(Protocol):
+    """What a lag depends on of a user."""
+
+    @property
+    def touch(self) -> Touch:
+        """Its newest sample, with the settings that it joined with."""
+        ...
+
+    @property
+    def delay(self) -> LoopDelay:
+        """Measured delay of its loop."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RoomLoop:
+    """What goes round between the hands of a room.
+
+    Args:
+        users: All of them, n.
+        spans: Loads of each.
+        nearness: Weight of each as a neighbour, 0 for who closes no loop, shape (n,).
+        stiffness: K of each hand, shape (1, 1) or (3, 3) [N/m].
+        S: Coupling of science 3.8, weighted by nearness, shape (loads, loads).
+        longest_delay: T_max, with the client's way into a new patch [s].
+        damping_budget: Of the weakest device [N s/m]; infinite for nobody.
+        predictive: Whether anybody uses the predictive law.
+        papers: Whether anybody who closes a loop uses a law of the paper.
+    """
+
+    users: Sequence[Hand]
+    spans: Sequence[slice]
+    nearness: Floats
+    stiffness: Sequence[Floats] | Floats
+    S: Floats
+    longest_delay: float
+    damping_budget: float
+    predictive: bool
+    papers: bool
+
+
+def room_loop(
+    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats, dt: float
+) -> RoomLoop:
+    """The loop of a room in one tick.
+
+    Args:
+        users: With their contacts and measured delays.
+        compliance: Between all their loads, bounded, shape (loads, loads) [m/N].
+        spans: Loads of each user.
+        nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
+        dt: Simulation period N T [s].
+    """
+    near: list[float] = nearness.tolist()
+    longest_delay, damping_budget, predictive, papers = dt, np.inf, False, False
+    for i, (user, weight) in enumerate(zip(users, near, strict=True)):
+        touch = user.touch
+        predictive = predictive or touch.law is Law.PREDICTIVE
+        # A user who has left, is silent, or is too slow to take part closes no loop: its force
+        # fades.
+        if weight <= 0.0 or not touch.fresh or user.delay.too_long:
+            near[i] = 0.0
+            continue
+        papers = papers or touch.law is not Law.PREDICTIVE
+        # The client blends into a new patch over one period, which adds to the delay.
+        longest_delay = max(longest_delay, user.delay.counted + dt)
+        damping_budget = min(damping_budget, touch.damping_budget)
+    weights = np.array(near)
+    stiffness, S = _coupling(users, compliance, spans, weights)
+    return RoomLoop(
+        users, spans, weights, stiffness, S, longest_delay, damping_budget, predictive, papers
+    )
+
+
+def _coupling(
+    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats
+) -> tuple[Sequence[Floats] | Floats, Floats]:
+    """K of each hand, and S with each weighted by its nearness."""
+    if len(users) < 2:
+        return np.zeros((0, 1, 1)), np.zeros((0, 0))
+    if len(compliance) == len(users):  # nobody has friction: one direction each
+        root = np.sqrt(nearness)
+        C = compliance * root[:, None] * root
+        own = compliance.diagonal().tolist()
+        others = (np.abs(C).sum(axis=1) - np.abs(C.diagonal())).tolist()
+        shares = map(_share, users, own, others)
+        K = [share / c for share, c in zip(shares, own, strict=True)]
+        stiffness: Sequence[Floats] | Floats = np.array(K).reshape(-1, 1, 1)
+    else:
+        root = np.sqrt(np.repeat(nearness, [span.stop - span.start for span in spans]))
+        C = compliance * root[:, None] * root
+        stiffness = [
+            hand_stiffness(user, compliance[span, span], others)
+            for user, span, others in zip(users, spans, _sums_of_others(C, spans), strict=True)
+        ]
+    S = coupling_matrix(C, stiffness)
+    for user, span, K in zip(users, spans, stiffness, strict=True):
+        if user.touch.law is not Law.PREDICTIVE:
+            # The paper's laws also respond to the dent of their own force.
+            S[span.start, span.start] += float(K[0, 0]) * C[span.start, span.start]
+    return stiffness, S
+
+
+def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
+    """Sum of |C| from all others to the normal of each user [m/N]."""
+    first = [span.start for span in spans]
+    sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
+    others: list[float] = (sums.sum(axis=1) - sums.diagonal()).tolist()
+    return others
+
+
+def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
+    """K of one hand, no softer than the gain that it is sent, shape (1, 1) or (3, 3) [N/m].
+
+    Args:
+        user: Whose hand it is.
+        C: Compliance of its contact, shape (1, 1) or (3, 3) [m/N].
+        others: Sum of |C| from the others, which limits the gains of the paper's laws [m/N].
+    """
+    c_ii = float(C[0, 0])
+    inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
+    return np.asarray(_share(user, c_ii, others) * inverse, dtype=np.float64)
+
+
+def _share(user: Hand, c_ii: float, others: float) -> float:
+    """K of one hand along the normal, as a share of the body's stiffness there.
+
+    Args:
+        user: Whose hand it is.
+        c_ii: Compliance of its contact along the normal [m/N].
+        others: Sum of |C| from the others [m/N].
+    """
+    touch, limit = user.touch, user.touch.max_stiffness
+    if touch.fixed_gains is not None:
+        limit = min(limit, touch.fixed_gains.k_h)
+        share = limit * c_ii
+        return share if touch.law is Law.PREDICTIVE else min(1.0, share)
+    if touch.law is not Law.PREDICTIVE:
+        limit = min(limit, 1.0 / (c_ii + others))
+    return min(1.0, limit * c_ii)
