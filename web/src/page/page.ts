@@ -224,6 +224,7 @@ export class Page {
     const own = this.own.state;
     this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
+    this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
     this.tour.update(now);
     this.toolbar.update(this.store);
     this.panel.update(this.store, this.view, own?.user ?? 0);
