@@ -104,6 +104,8 @@ def test_the_rest_mesh_is_described_in_its_place() -> None:
     rows = re.findall(r"^\| (\d+) \| ([^|]+) \| `?(\w+)`? \|", section("rest_mesh"), re.M)
     assert [int(at) for at, _, _ in rows] == [0, 1, 2, 4, 8]
     assert [name for _, _, name in rows[3:]] == [f.name for f in fields(rest_mesh.RestMesh)]
+    (quantised,) = rows_from_zero("The quantised mesh")
+    assert quantised[3:] == [*(f.name for f in fields(rest_mesh.RestMesh)), "low", "unit"]
     assert f"{rest_mesh.MAX_VERTICES:,} vertices or {rest_mesh.MAX_FACES:,} faces" in PROTOCOL
 
 

@@ -53,9 +53,13 @@ def test_a_server_that_dies_and_returns_is_touched_again(visitors: Open, serve: 
     with subprocess.Popen(
         command,
         stdin=subprocess.PIPE,  # its end is the server's
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-    ):
+        text=True,
+    ) as server:
+        # On a busy machine a start takes longer than the patience with a page.
+        assert server.stdout is not None
+        assert server.stdout.readline().startswith("listening ")
         ann.until(lambda: "The server was upgraded" in ann.notice, "word of the upgrade")
         assert ann.page.locator(".notice button", has_text="Reload").is_visible()
 

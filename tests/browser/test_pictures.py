@@ -13,9 +13,24 @@ from tests.browser.visitor import DESKTOP, PHONE, Look
 pytestmark = pytest.mark.patient
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
+TABLET = Look(820, 1180)
+SMALLEST = Look(360, 740, phone=True)
 
 
-@pytest.mark.parametrize("look", [DESKTOP, PHONE], ids=["desktop", "phone"])
+# Parts of the panel that run past it when all numbers of the cards are as long as they come.
+_PAST_THE_PANEL = """() => {
+  const panel = document.querySelector(".panel");
+  const { right } = panel.getBoundingClientRect();
+  for (const number of panel.querySelectorAll(".facts dd")) number.textContent = "9999\u202fN/m";
+  const parts = [...panel.querySelectorAll(".cards *")];
+  return parts.filter((part) => part.getBoundingClientRect().right > right - 10)
+    .map((part) => part.outerHTML);
+}"""
+
+
+@pytest.mark.parametrize(
+    "look", [DESKTOP, TABLET, PHONE, SMALLEST], ids=["desktop", "tablet", "phone", "smallest"]
+)
 def test_the_page_fits_its_window(visitors: Open, room: Room, look: Look) -> None:
     with room.hand("left", "--angle", "180"), room.hand("right", "--angle", "0"):
         ann = visitors(look)
@@ -30,8 +45,7 @@ def test_the_page_fits_its_window(visitors: Open, room: Room, look: Look) -> Non
         OUT.mkdir(parents=True, exist_ok=True)
         for scheme in ("light", "dark"):
             ann.prefer(scheme)
-            name = f"{'phone' if look.phone else 'desktop'}-{scheme}.png"
-            ann.page.screenshot(path=OUT / name, caret="initial")
+            ann.page.screenshot(path=OUT / f"page-{look.width}-{scheme}.png", caret="initial")
         assert ann.page.evaluate("document.documentElement.scrollWidth") <= look.width
         for part in (".bar", ".dock", ".stage-canvas"):
             box = ann.page.locator(part).bounding_box()
@@ -39,3 +53,10 @@ def test_the_page_fits_its_window(visitors: Open, room: Room, look: Look) -> Non
             assert box["x"] >= 0.0, part
             assert box["x"] + box["width"] <= look.width, part
             assert box["y"] + box["height"] <= look.height, part
+        legend = ann.page.locator(".legend").bounding_box()
+        dock = ann.page.locator(".dock-main").bounding_box()
+        assert legend is not None
+        assert dock is not None
+        beside = dock["x"] >= legend["x"] + legend["width"]
+        assert beside or dock["y"] >= legend["y"] + legend["height"]
+        assert ann.page.evaluate(_PAST_THE_PANEL) == []

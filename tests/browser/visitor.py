@@ -27,6 +27,7 @@ CLOCK = SystemClock()
 _NUMBER = r"([\d.\u2212-]+)"
 # What the browser itself prints of a connection that cannot be had.
 _NETWORK = re.compile(r"WebSocket connection to .* failed|net::ERR_")
+_UNSOLVED = re.compile(r"responded with a status of (404|503)")
 _VIOLATIONS = """
 addEventListener("securitypolicyviolation", (e) => {
   console.error("policy: " + e.violatedDirective + " " + e.blockedURI);
@@ -88,6 +89,10 @@ class Visitor:
         if message.type not in ("error", "warning"):
             return
         if self.away and _NETWORK.search(message.text):
+            return
+        # Green's functions that wait too long, or are of an object of before: the page has the
+        # surface otherwise meanwhile, but the browser prints every answer that is none.
+        if "/v1/models/" in message.location["url"] and _UNSOLVED.search(message.text):
             return
         # Chromium on software WebGL, of its own speed.
         if "GPU stall due to ReadPixels" in message.text:

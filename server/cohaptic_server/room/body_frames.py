@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sized
 
+import numpy as np
+
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.messages import BodyInfo
+from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import MAX_FACES, MAX_VERTICES, RestMesh
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
@@ -32,6 +35,7 @@ class BodyFrames:
     def __init__(self, touched_body: TouchedBody) -> None:
         self._touched_body = touched_body
         self._rest_mesh: bytes | None = None
+        self._shown_mesh: bytes | None = None
         self._touch_mesh: bytes | None = None
 
     @property
@@ -61,11 +65,20 @@ class BodyFrames:
             raise RemoteProtocolError("geometry", geometry, limit)
 
     def rest_mesh(self) -> bytes:
-        """Frame of the resting mesh, for a watcher."""
+        """Frame of the resting mesh, exact."""
         if self._rest_mesh is None:
             mesh = self._touched_body.body.mesh
             self._rest_mesh = _encode(mesh.vertices, mesh.faces)
         return self._rest_mesh
+
+    def shown_mesh(self) -> bytes:
+        """Frame of the resting mesh, quantised; exact where it cannot be."""
+        if self._shown_mesh is None:
+            mesh = self._touched_body.body.mesh
+            quantised = QuantisedMesh.of(mesh.vertices, mesh.faces.astype(np.int64))
+            whole = quantised.has_triangles_alone
+            self._shown_mesh = quantised.encode() if whole else self.rest_mesh()
+        return self._shown_mesh
 
     def touch_mesh(self) -> bytes:
         """Frame of the touch mesh, for a user of mesh patches.
@@ -86,6 +99,7 @@ class BodyFrames:
         _ = self._touched_body.body.mesh.contacts, self._touched_body.body.mesh.near_tree
         if self.has_rest_mesh:
             self.rest_mesh()
+            self.shown_mesh()
         if self.has_touch_mesh:
             self.touch_mesh()
 

@@ -146,7 +146,8 @@ class Lobby:
         assert isinstance(peer.session, Watcher)
         for latency in self._latencies():
             peer.session.tell_latency(latency)
-        return self.room.frames.rest_mesh()
+        frames = self.room.frames
+        return frames.shown_mesh() if peer.session.mesh == "quantised" else frames.rest_mesh()
 
     def finish_mesh(self, peer: Peer, now: float, *, taken: bool, clear: bool) -> Outcome:
         """Show the scene to a watcher that has the mesh.

@@ -35,7 +35,13 @@ class GreenBlocks:
         self._kept: OrderedDict[int, bytes] = OrderedDict()
         self._solving: dict[int, asyncio.Future[bytes]] = {}
         self._thread = ThreadPoolExecutor(1, "green")
+        self._closed = False
         self.solved = 0
+
+    @property
+    def waiting(self) -> int:
+        """Number of blocks that are being solved or queued."""
+        return len(self._solving)
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
         """Block of a vertex; None if it was not solved within `patience` [s], or cannot be."""
@@ -43,21 +49,28 @@ class GreenBlocks:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]
         if vertex not in self._solving:
-            if len(self._solving) >= _MAX_WAITING:
+            if self._closed or len(self._solving) >= _MAX_WAITING:
                 return None
             loop = asyncio.get_running_loop()
             task = loop.run_in_executor(self._thread, self._solve, vertex)
             task.add_done_callback(lambda done: self._keep(vertex, done))
             self._solving[vertex] = task
         # The solve goes on after a timeout, for the next request.
-        waiting = asyncio.shield(self._solving[vertex])
+        solving = self._solving[vertex]
         try:
-            return await asyncio.wait_for(waiting, patience)
+            return await asyncio.wait_for(asyncio.shield(solving), patience)
         except (TimeoutError, Unsolved):
             return None
+        except asyncio.CancelledError:
+            # By `close`, and not who asked: that one still has to be answered.
+            asking = asyncio.current_task()
+            if solving.cancelled() and (asking is None or not asking.cancelling()):
+                return None
+            raise
 
     def close(self) -> None:
-        """Cancel queued solves and accept no more."""
+        """Cancel queued solves and accept no more; who waits for one gets None."""
+        self._closed = True
         self._thread.shutdown(wait=False, cancel_futures=True)
 
     def _keep(self, vertex: int, done: asyncio.Future[bytes]) -> None:

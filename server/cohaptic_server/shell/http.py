@@ -94,7 +94,10 @@ class Web:
         answer = self._site.answer(plain_request, ticking=ticking)
         if isinstance(answer, BlockNeeded):
             assert self._blocks is not None
-            answer = green_block(plain_request, await self._blocks.block(answer.vertex, _PATIENCE))
+            block = await self._blocks.block(answer.vertex, _PATIENCE)
+            # There may be another body by now, which has no such model.
+            gone = block is None and self._site.answer(plain_request, ticking=ticking)
+            answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
         return _response(answer)
 
     def _refuse_upload(
@@ -120,6 +123,11 @@ class Web:
             connection.allow(max(CHUNK, MAX_UPLOAD_TEXT))
             return None
         return _response(text(request, 403, "Forbidden", why))
+
+    @property
+    def waiting(self) -> int:
+        """Number of Green's functions that are being solved or queued."""
+        return 0 if self._blocks is None else self._blocks.waiting
 
     def close(self) -> None:
         """Cancel the solves that are queued."""

@@ -22,13 +22,14 @@ from cohaptic.protocol.frame import (
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3
 
-_COUNTS = struct.Struct("<II")
+COUNTS = struct.Struct("<II")
 _VERTEX = struct.Struct("<3f")
 _FACE = struct.Struct("<3H")
 MAX_VERTICES = 65_535  # a patch numbers them with 16 bits
 MAX_FACES = 131_070  # a closed surface has 2 n - 4
 # Deflate adds five bytes to every 16 kB that it cannot shorten.
 MAX_BYTES = 1024 + (MAX_VERTICES * _VERTEX.size + MAX_FACES * _FACE.size) * 1001 // 1000
+QUANTISED = 1  # flag of the form that is not exact, `quantised_mesh.py`
 Face = tuple[int, int, int]
 
 
@@ -51,29 +52,34 @@ class RestMesh:
         raw += b"".join(_FACE.pack(*f) for f in self.faces)
         return (
             HEADER.pack(PROTOCOL_VERSION, FrameKind.REST_MESH, 0)
-            + _COUNTS.pack(len(self.vertices), len(self.faces))
+            + COUNTS.pack(len(self.vertices), len(self.faces))
             + zlib.compress(raw)
         )
 
     @classmethod
     def decode(cls, data: bytes) -> RestMesh:
         """The mesh in a frame; raises RemoteProtocolError for any invalid bytes."""
-        open_header(data, FrameKind.REST_MESH)
-        start = HEADER.size + _COUNTS.size
+        flags = open_header(data, FrameKind.REST_MESH)
+        if flags == QUANTISED:
+            raise RemoteProtocolError(
+                "rest mesh", "quantised", "an exact one: no other was asked for"
+            )
+        check_range("flags of a rest mesh", flags, 0, 0, remote=True)
+        start = HEADER.size + COUNTS.size
         if not start < len(data) <= MAX_BYTES:
             limit = f"from {start + 1} to {MAX_BYTES} bytes"
             raise RemoteProtocolError("length of a rest mesh", len(data), limit)
-        n, m = _COUNTS.unpack_from(data, HEADER.size)
-        _check_counts(n, m, remote=True)
+        n, m = COUNTS.unpack_from(data, HEADER.size)
+        check_counts(n, m, remote=True)
         split = n * _VERTEX.size
-        raw = _inflate(data[start:], split + m * _FACE.size)
+        raw = inflate(data[start:], split + m * _FACE.size)
         mesh = cls(tuple(_VERTEX.iter_unpack(raw[:split])), tuple(_FACE.iter_unpack(raw[split:])))
         mesh._check(remote=True)
         return mesh
 
     def _check(self, *, remote: bool) -> None:
         n = len(self.vertices)
-        _check_counts(n, len(self.faces), remote=remote)
+        check_counts(n, len(self.faces), remote=remote)
         for vertex in self.vertices:
             check_vector("vertex of a rest mesh", vertex, MAX_POSITION, "m", remote=remote)
         for face in self.faces:
@@ -81,12 +87,13 @@ class RestMesh:
             check_range("corner of a face", max(face), 0, n - 1, remote=remote)
 
 
-def _check_counts(n: int, m: int, *, remote: bool) -> None:
+def check_counts(n: int, m: int, *, remote: bool) -> None:
+    """Raise unless a frame can number so many vertices and faces."""
     check_range("vertices of a rest mesh", n, 3, MAX_VERTICES, remote=remote)
     check_range("faces of a rest mesh", m, 1, MAX_FACES, remote=remote)
 
 
-def _inflate(deflated: bytes, size: int) -> bytes:
+def inflate(deflated: bytes, size: int) -> bytes:
     """Exactly `size` bytes, and never more of them in memory."""
     stream = zlib.decompressobj()
     try:

@@ -79,13 +79,7 @@ class Surface:
             traversal: Of the rest mesh.
         """
         _check_scale(self.scale, remote=False)
-        units = np.concatenate([self.units, np.zeros((1, 3), np.int16)])
-        predicted = units[traversal.p] + units[traversal.q] - units[traversal.r]
-        steps = units[traversal.order] - predicted
-        folded = ((steps << 1) ^ (steps >> 15)).astype("<u2", copy=False)
-        # By component, then by byte: (2, 3, n).
-        planes = folded.view(np.uint8).reshape(-1, 3, 2).transpose(2, 1, 0)
-        stream = zlib.compress(planes.tobytes(), _LEVEL)
+        stream = zlib.compress(fold(self.units, traversal), _LEVEL)
         return _HEAD.pack(self.scale, len(stream)) + stream
 
     @classmethod
@@ -104,18 +98,43 @@ class Surface:
         if len(data) != _HEAD.size + length:
             limit = f"{_HEAD.size + length} bytes"
             raise RemoteProtocolError("surface length", len(data), limit)
-        raw = _inflate(data[_HEAD.size :], 6 * n)
-        planes = np.frombuffer(raw, np.uint8).reshape(2, 3, n)
-        folded = np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<u2")[:, :, 0]
-        steps = (folded >> 1).astype(np.int16) ^ -(folded & 1).astype(np.int16)
-        units = np.zeros((n + 1, 3), np.int16)  # the last one stands for zero
-        for v, p, q, r, step in zip(
-            *(a.tolist() for a in (traversal.order, traversal.p, traversal.q, traversal.r)),
-            steps,
-            strict=True,
-        ):
-            units[v] = units[p] + units[q] - units[r] + step
-        return cls(scale, units[:n])
+        return cls(scale, unfold(_inflate(data[_HEAD.size :], 6 * n), traversal))
+
+
+def fold(units: Units, traversal: Traversal) -> bytes:
+    """What is left of units after their prediction, modulo 2^16, as bytes that deflate well.
+
+    Args:
+        units: Of each vertex, shape (n, 3).
+        traversal: Of the mesh.
+    """
+    units = np.concatenate([units, np.zeros((1, 3), np.int16)])
+    predicted = units[traversal.p] + units[traversal.q] - units[traversal.r]
+    steps = units[traversal.order] - predicted
+    folded = ((steps << 1) ^ (steps >> 15)).astype("<u2", copy=False)
+    # By component, then by byte: (2, 3, n).
+    return folded.view(np.uint8).reshape(-1, 3, 2).transpose(2, 1, 0).tobytes()
+
+
+def unfold(raw: bytes, traversal: Traversal) -> Units:
+    """The units that `fold` made bytes of, shape (n, 3).
+
+    Args:
+        raw: 6 n bytes.
+        traversal: Of the mesh.
+    """
+    n = traversal.vertices
+    planes = np.frombuffer(raw, np.uint8).reshape(2, 3, n)
+    folded = np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<u2")[:, :, 0]
+    steps = (folded >> 1).astype(np.int16) ^ -(folded & 1).astype(np.int16)
+    units = np.zeros((n + 1, 3), np.int16)  # the last one stands for zero
+    for v, p, q, r, step in zip(
+        *(a.tolist() for a in (traversal.order, traversal.p, traversal.q, traversal.r)),
+        steps,
+        strict=True,
+    ):
+        units[v] = units[p] + units[q] - units[r] + step
+    return units[:n]
 
 
 def _check_scale(scale: float, *, remote: bool) -> None:

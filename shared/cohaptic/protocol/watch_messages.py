@@ -35,6 +35,7 @@ MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
 EncodingName = Literal["frames", "forces"]
+MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
@@ -47,12 +48,14 @@ class Watch(ControlMessage):
         encoding: `frames` for the surface in each scene; `forces` without, for a client that makes
             it of Green's functions. A body that has none is served as frames.
         rate: Scene frames at most [1/s].
+        mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
     """
 
     type: Literal["watch"] = "watch"
     protocol: int
     encoding: EncodingName = "frames"
     rate: Rate = 30.0
+    mesh: MeshForm = "exact"
 
 
 class SetView(ControlMessage):

@@ -204,3 +204,26 @@ def test_what_waits_and_what_is_kept_is_bounded(small_balloon: Balloon) -> None:
         blocks.close()
 
     asyncio.run(play())
+
+
+def test_who_waits_for_a_body_that_is_exchanged_is_told(small_balloon: Balloon) -> None:
+    source = green_source(small_balloon)
+    assert source is not None
+    held = Held(source)
+
+    async def play() -> None:
+        blocks = GreenBlocks(lambda vertex: encode_block(held.green(vertex)))
+        asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in range(5)]
+        left = asyncio.ensure_future(blocks.block(6, PATIENCE))
+        while not held.asked:
+            await asyncio.sleep(0)
+        left.cancel()
+        blocks.close()
+        assert await blocks.block(7, PATIENCE) is None
+        held.allowed.set()
+        found = await asyncio.gather(*asking, left, return_exceptions=True)
+        assert found[0] is not None  # was being solved
+        assert found[1:5] == [None] * 4
+        assert isinstance(found[5], asyncio.CancelledError)
+
+    asyncio.run(play())

@@ -214,6 +214,13 @@ def test_a_watcher_gets_its_welcome_then_the_mesh_then_the_latencies(
     assert told == Latency(user=user.user or 0, delay=0.1, jitter=0.0)
 
 
+def test_a_watcher_gets_the_mesh_in_the_form_that_it_takes(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    peer = connect(there)
+    say(there, peer, encode_control(Watch(protocol=PROTOCOL_VERSION, mesh="quantised")))
+    assert there.begin_mesh(peer) == there.room.frames.shown_mesh()
+
+
 def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
     peer = connect(there)

@@ -22,6 +22,7 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.patch import (
     Patch,
 )
+from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.watch_messages import (
@@ -76,6 +77,18 @@ def test_the_written_rest_mesh_is_understood_whatever_deflates_it() -> None:
     for vector, mine in zip(written, sent, strict=True):
         assert vector["fields"] == mine["fields"]
         assert RestMesh.decode(bytes.fromhex(vector["hex"])) == REST_MESHES[vector["name"]]
+
+
+def test_the_written_quantised_mesh_is_understood_whatever_deflates_it() -> None:
+    written = json.loads((FOLDER / "quantised_mesh.json").read_text())
+    sent = json.loads(json.dumps(binary_vectors()["quantised_mesh"]))
+    for vector, mine in zip(written, sent, strict=True):
+        assert vector["fields"] == mine["fields"]
+        mesh = QuantisedMesh.decode(bytes.fromhex(vector["hex"]))
+        assert mesh.places.tolist() == vector["fields"]["vertices"]
+        assert mesh.faces.tolist() == vector["fields"]["faces"]
+        assert mesh.low.tolist() == vector["fields"]["low"]
+        assert mesh.unit.tolist() == vector["fields"]["unit"]
 
 
 def test_the_written_scenes_are_understood_whatever_deflates_them() -> None:

@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
@@ -31,6 +33,7 @@ from cohaptic.protocol.patch import (
     Geometry,
     Patch,
 )
+from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.traversal import Traversal
@@ -105,6 +108,21 @@ REST_MESHES = {
         ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
     ),
 }
+QUANTISED_MESHES = {
+    name: QuantisedMesh.of(np.array(vertices), np.array(faces))
+    for name, vertices, faces in [
+        ("tetrahedron", REST_MESHES["tetrahedron"].vertices, REST_MESHES["tetrahedron"].faces),
+        # Flat along x; the last vertex is on no face, and an edge has three of them.
+        (
+            "fan",
+            [
+                *[(2.0, 0.0, 0.0), (2.0, 1.0, 0.0), (2.0, 0.3, 0.7), (2.0, 0.4, -9.0)],
+                *[(2.0, 0.5, 0.1), (2.0, -1.0, 3.0)],
+            ],
+            [(0, 1, 2), (1, 0, 3), (0, 1, 4)],
+        ),
+    ]
+}
 ACKS = {"drawn": Ack(1), "columns missing": Ack(4_000_000_000, wants=1)}
 ANN = UserRecord(
     user=1, probe=(-0.125, 0.0, 0.25), foot=(-0.125, 0.0, 0.1875), force=(-2.5, 0.25, 0.0),
@@ -170,7 +188,7 @@ CONTROL: dict[str, Any] = {
     "user_joined": UserJoined(user=2, name="right"),
     "user_left": UserLeft(user=2, name="right", reason="bye"),
     "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
-    "watch": Watch(protocol=PROTOCOL_VERSION),
+    "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
     "set_view": SetView(encoding="forces", rate=60.0),
     "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
     "watching": Watching(
@@ -216,6 +234,19 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
         "rest_mesh": [
             {"name": n, "hex": m.encode().hex(), "fields": asdict(m)}
             for n, m in REST_MESHES.items()
+        ],
+        "quantised_mesh": [
+            {
+                "name": n,
+                "hex": m.encode().hex(),
+                "fields": {
+                    "low": m.low.tolist(),
+                    "unit": m.unit.tolist(),
+                    "vertices": m.places.tolist(),
+                    "faces": m.faces.tolist(),
+                },
+            }
+            for n, m in QUANTISED_MESHES.items()
         ],
         "ack": [{"name": n, "hex": m.encode().hex(), "fields": asdict(m)} for n, m in ACKS.items()],
         "scene": [

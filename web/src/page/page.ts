@@ -1,6 +1,7 @@
 /** The whole page: makes its parts, connects them, and runs the frame. */
 
 import { socketUrl } from "../address";
+import type { TouchState } from "../model/hand";
 import type { SceneStore, SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
 import { Help } from "../ui/help";
@@ -69,6 +70,7 @@ export class Page {
   private name = usableName(recall(NAME) ?? "", freshName(Math.random));
   private last = 0;
   private written = 0;
+  private did: TouchState["doing"] | undefined;
   private letGo = false;
   private wish = false;
   private seen = false;
@@ -215,15 +217,18 @@ export class Page {
     const own = this.own.state;
     if (own !== null) this.rumble.feel(own.force, 1000 * now);
     if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
-    if (now - this.written >= WRITE_EVERY) this.write(now);
+    // That a hand is in the air, or touches, is said at once.
+    if (now - this.written >= WRITE_EVERY || own?.doing !== this.did) this.write(now);
   }
 
   /** Words, numbers and plots; nobody reads them sixty times a second. */
   private write(now: number): void {
     this.written = now;
     const own = this.own.state;
+    this.did = own?.doing;
     this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
+    this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
     this.tour.update(now);
     this.toolbar.update(this.store);
     this.panel.update(this.store, this.view, own?.user ?? 0);

@@ -54,7 +54,13 @@ export type ClientControl =
     }
   | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
   | { readonly type: "bye" }
-  | { readonly type: "watch"; readonly protocol: number; readonly encoding: Encoding; readonly rate: number }
+  | {
+      readonly type: "watch";
+      readonly protocol: number;
+      readonly encoding: Encoding;
+      readonly rate: number;
+      readonly mesh: "exact" | "quantised";
+    }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
   | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number };
 

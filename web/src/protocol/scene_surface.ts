@@ -32,7 +32,7 @@ export function readSurface(reader: Reader, traversal: Traversal): SceneSurface 
 }
 
 /** Byte planes to units, modulo 2^16: low bytes of all x, then y, then z, then the high ones. */
-function unfold(raw: Uint8Array, { vertices: n, order, foretold }: Traversal): Int16Array {
+export function unfold(raw: Uint8Array, { vertices: n, order, foretold }: Traversal): Int16Array {
   const units = new Int16Array(3 * (n + 1)); // the last one stands for zero
   for (let c = 0; c < 3; c += 1) {
     const low = c * n;

@@ -16,33 +16,38 @@ export interface Traversal {
 
 /** @param faces Corners, shape (m, 3); all below `n`. */
 export function traversalOf(n: number, faces: Uint32Array): Traversal {
-  const near = neighbours(n, faces);
-  const order = breadthFirst(near);
-  const place = new Uint32Array(n);
+  const edges = edgesOf(n, faces);
+  const near = neighbours(n, edges);
+  const order = breadthFirst(n, near);
+  const place = new Uint32Array(n + 1).fill(n);
   order.forEach((v, k) => {
     place[v] = k;
   });
-  const at = (v: number): number => place[v] ?? n;
-  const byVertex = parallelograms(n, faces, at);
-  const foretold = new Uint32Array(3 * n);
-  order.forEach((v, k) => {
-    foretold.set(byVertex[v] ?? single(near[v] ?? [], at, k, n), 3 * k);
-  });
+  const foretold = parallelograms(n, faces, edges, place);
+  single(foretold, order, near, place);
   return { vertices: n, order, foretold };
 }
 
-type Triple = readonly [p: number, q: number, r: number];
+/** The edge across from each corner, sorted by its ends: whoever shares an edge stands side by side. */
+interface Edges {
+  /** The end of the lower number, and the other, shape (3 m,), by corner. */
+  readonly low: Uint32Array;
+  readonly high: Uint32Array;
+  /** Corners by the lower end of their edge, then by the higher. */
+  readonly sorted: Uint32Array;
+}
 
-/** Those of each vertex across an edge, rising. */
-function neighbours(n: number, faces: Uint32Array): readonly (readonly number[])[] {
-  const near = Array.from({ length: n }, () => new Set<number>());
+function edgesOf(n: number, faces: Uint32Array): Edges {
+  const low = new Uint32Array(faces.length);
+  const high = new Uint32Array(faces.length);
   for (let i = 0; i < faces.length; i += 1) {
-    const a = faces[i] ?? 0;
-    const b = faces[next(i)] ?? 0;
-    near[a]?.add(b);
-    near[b]?.add(a);
+    const a = faces[next(i)] ?? 0;
+    const b = faces[next(next(i))] ?? 0;
+    low[i] = a < b ? a : b;
+    high[i] = a < b ? b : a;
   }
-  return near.map((set) => [...set].sort((a, b) => a - b));
+  const all = faces.map((_, i) => i);
+  return { low, high, sorted: sortedBy(low, sortedBy(high, all, n), n) };
 }
 
 /** The corner after corner i of a face. */
@@ -50,58 +55,123 @@ function next(i: number): number {
   return i % 3 === 2 ? i - 2 : i + 1;
 }
 
+/** Stable, and in a time that no mesh can make long. */
+function sortedBy(key: Uint32Array, items: Uint32Array, n: number): Uint32Array {
+  const start = starts(n, key);
+  const out = new Uint32Array(items.length);
+  for (let i = 0; i < items.length; i += 1) {
+    const item = items[i] ?? 0;
+    const k = key[item] ?? 0;
+    const at = start[k] ?? 0;
+    out[at] = item;
+    start[k] = at + 1;
+  }
+  return out;
+}
+
+/** Where the entries of each number below `n` begin when they are sorted, shape (n + 1,). */
+function starts(n: number, ...keys: readonly Uint32Array[]): Uint32Array {
+  const start = new Uint32Array(n + 1);
+  for (const key of keys) {
+    for (let i = 0; i < key.length; i += 1) {
+      const k = key[i] ?? 0;
+      start[k + 1] = (start[k + 1] ?? 0) + 1;
+    }
+  }
+  for (let k = 0; k < n; k += 1) start[k + 1] = (start[k + 1] ?? 0) + (start[k] ?? 0);
+  return start;
+}
+
+/** Neighbours of vertex v from `begin[v]` to below `end[v]`, rising. */
+interface Near {
+  readonly begin: Uint32Array;
+  readonly end: Uint32Array;
+  readonly of: Uint32Array;
+}
+
+function neighbours(n: number, { low, high, sorted }: Edges): Near {
+  const begin = starts(n, low, high);
+  const end = begin.slice();
+  const of = new Uint32Array(2 * sorted.length);
+  // Those of lower numbers first: sorted by it, they come rising, and so do those of higher ones after them.
+  for (const [from, to] of [[low, high], [high, low]] as const) {
+    for (let s = 0; s < sorted.length; s += 1) {
+      const i = sorted[s] ?? 0;
+      const v = to[i] ?? 0;
+      const w = from[i] ?? 0;
+      const at = end[v] ?? 0;
+      if (at > (begin[v] ?? 0) && of[at - 1] === w) continue;
+      of[at] = w;
+      end[v] = at + 1;
+    }
+  }
+  return { begin, end, of };
+}
+
 /** All vertices; each part of the mesh begins with its lowest. */
-function breadthFirst(near: readonly (readonly number[])[]): Uint32Array {
-  const seen = new Uint8Array(near.length);
-  const order: number[] = [];
-  for (let start = 0; start < near.length; start += 1) {
+function breadthFirst(n: number, { begin, end, of }: Near): Uint32Array {
+  const seen = new Uint8Array(n);
+  const order = new Uint32Array(n);
+  let known = 0;
+  for (let start = 0, k = 0; start < n; start += 1) {
     if (seen[start]) continue;
     seen[start] = 1;
-    for (let k = order.push(start) - 1; k < order.length; k += 1) {
-      for (const v of near[order[k] ?? 0] ?? []) {
-        if (seen[v]) continue;
-        seen[v] = 1;
-        order.push(v);
+    order[known++] = start;
+    for (; k < known; k += 1) {
+      const v = order[k] ?? 0;
+      for (let i = begin[v] ?? 0; i < (end[v] ?? 0); i += 1) {
+        const w = of[i] ?? 0;
+        if (seen[w]) continue;
+        seen[w] = 1;
+        order[known++] = w;
       }
     }
   }
-  return Uint32Array.from(order);
+  return order;
 }
 
-/** The neighbour that came first foretells alone; n without one that came before. */
-function single(near: readonly number[], at: (v: number) => number, k: number, n: number): Triple {
-  let first = n;
-  for (const v of near) if (at(v) < k && (first === n || at(v) < at(first))) first = v;
-  return [first, first, first];
-}
-
-/** By vertex, over an edge of exactly two faces; of several the one whose r came first, then p, then q. */
-function parallelograms(n: number, faces: Uint32Array, at: (v: number) => number): (Triple | undefined)[] {
-  // The far corner of every face at an edge; an edge by its ends, rising.
-  const far = new Map<number, number[]>();
-  for (let i = 0; i < faces.length; i += 1) {
-    const a = faces[next(i)] ?? 0;
-    const b = faces[next(next(i))] ?? 0;
-    const edge = Math.min(a, b) * n + Math.max(a, b);
-    const corners = far.get(edge);
-    if (corners === undefined) far.set(edge, [faces[i] ?? 0]);
-    else corners.push(faces[i] ?? 0);
+/** Over an edge of exactly two faces; of several the one whose r came first, then p, then q. */
+function parallelograms(n: number, faces: Uint32Array, { low, high, sorted }: Edges, place: Uint32Array): Uint32Array {
+  const foretold = new Uint32Array(3 * n).fill(n);
+  const at = (v: number): number => place[v] ?? n;
+  const offer = (p: number, q: number, r: number, v: number): void => {
+    if (at(q) >= at(v) || at(r) >= at(v)) return;
+    const k = 3 * at(v);
+    const before =
+      at(r) - at(foretold[k + 2] ?? n) || at(p) - at(foretold[k] ?? n) || at(q) - at(foretold[k + 1] ?? n);
+    if (before >= 0) return;
+    foretold[k] = p;
+    foretold[k + 1] = q;
+    foretold[k + 2] = r;
+  };
+  for (let s = 0, e = 0; s < sorted.length; s = e) {
+    const i = sorted[s] ?? 0;
+    const a = low[i] ?? 0;
+    const b = high[i] ?? 0;
+    for (e = s + 1; e < sorted.length && low[sorted[e] ?? 0] === a && high[sorted[e] ?? 0] === b; ) e += 1;
+    if (e !== s + 2) continue;
+    const one = faces[i] ?? 0;
+    const two = faces[sorted[s + 1] ?? 0] ?? 0;
+    const p = at(a) < at(b) ? a : b;
+    const q = p === a ? b : a;
+    offer(p, q, two, one);
+    offer(p, q, one, two);
   }
-  const best = new Array<Triple | undefined>(n).fill(undefined);
-  for (const [edge, [one, two, more]] of far) {
-    if (one === undefined || two === undefined || more !== undefined) continue;
-    const ends = [Math.floor(edge / n), edge % n].sort((a, b) => at(a) - at(b));
-    const [p = n, q = n] = ends;
-    for (const [v, r] of [[one, two] as const, [two, one] as const]) {
-      if (Math.max(at(q), at(r)) >= at(v)) continue;
-      const known = best[v];
-      if (known === undefined || comesFirst([p, q, r], known, at)) best[v] = [p, q, r];
+  return foretold;
+}
+
+/** For those without a parallelogram the neighbour that came first foretells alone; n without one that came before. */
+function single(foretold: Uint32Array, order: Uint32Array, { begin, end, of }: Near, place: Uint32Array): void {
+  const n = order.length;
+  for (let k = 0; k < n; k += 1) {
+    if (foretold[3 * k] !== n) continue;
+    const v = order[k] ?? 0;
+    let first = n;
+    for (let i = begin[v] ?? 0; i < (end[v] ?? 0); i += 1) {
+      const w = of[i] ?? 0;
+      const came = place[w] ?? n;
+      if (came < k && came < (place[first] ?? n)) first = w;
     }
+    foretold.fill(first, 3 * k, 3 * k + 3);
   }
-  return best;
-}
-
-function comesFirst(a: Triple, b: Triple, at: (v: number) => number): boolean {
-  const by = [at(a[2]) - at(b[2]), at(a[0]) - at(b[0]), at(a[1]) - at(b[1])];
-  return (by.find((difference) => difference !== 0) ?? 0) < 0;
 }

@@ -26,6 +26,7 @@ const FULL_SCALE = 10; // N, the largest force that the page renders
 
 export class Dock {
   readonly root: HTMLElement;
+  private readonly main = el("div", { class: "dock-main" });
   private readonly button: HTMLButtonElement;
   private readonly words = el("span", { class: "touch-words", text: "Touch it" });
   private readonly name: HTMLInputElement;
@@ -83,9 +84,14 @@ export class Dock {
       el("div", { class: "dock-numbers" }, this.force, this.meter, this.facts),
       el("div", { class: "dock-law" }, this.laws.root, el("div", { class: "dock-friction" }, el("span", { text: "Friction", attrs: { "aria-hidden": "true" } }), friction.root)),
     );
-    this.root = el("section", { class: "dock", attrs: { "aria-label": "Your hand" } },
-      el("div", { class: "dock-main" }, this.button, this.name, this.active), this.hint);
+    this.main.append(this.button, this.name, this.active);
+    this.root = el("section", { class: "dock", attrs: { "aria-label": "Your hand" } }, this.main, this.hint);
     this.set(false, "");
+  }
+
+  /** Of the controls [px]; the line of the hint, which comes and goes, is above it. */
+  get height(): number {
+    return this.main.offsetHeight;
   }
 
   /** Show whether the hand is in the room, with a hint. */

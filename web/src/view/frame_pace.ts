@@ -7,6 +7,14 @@ const IN_SOFTWARE = 0.75; // of them at the start, where the processor draws
 const WARM = 4; // pictures after which their time is that of drawing, not of shaders that are used the first time
 const LONGEST_REST = 0.2; // s
 
+/** SwiftShader in Chromium, llvmpipe and softpipe in Mesa, WARP in Windows, macOS's own. */
+const DRAWN_BY_THE_PROCESSOR = /swiftshader|llvmpipe|softpipe|basic render|software/i;
+
+/** Whether a renderer of this name draws with the processor: a browser that was told to use it sees no caveat in it. */
+export function isSoftware(renderer: string): boolean {
+  return DRAWN_BY_THE_PROCESSOR.test(renderer);
+}
+
 export class FramePace {
   /** Pixels drawn for one of the window. */
   ratio: number;

@@ -13,7 +13,7 @@ import {
 } from "three";
 import type { Vec3 } from "../model/vec";
 import type { Scheme } from "../model/colours";
-import { FramePace } from "./frame_pace";
+import { FramePace, isSoftware } from "./frame_pace";
 import { roomLight } from "./light";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
 
@@ -199,10 +199,23 @@ export function openStage(host: HTMLElement): Stage | null {
 
 /** Asked for before three.js does, which would fill the console where there are none. */
 function openGraphics(): Graphics | null {
+  const plain = openContext({ antialias: false });
+  if (plain === null || isSoftware(rendererOf(plain.context))) return plain && { ...plain, software: true };
+  // A browser that does not name what draws, or by another name, may still say that it is slow.
+  const smooth = openContext({ antialias: true, failIfMajorPerformanceCaveat: true });
+  if (smooth === null) return { ...plain, software: true };
+  plain.context.getExtension("WEBGL_lose_context")?.loseContext();
+  return { ...smooth, software: false };
+}
+
+function openContext(wanted: WebGLContextAttributes): Omit<Graphics, "software"> | null {
   const canvas = document.createElement("canvas");
-  const wanted: WebGLContextAttributes = { alpha: true, stencil: false, powerPreference: "high-performance" };
-  const fast = canvas.getContext("webgl2", { ...wanted, antialias: true, failIfMajorPerformanceCaveat: true });
-  if (fast !== null) return { canvas, context: fast, software: false };
-  const slow = canvas.getContext("webgl2", { ...wanted, antialias: false });
-  return slow === null ? null : { canvas, context: slow, software: true };
+  const context = canvas.getContext("webgl2", { alpha: true, stencil: false, powerPreference: "high-performance", ...wanted });
+  return context && { canvas, context };
+}
+
+/** What draws, in the words of its driver. */
+function rendererOf(context: WebGL2RenderingContext): string {
+  const names = context.getExtension("WEBGL_debug_renderer_info");
+  return String(context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
 }

@@ -34,7 +34,7 @@ export class WatchSession {
 
   /** First message of the connection. */
   static greeting(encoding: Encoding, rate: number): string {
-    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate });
+    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised" });
   }
 
   /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */

@@ -1,3 +1,4 @@
+import { zlibSync } from "fflate";
 import { describe, expect, test } from "vitest";
 import { encodeAck } from "../../src/protocol/ack";
 import { type ContactSample, decodeContactSample, encodeContactSample } from "../../src/protocol/contact_sample";
@@ -11,6 +12,13 @@ import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wron
 const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
 const patches = vectors("patch") as BinaryVector<Patch>[];
 const meshes = vectors("rest_mesh") as BinaryVector<{ vertices: number[][]; faces: number[][] }>[];
+
+const quantised = vectors("quantised_mesh") as BinaryVector<{
+  low: number[];
+  unit: number[];
+  vertices: number[][];
+  faces: number[][];
+}>[];
 
 interface SceneFields extends Omit<Scene, "surface"> {
   readonly surface: { readonly scale: number; readonly units: number[][] } | null;
@@ -45,6 +53,14 @@ describe("golden vectors", () => {
     expect(Array.from(mesh.vertices)).toEqual(fields.vertices.flat());
     expect(Array.from(mesh.faces)).toEqual(fields.faces.flat());
   });
+});
+
+test.each(quantised)("golden vector of a quantised mesh: $name", ({ hex, fields }) => {
+  const mesh = decodeRestMesh(fromHex(hex));
+  const { low, unit } = fields;
+  const places = fields.vertices.flatMap((z) => z.map((steps, k) => (low[k] ?? NaN) + (unit[k] ?? NaN) * steps));
+  expect(mesh.vertices).toEqual(Float32Array.from(places));
+  expect(Array.from(mesh.faces)).toEqual(fields.faces.flat());
 });
 
 describe("golden vectors of watching", () => {
@@ -86,6 +102,7 @@ describe("whatever the bytes, a message or a ProtocolError", () => {
   const all = (Object.keys(decoders) as (keyof typeof decoders)[]).flatMap((kind) =>
     (vectors(kind) as BinaryVector<unknown>[]).map(({ name, hex }) => ({ kind, name, frame: fromHex(hex) })),
   );
+  for (const { name, hex } of quantised) all.push({ kind: "rest_mesh", name: `quantised ${name}`, frame: fromHex(hex) });
 
   test.each(all)("$kind $name of a wrong length", ({ kind, frame }) => {
     for (const bytes of wrongLengths(frame)) expect(outcome(decoders[kind], bytes)).toBe("ProtocolError");
@@ -150,6 +167,38 @@ test("a contact on a fixed part has the least compliance, and a room without cou
   const patch = decodePatch(frame);
   expect(patch.c_ii).toBeCloseTo(1e-6, 12);
   expect(patch.room.margin).toBe(Infinity);
+});
+
+test.each([
+  ["flags of a rest mesh is 2", 2, 2, "u16"],
+  ["vertices of a rest mesh is 4294967295", 4, 2 ** 32 - 1, "u32"],
+  ["faces of a rest mesh is 131071", 8, 131_071, "u32"],
+  ["inflated size of a rest mesh is 48; expected 54 bytes", 8, 5, "u32"],
+  ["inflated size of a rest mesh is \"more\"; expected 42 bytes", 4, 3, "u32"],
+  ["low end of a mesh's box is -11", 12, -11, "f32"],
+  ["low end of a mesh's box is NaN", 16, NaN, "f32"],
+  ["size of a mesh's box is 65535", 24, 1, "f32"],
+  ["size of a mesh's box is -", 28, -1e-9, "f32"],
+  ["size of a mesh's box is NaN", 32, NaN, "f32"],
+] as const)("a quantised mesh that lies is refused: %s", (said, offset, value, type) => {
+  const frame = fromHex(quantised[0]?.hex ?? "");
+  const view = new DataView(frame.buffer);
+  if (type === "u16") view.setUint16(offset, value, true);
+  else if (type === "u32") view.setUint32(offset, value, true);
+  else view.setFloat32(offset, value, true);
+  expect(() => decodeRestMesh(frame)).toThrow(said);
+});
+
+test.each([
+  ["corner of a face is 65535; expected from 0 to 3", 255],
+  ["face of a quantised mesh is \"0, 0, 0\"; expected three corners", 0],
+])("faces of a quantised mesh are checked before anything is made of them: %s", (said, byte) => {
+  const frame = fromHex(quantised[0]?.hex ?? "");
+  const stream = zlibSync(new Uint8Array(6 * (4 + 4)).fill(byte));
+  const bytes = new Uint8Array(36 + stream.length);
+  bytes.set(frame.subarray(0, 36));
+  bytes.set(stream, 36);
+  expect(() => decodeRestMesh(bytes)).toThrow(said);
 });
 
 test("a mesh that inflates to more, or to something else, is refused before it is kept", () => {

@@ -20,7 +20,7 @@ const SENT: ClientControl[] = [
   },
   { type: "set_law", law: "pi", fixed_gains: null },
   { type: "bye" },
-  { type: "watch", protocol: 3, encoding: "frames", rate: 30 },
+  { type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "quantised" },
   { type: "set_view", encoding: "forces", rate: 60 },
   { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
 ];

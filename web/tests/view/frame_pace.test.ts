@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { FramePace } from "../../src/view/frame_pace";
+import { FramePace, isSoftware } from "../../src/view/frame_pace";
 
 const FRAME = 1 / 60; // s
 
@@ -58,4 +58,18 @@ it("draws nothing where nothing changed, and at once what changes then", () => {
     for (let i = 0; i < 50; i++) expect(pace.next(FRAME, false)).toBe(false);
     expect(pace.next(FRAME, true)).toBe(true);
   }
+});
+
+it.each([
+  ["ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device (Subzero) (0x0000C0DE)), SwiftShader driver)", true],
+  ["llvmpipe (LLVM 15.0.7, 256 bits)", true],
+  ["ANGLE (Microsoft, Microsoft Basic Render Driver (0x0000008C) Direct3D11 vs_5_0 ps_5_0, D3D11)", true],
+  ["Apple Software Renderer", true],
+  ["ANGLE (Intel, Mesa Intel(R) UHD Graphics 620 (KBL GT2), OpenGL 4.6)", false],
+  ["ANGLE (NVIDIA, NVIDIA GeForce RTX 3060 Direct3D11 vs_5_0 ps_5_0, D3D11)", false],
+  ["Apple GPU", false],
+  ["Adreno (TM) 650", false],
+  ["WebKit WebGL", false],
+])("%s draws with the processor: %s", (renderer, software) => {
+  expect(isSoftware(renderer)).toBe(software);
 });

@@ -7,7 +7,7 @@ describe("one who watches", () => {
     const browser = new Browser();
     expect(browser.watch.status.phase).toBe("connecting");
     browser.join();
-    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 3, encoding: "frames", rate: 30 }]);
+    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "quantised" }]);
     expect(browser.watch.status.phase).toBe("watching");
     expect(browser.watch.mesh?.vertices).toEqual(MESH.vertices);
     expect(browser.watch.info?.body.name).toBe("balloon");

@@ -16,6 +16,7 @@ from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.messages import ControlMessage, Error, encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
+    MeshForm,
     SetLatency,
     SetView,
     Watch,
@@ -42,6 +43,7 @@ class Watcher:
     Attributes:
         close: Code and reason once the connection is to be closed; None before.
         outbox: Messages to be written.
+        mesh: Form in which it takes the resting mesh.
         slow: Whether it has been behind for `SLOW_AFTER`.
     """
 
@@ -49,6 +51,7 @@ class Watcher:
         self.close: tuple[int, str] | None = None
         self.outbox = Outbox()
         self.slow = False
+        self.mesh: MeshForm = watch.mesh
         self._has_model = has_model
         self._encoding, self._rate = watch.encoding, watch.rate
         self._wants = False
