@@ -197,6 +197,7 @@ def _filled(
             faces,
             source.edge,
             largest=source.repair,
+            crossing=report.intersecting > 0,
             within=(source.scale * surfaces[0].x, surfaces[0].faces) if carved else None,
             blur=0.0 if scan is None else source.scale * scan.blur,
             memory=source.max_memory,
