@@ -39,7 +39,7 @@ from cohaptic_server.progress import Progress
 _ATTEMPTS = 6  # at a mesh that is coarse enough
 # Options that are chosen, beside the order of the elements.
 _CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell", "labels")
-_FORM = 4  # raised when the findings or their remedies change
+_FORM = 5  # raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
