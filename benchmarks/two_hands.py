@@ -36,6 +36,7 @@ from cohaptic_server.demo.set_up import describe_placement, set_up
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Mask
+from cohaptic_server.objects.demand import Demand
 from limb_places import place_on_limb
 
 DELAYS = (0.0, 0.08, 0.25)  # s, one way
@@ -138,7 +139,8 @@ def main(
     with threadpool_limits(limits=1):  # as in the server's tick
         try:
             scene = Scene(delay=delays[0], law=law)
-            source = resolved(file, options, _quiet, print)
+            demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+            source = resolved(file, options, _quiet, print, demand)
             body, scene, row["places"] = set_up(
                 scene, str(file), source, nonlinear=nonlinear, progress=_quiet
             )

@@ -15,7 +15,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.cli.resolved_object import resolved
+from cohaptic_server.cli.resolved_object import Users, resolved, wanted
 from cohaptic_server.inspection.inspection import Inspection, inspect_object, part_words
 from cohaptic_server.inspection.picture import draw
 from cohaptic_server.inspection.sections import draw_sections
@@ -43,6 +43,8 @@ def prepare(
     file: File,
     *,
     options: ObjectOptions,
+    users: Users = None,
+    hz: Annotated[float, typer.Option(help="Ticks per second for them, 10 to 200.")] = 60.0,
 ) -> None:
     """Do the long part once; `cohaptic serve --body FILE` with the same options then starts soon.
 
@@ -52,7 +54,7 @@ def prepare(
     clock = SystemClock()
     start = clock.now()
     with progress_bar(f"preparing {file.name}") as progress:
-        source = resolved(file, options, progress, print)
+        source = resolved(file, options, progress, print, wanted(users, hz))
         built = build(source, progress)
     solid, peak = built.solid, peak_memory()
     memory = f", {peak / 1e9:.2f} GB of memory at the most"
@@ -71,6 +73,8 @@ def inspect(
     file: File,
     *,
     options: ObjectOptions,
+    users: Users = None,
+    hz: Annotated[float, typer.Option(help="Ticks per second for them, 10 to 200.")] = 60.0,
     density: Annotated[
         list[str] | None,
         typer.Option(help="Of the object, or of a part, NAME=1100 [kg/m3].", show_default="1000"),
@@ -91,10 +95,16 @@ def inspect(
             return
     written: list[Path] = []
     with progress_bar(f"inspecting {file.name}") as progress:
-        source = resolved(file, options, progress, print)
+        source = resolved(file, options, progress, print, wanted(users, hz))
         built = build(source, progress)
         inspection = inspect_object(
-            source, built, SystemClock(), _DENSITY if whole is None else whole, progress, densities
+            source,
+            built,
+            SystemClock(),
+            _DENSITY if whole is None else whole,
+            progress,
+            densities,
+            wanted(users, hz),
         )
         if out is not None:
             progress("picture", 0.0)

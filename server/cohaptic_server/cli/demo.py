@@ -19,7 +19,7 @@ from cohaptic.control.law import Law
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.cli.resolved_object import resolved
+from cohaptic_server.cli.resolved_object import SimulationHz, resolved
 from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import watch
 from cohaptic_server.demo.processes import DemoFailed, Stage
@@ -28,6 +28,7 @@ from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, FIX, check_body, serve_options, set_up
 from cohaptic_server.demo.summary import show
 from cohaptic_server.objects.catalogue import BODIES, is_file
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.shell.listener import page_address
 
 _WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
@@ -54,7 +55,7 @@ def demo(
     jitter_ms: Annotated[float, typer.Option(help="Largest extra delay, one way.")] = 0.0,
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     friction: Friction = 0.0,
-    simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
+    simulation_hz: SimulationHz = 60.0,
     seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
     body: Annotated[str, typer.Option(help="What is touched: balloon, or a mesh file.")] = BALLOON,
     nonlinear: Annotated[bool, typer.Option("--nonlinear", help="Finite deformation.")] = False,
@@ -92,13 +93,14 @@ def demo(
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
         if is_file(body):
-            source = resolved(source.path, options, progress, told.append)
+            demand = Demand(users, simulation_hz, nonlinear)
+            source = resolved(source.path, options, progress, told.append, demand)
         touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
     for sentence in told:
         console.print(sentence, highlight=False)
     if words:
         console.print(words, highlight=False)
-    serve_arguments = serve_options(body, source, nonlinear=nonlinear)
+    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=users)
     result = _perform(scene, touched, serve_arguments, console, keep, browser=not no_browser)
     console.print(show(result))
     if json is not None:

@@ -4,18 +4,53 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.objects.auto.remedy import Diagnosis
 from cohaptic_server.objects.auto.resolve import find_problems, resolve
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import is_prepared
 from cohaptic_server.progress import Progress
 
+SimulationHz = Annotated[
+    float, typer.Option("--simulation-hz", "--hz", help="Ticks per second, 10 to 200.")
+]
+Users = Annotated[
+    int | None,
+    typer.Option(
+        help="Prepare a file for so many at once, or say before that they cannot be served.",
+        show_default="2 for --nonlinear, which are served on a finer mesh; else not looked at",
+    ),
+]
+
+
+def wanted(users: int | None, hz: float, *, nonlinear: bool = False) -> Demand | None:
+    """What an object is prepared for; None where the mesh of a linear one may be any.
+
+    Args:
+        users: Who touch it at once, if that is said.
+        hz: Ticks per second.
+        nonlinear: Whether the deformation is finite.
+
+    Raises:
+        SettingError: A value is out of its range.
+    """
+    if users is None:
+        return Demand(hz=hz, nonlinear=True) if nonlinear else None
+    return Demand(users, hz, nonlinear)
+
 
 def resolved(
-    path: Path, options: ObjectOptions, progress: Progress, tell: Callable[[str], None]
+    path: Path,
+    options: ObjectOptions,
+    progress: Progress,
+    tell: Callable[[str], None],
+    demand: Demand | None = None,
 ) -> ObjectFile:
     """The object in a file with options with which it can be touched.
 
@@ -24,14 +59,17 @@ def resolved(
         options: As they were given.
         progress: Called with the phase.
         tell: Called with a sentence for each option that `--auto` takes, or that is advised.
+        demand: What it is prepared for, if that is said.
 
     Raises:
         BodyError: It cannot be touched with these options; all that it lacks is said.
         SettingError: An option does not fit it.
     """
+    if demand is not None:
+        demand.check()
     source, scale_given = options.of(path), options.scale is not None
     if options.auto:
-        found = resolve(source, progress, scale_given=scale_given)
+        found = resolve(source, progress, scale_given=scale_given, demand=demand)
         for remedy in found.remedies:
             tell(remedy.sentence())
         return found.source

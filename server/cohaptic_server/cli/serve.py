@@ -19,7 +19,7 @@ from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.cli.resolved_object import resolved
+from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
@@ -74,13 +74,14 @@ AllowUpload = Annotated[
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
-    simulation_hz: Annotated[float, typer.Option(help="Ticks per second, 10 to 200.")] = 60.0,
+    simulation_hz: SimulationHz = 60.0,
     body: BodyName = "balloon",
     *,
     options: ObjectOptions,
     nonlinear: Nonlinear = False,
     relaxation: Relaxation = 0.0,
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
+    users: Users = None,
     allow_fixed_gains: AllowFixedGains = False,
     allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
@@ -105,6 +106,9 @@ def serve(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload,
     )  # fmt: skip
+    demand = wanted(users, simulation_hz, nonlinear=nonlinear)
+    if users is not None and users > max_users:
+        raise SettingError("--users", users, f"at most --max-users, {max_users}")
     damping = relaxation * simulation_hz
     # Told at once, and not to the first who brings a file.
     if allow_upload and nonlinear and not use("kernels"):
@@ -114,13 +118,13 @@ def serve(
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
         if is_file(body):
-            source = resolved(source.path, options, progress, logging.info)
+            source = resolved(source.path, options, progress, logging.info, demand)
         touched = build_body(
             body,
             source,
             nonlinear=nonlinear,
             damping=damping,
-            period=1.0 / simulation_hz,
+            demand=demand,
             progress=progress,
             late=True,  # a process of its own solves with the factor
         )

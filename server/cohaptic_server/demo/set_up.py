@@ -14,6 +14,7 @@ from cohaptic_server.demo.places import place_hands
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.settled import Placement
 from cohaptic_server.objects.catalogue import BODIES, build_body
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 
@@ -57,7 +58,8 @@ def set_up(
         SettingError: An option does not fit the body.
     """
     check_body(scene, name)
-    body = build_body(name, source, nonlinear=nonlinear, progress=progress)
+    demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+    body = build_body(name, source, nonlinear=nonlinear, demand=demand, progress=progress)
     if name == BALLOON:
         return body, scene, ""
     progress("places for the hands", 0.0)
@@ -87,9 +89,11 @@ def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
     return f"{presses}; {'; '.join(others)}."
 
 
-def serve_options(name: str, source: ObjectFile, *, nonlinear: bool) -> list[str]:
+def serve_options(name: str, source: ObjectFile, *, nonlinear: bool, users: int = 2) -> list[str]:
     """Options with which `cohaptic serve` simulates the same body."""
     options = ["--body", name, *(["--nonlinear"] if nonlinear else [])]
     if name == BALLOON:
         return options
+    if nonlinear:
+        options += ["--users", str(users)]  # by which the server chooses the same mesh
     return options + source.to_arguments()

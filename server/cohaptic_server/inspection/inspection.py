@@ -19,6 +19,7 @@ from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
+from cohaptic_server.objects.demand import SHARE_OF_PERIOD, Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.materials import Named, check_names
 from cohaptic_server.objects.parts.parts import Parts
@@ -27,8 +28,6 @@ from cohaptic_server.objects.prepare import Prepared
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
 QUASI_STATIC = 0.2
 HANDS = 5.0  # Hz; up to which a hand moves on purpose
-# Of a period, what ticks may take in the median: the rest is for the wire and for slow ticks.
-_SHARE_OF_PERIOD = 0.6
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
 
@@ -47,6 +46,7 @@ class Inspection:
         thinnest: Least thickness over the vertices that were sampled [m].
         cost: Cost of a tick.
         parts: Of the tetrahedra; None without any.
+        hz: Ticks per second for which they are judged.
     """
 
     solid: Solid
@@ -58,6 +58,7 @@ class Inspection:
     thinnest: float
     cost: TickCost
     parts: Parts | None
+    hz: float = 60.0
 
     @property
     def mass(self) -> float:
@@ -74,6 +75,7 @@ class Inspection:
         size = 1e3 * np.ptp(shape.mesh.vertices, axis=0)
         column_bytes = solid.columns.store.capacity * solid.columns.store.column_bytes
         one, many = (1e3 * t for t in self.cost.ticks)
+        few, all_users = self.cost.users
         slivers = f", {q.slivers} below 0.01" if q.slivers else ""
         return [
             ("file", "; ".join(describe_file(source, self.prepared))),
@@ -111,7 +113,7 @@ class Inspection:
             ),
             (
                 "tick",
-                f"about {one:.2g} ms for {USERS[0]} user, {many:.2g} ms for {USERS[1]}, on this"
+                f"about {one:.2g} ms for {few} user, {many:.2g} ms for {all_users}, on this"
                 " machine now; columns of a new place come within"
                 f" {1e3 * self.cost.column_latency:.2g} ms{self._slow()}",
             ),
@@ -136,11 +138,13 @@ class Inspection:
 
     def _slow(self) -> str:
         """What to do about ticks that take too long."""
-        if self.cost.ticks[1] < _SHARE_OF_PERIOD / 60.0:
+        allowed = SHARE_OF_PERIOD / self.hz
+        if self.cost.ticks[1] < allowed:
             return ""
         return (
-            f". {USERS[1]} users at 60 Hz need ticks below {1e3 * _SHARE_OF_PERIOD / 60.0:.2g} ms:"
-            " take a coarser mesh (--edge), fewer users or a lower --simulation-hz"
+            f". {self.cost.users[1]} users at {self.hz:g} Hz need ticks below"
+            f" {1e3 * allowed:.2g} ms: take a coarser mesh (--edge), fewer users or a lower"
+            " --simulation-hz"
         )
 
     def _thin(self) -> str:
@@ -161,6 +165,7 @@ def inspect_object(
     density: float,
     progress: Callable[[str, float], None] = lambda phase, share: None,
     densities: Named = (),
+    demand: Demand | None = None,
 ) -> Inspection:
     """Inspect an object; its solid then answers from its far field until columns are there.
 
@@ -171,6 +176,7 @@ def inspect_object(
         density: Mass density of what is not named [kg/m^3].
         progress: Called with the phase and the share of it that is done.
         densities: Of parts by their names [kg/m^3].
+        demand: What it is prepared for, if that is said; otherwise 8 users at 60 Hz.
 
     Raises:
         SettingError: A density is out of range, or names no part.
@@ -198,8 +204,9 @@ def inspect_object(
         frequency,
         stiffness,
         float(thickness(mesh, sampled).min(initial=2.0 * mesh.size)),
-        tick_cost(solid, clock),
+        tick_cost(solid, clock, USERS if demand is None else (1, demand.users)),
         built.parts,
+        60.0 if demand is None else demand.hz,
     )
 
 

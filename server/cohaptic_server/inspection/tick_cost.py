@@ -28,15 +28,17 @@ class TickCost:
     """Times of one solid on one machine.
 
     Args:
-        ticks: Median time of a tick for each number of `USERS`, with all columns there [s].
+        ticks: Median time of a tick for each number of users, with all columns there [s].
         column_latency: Time until the columns of a new contact are there [s].
+        users: The numbers.
     """
 
     ticks: tuple[float, ...]
     column_latency: float
+    users: tuple[int, ...] = USERS
 
 
-def tick_cost(solid: Solid, clock: Clock) -> TickCost:
+def tick_cost(solid: Solid, clock: Clock, users: tuple[int, ...] = USERS) -> TickCost:
     """Time ticks with presses spread over the surface.
 
     From then on the solid answers from its far field until columns are there.
@@ -44,10 +46,11 @@ def tick_cost(solid: Solid, clock: Clock) -> TickCost:
     Args:
         solid: The solid.
         clock: Clock for the measurement.
+        users: Numbers of users.
     """
     mesh = solid.mesh
     free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
-    vertices = free[spread_over(mesh.vertices[free], max(USERS))]
+    vertices = free[spread_over(mesh.vertices[free], max(users))]
     solid.in_background()
     with threadpool_limits(limits=1):  # as on the server
         start = clock.now()
@@ -55,9 +58,9 @@ def tick_cost(solid: Solid, clock: Clock) -> TickCost:
         solid.solve_missing(64)
         latency = clock.now() - start
         medians = tuple(
-            float(np.median(_ticks(solid, vertices[:users], clock, _TICKS))) for users in USERS
+            float(np.median(_ticks(solid, vertices[:count], clock, _TICKS))) for count in users
         )
-    return TickCost(medians, latency)
+    return TickCost(medians, latency, users)
 
 
 def _ticks(

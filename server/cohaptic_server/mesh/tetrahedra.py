@@ -135,6 +135,21 @@ def pieces(tets: Ints, n: int) -> Ints:
     return np.asarray(part, dtype=np.int64)
 
 
+def face_pieces(tets: Ints) -> Ints:
+    """Number of the part in which each tetrahedron lies; parts share no face, shape (m,).
+
+    They may share a corner or an edge, about which one of them then turns as about a hinge.
+    """
+    count = len(tets)
+    key = _numbered(np.sort(tets[:, np.array(_FACES)].reshape(-1, 3), axis=1))
+    order = np.argsort(key, kind="stable")
+    shared = np.flatnonzero(key[order][1:] == key[order][:-1])
+    a, b = order[shared] // len(_FACES), order[shared + 1] // len(_FACES)
+    graph = sp.coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(count, count))
+    _, part = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
+    return np.asarray(part, dtype=np.int64)
+
+
 def gradients(x: Floats, tets: Ints) -> Floats:
     """Gradients of the barycentric coordinates, shape (m, 4, 3) [1/m]."""
     edges = x[tets[:, 1:]] - x[tets[:, :1]]

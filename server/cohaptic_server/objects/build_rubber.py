@@ -7,10 +7,11 @@ from dataclasses import astuple, replace
 from pathlib import Path
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
 from cohaptic_server.objects.build import moduli_of
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
@@ -30,7 +31,7 @@ FINER = (0.1, 0.07, 0.05)  # where the first of them loses thin parts
 def build_rubber_solid(
     source: ObjectFile,
     *,
-    period: float,
+    demand: Demand,
     damping: float = 0.0,
     progress: Progress = lambda phase, share: None,
 ) -> RubberSolid:
@@ -38,29 +39,29 @@ def build_rubber_solid(
 
     Args:
         source: The file and its options; with the default edge the first of `EDGES` is taken
-            whose mesh can be solved within the period.
-        period: Period of the simulation [s].
+            whose mesh can be served.
+        demand: Users and rate.
         damping: B_o over K_o of eq. (9).
         progress: Called with the phase and the share of it that is done.
 
     Raises:
-        BodyError: The file is no object that can be touched, or too fine for the period.
+        BodyError: The file is no object that can be touched, or too fine to be served so.
         SettingError: An option does not fit it.
     """
-    return build_affordable(source, period=period, damping=damping, progress=progress)[1]
+    return build_affordable(source, demand=demand, damping=damping, progress=progress)[1]
 
 
 def build_affordable(
     source: ObjectFile,
     *,
-    period: float,
+    demand: Demand,
     damping: float = 0.0,
     progress: Progress = lambda phase, share: None,
 ) -> tuple[ObjectFile, RubberSolid]:
     """The same, with the options that it was built with: those with which it is built again."""
     check_fix_given(source)
     progress("tetrahedra", 0.0)
-    source, prepared, held = _affordable(source, period, progress)
+    source, prepared, held = affordable(source, demand, progress)
     moduli = moduli_of(source, prepared, held)
     name = source.path.stem[:40]
     path = _table_path(source, held, moduli, damping)
@@ -83,9 +84,16 @@ def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -
     return entry_path(options, *(array.tobytes() for array in arrays))
 
 
-def _affordable(
-    source: ObjectFile, period: float, progress: Progress
+def affordable(
+    source: ObjectFile, demand: Demand, progress: Progress
 ) -> tuple[ObjectFile, Prepared, Cut]:
+    """The mesh that is served: the file with its edge, its tetrahedra, and they as they are held.
+
+    Raises:
+        VolumeLostError: Every mesh that might be served loses too much of it.
+        BodyError: The file is no object that can be touched, or too fine to be served so.
+        SettingError: An option does not fit it.
+    """
     order, is_volume = source.material.order, source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
     edges = EDGES if is_default_edge and not is_volume else (source.edge,)
@@ -101,25 +109,27 @@ def _affordable(
             lost = lost or error
             continue
         coarsest = tried, prepared, hold(source, prepared.tets)
-        if tick_seconds(_nodes(coarsest[2].tets, order)) <= period:
+        if demand.affords(_nodes(coarsest[2].tets, order)):
             return coarsest
     if coarsest is None:
         assert lost is not None
         raise lost
     tried, _, held = coarsest
-    if is_volume:
-        ways = ["a coarser mesh"]
-    else:
+    ways = ["a coarser mesh"] if is_volume else []
+    if not is_volume and tried.edge < EDGES[-1]:
         ways = [f"a larger --edge than {tried.edge:g}{', which loses thin parts,' if lost else ''}"]
-    if order == 2 and tick_seconds(_nodes(held.tets, 1)) <= period:
+    if order == 2 and demand.affords(_nodes(held.tets, 1)):
         ways.append("--order 1")
     nodes = _nodes(held.tets, order)
-    expected = tick_seconds(nodes)
+    expected = demand.expected_tick(nodes)
+    if demand.users > 2 and replace(demand, users=2).affords(nodes):
+        ways.append("fewer --users")
     if expected <= 0.1:
         ways.append(f"--simulation-hz {math.floor(1.0 / expected)}")
+    ways = ways or ["a simpler object"]
     raise BodyError(
         f"{source.path}: {nodes:,} nodes under large deformation take about {1e3 * expected:.3g} ms"
-        f" in each tick, and {1.0 / period:g} Hz leave {1e3 * period:.3g} ms. Take"
+        f" in each tick, and {demand.hz:g} Hz leave {1e3 * demand.period:.3g} ms. Take"
         f" {' or '.join(ways)}; or leave out --nonlinear"
     )
 

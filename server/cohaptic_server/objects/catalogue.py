@@ -15,6 +15,7 @@ from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.build_rubber import build_rubber_solid
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 
@@ -39,7 +40,7 @@ def build_body(
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
-    period: float = 1.0 / 60.0,
+    demand: Demand | None = None,
     progress: Progress = lambda phase, share: None,
     late: bool = False,
 ) -> Body:
@@ -50,7 +51,7 @@ def build_body(
         options: Options of an object from a file; their own path is replaced by `name`.
         nonlinear: Whether the deformation is finite.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
-        period: Period of the simulation, within which a nonlinear solid must be solved [s].
+        demand: Users and rate, by which the mesh of a nonlinear solid is chosen.
         progress: Called with the phase of preparing a file, and the share of it that is done.
         late: As for `build`.
 
@@ -78,6 +79,8 @@ def build_body(
         return BODIES[name]()
     source = replace(options or ObjectFile(path), path=path)
     if nonlinear:
-        return build_rubber_solid(source, period=period, damping=damping, progress=progress)
+        return build_rubber_solid(
+            source, demand=demand or Demand(nonlinear=True), damping=damping, progress=progress
+        )
     elastic = build_solid(source, progress, late=late)
     return Viscous(elastic, damping) if damping else elastic

@@ -10,6 +10,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
 from cohaptic_server.objects.fill_process import FillLimitError
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
@@ -197,6 +198,7 @@ def _filled(
             faces,
             source.edge,
             largest=source.repair,
+            crossing=report.intersecting > 0 and _crosses(x, faces),
             within=(source.scale * surfaces[0].x, surfaces[0].faces) if carved else None,
             blur=0.0 if scan is None else source.scale * scan.blur,
             memory=source.max_memory,
@@ -212,6 +214,12 @@ def _filled(
         ) from error
     except BodyError as error:
         raise BodyError(f"{source.path}: {error}") from error
+
+
+def _crosses(x: Floats, faces: Ints) -> bool:
+    """Whether a surface still passes through itself without the triangles that are there twice."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return len(first) == len(faces) or examine(x, faces[first]).intersecting > 0
 
 
 def check_file(path: Path) -> None:

@@ -13,14 +13,22 @@ from collections.abc import Callable
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.mesh.tetrahedra import TetMesh, pieces, volumes
+from cohaptic_server.mesh.tetrahedra import TetMesh, face_pieces, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
 from cohaptic_server.objects.fix_mesh import inside
 
 ENVELOPE = 1e-3  # share of the bounding box's diagonal, for edges up to 0.05 of it
 _MAX_ENVELOPE = 0.04  # share of the diagonal
+# Energy of the worst element (AMIPS; a regular one has 3) at which fTetWild stops. Where sheets
+# cross or stick together some element is never better than this, and fTetWild makes everything
+# around it finer, over and over: twenty crossing cubes became 78,000 tetrahedra with 10 and 23,000
+# with 30, whose worst one still has a hundredth of a regular one's volume (decision 43).
+_WORST, _WORST_OF_CROSSING = 10.0, 30.0
 _MOST = 0.8  # share of the volume; crumbs beside a piece that has more may be left out
+# Share of the volume of what hangs on it by a corner or an edge, and is left out too: it would turn
+# about that without a force. Where the sheets of a scan cross there were two such of 0.0005.
+_CRUMB = 0.01
 
 
 def envelope(edge: float) -> float:
@@ -41,6 +49,7 @@ def tetrahedralise(
     edge: float,
     *,
     largest: bool = False,
+    crossing: bool = False,
     within: tuple[Floats, Ints] | None = None,
     blur: float = 0.0,
     memory: float = math.inf,
@@ -54,6 +63,7 @@ def tetrahedralise(
         faces: Triangles of the surface, shape (m, 3).
         edge: Target edge length, as a share of the bounding box's diagonal.
         largest: Of several pieces keep the one that has most of the volume, if one has.
+        crossing: Whether the surface passes through itself: its worst elements may be worse.
         within: A closed surface, part of what is filled: only the tetrahedra in it are kept,
             whatever else is enclosed. None keeps all that is enclosed.
         blur: Distance within which the surface itself is not known [m]; the envelope may have it.
@@ -73,7 +83,11 @@ def tetrahedralise(
     # fTetWild does not make the same mesh twice, which is why the store keeps it: it seeds a
     # shuffle from the system's source of random numbers, and nothing sets that (decision 33).
     known = min(_MAX_ENVELOPE, blur / float(np.linalg.norm(np.ptp(x, axis=0))))
-    options = {"edge_length_fac": edge, "epsilon": max(envelope(edge), known)}
+    options = {
+        "edge_length_fac": edge,
+        "epsilon": max(envelope(edge), known),
+        "stop_energy": _WORST_OF_CROSSING if crossing else _WORST,
+    }
     if within is not None:
         options["disable_filtering"] = True
     x, tets = fill(x, faces, options, memory=memory, seconds=seconds, progress=progress)
@@ -87,6 +101,8 @@ def tetrahedralise(
 def largest_piece(x: Floats, tets: Ints) -> Ints:
     """The tetrahedra of the piece with most of the volume; all of them if none has.
 
+    Crumbs that share no face with the rest of their piece are left out.
+
     Args:
         x: Vertices, shape (n, 3).
         tets: Shape (m, 4).
@@ -94,4 +110,8 @@ def largest_piece(x: Floats, tets: Ints) -> Ints:
     piece = pieces(tets, len(x))[tets[:, 0]]
     volume = np.bincount(piece, np.abs(volumes(x, tets)))
     most = int(volume.argmax())
-    return tets[piece == most] if volume[most] > _MOST * volume.sum() else tets
+    kept = tets[piece == most] if volume[most] > _MOST * volume.sum() else tets
+    part = face_pieces(kept)
+    share = np.bincount(part, np.abs(volumes(x, kept))) / volume.sum()
+    large = share[part] > _CRUMB
+    return kept[large] if large.any() else kept

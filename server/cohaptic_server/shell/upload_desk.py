@@ -30,6 +30,7 @@ from cohaptic.protocol.upload_messages import (
 )
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.room.session import close_frame
@@ -199,12 +200,13 @@ def take_uploads(
         nonlinear: Whether they are nonlinear solids, on meshes as fine as the tick affords.
     """
     period = server.settings.simulation_period
+    demand = Demand(hz=server.settings.simulation_hz, nonlinear=nonlinear)
 
     async def open_object(source: ObjectFile) -> None:
         def made() -> Body:
             # What takes long is in the store; a process of its own solves with the factor.
             return build_body(
-                str(source.path), source, nonlinear=nonlinear, damping=damping, period=period,
+                str(source.path), source, nonlinear=nonlinear, damping=damping, demand=demand,
                 late=True,
             )  # fmt: skip
 

@@ -32,7 +32,7 @@ class Rubber:
     """What `build_affordable` makes a nonlinear solid with.
 
     Args:
-        period: In which it must be solved [s].
+        period: Of the simulation, in which it must be solved for two users [s].
         damping: B_o over K_o.
     """
 

@@ -109,6 +109,7 @@ def _prepare(
     from cohaptic_server.objects.auto.resolve import find_problems, resolve
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_affordable
+    from cohaptic_server.objects.demand import Demand
     from cohaptic_server.objects.object_file import ObjectFile
     from cohaptic_server.objects.surface.accept import VolumeLostError
     from cohaptic_server.upload.described import to_fields
@@ -125,10 +126,12 @@ def _prepare(
         build(source, tell)
     else:
         source = find_problems(source, scale_given=True).source
+        demand, damping = Demand(hz=1.0 / rubber["period"], nonlinear=True), rubber["damping"]
         try:
-            source, _ = build_affordable(source, **rubber, progress=tell)
+            source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
         except VolumeLostError:
-            source, _ = build_affordable(replace(source, repair=True), **rubber, progress=tell)
+            source = replace(source, repair=True)
+            source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
     send_text(outgoing, event="prepared", source=to_fields(source))
     return True
 

@@ -30,6 +30,10 @@ from cohaptic.cli.app import main
             ["--friction", "0.8", "--body", "a.stl"],
             "body of the demonstration with friction is 'a.stl'; it must be balloon",
         ),
+        (
+            ["--body", "a.stl", "--users", "16", "--simulation-hz", "200"],
+            "--users is 16; it must be at most 4 at 200 Hz: even the coarsest mesh would take",
+        ),
         (["--json", "no/such/folder/out.json"], "there is no folder"),
     ],
 )

@@ -51,6 +51,15 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
         (["--port", "70000"], "cohaptic: port is 70000; it must be from 0 to 65535\n"),
         (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
         (
+            ["--users", "20"],
+            "cohaptic: --users is 20; it must be at most --max-users, 16\n",
+        ),
+        (
+            ["--users", "9", "--hz", "200", "--body", "never_read.stl"],
+            "cohaptic: --users is 9; it must be at most 4 at 200 Hz: even the coarsest mesh would"
+            " take about 6 ms in each tick, and there are 3 ms\n",
+        ),
+        (
             ["--body", "spring", "--nonlinear"],
             "cohaptic: body with --nonlinear is 'spring'; it must be one of: balloon, or a file\n",
         ),

@@ -70,7 +70,7 @@ FULL = ObjectFile(
 def test_the_server_gets_every_option() -> None:
     """What `serve` makes of them is the object that the demonstration compares with."""
     got = parsed(serve_options("a.stl", FULL, nonlinear=True))
-    assert got["nonlinear"] is True
+    assert (got["nonlinear"], got["users"]) == (True, 2)
     assert (got["body"], got["fix"]) == ("a.stl", "")
     for field in fields(FULL):
         if field.name not in ("path", "material", "max_memory", "parts", "labels"):

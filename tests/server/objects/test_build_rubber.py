@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,15 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.rubber_solid import rubber_solid
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.tetrahedra import quadratic
+from cohaptic_server.objects.build_rubber import affordable
 from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.surface import accept
 from cohaptic_server.testing.blocks import block
+from tests.server.objects.files import write
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
@@ -82,7 +88,12 @@ def test_a_volume_mesh_is_taken_as_it_is_or_refused(
     path = volume(tmp_path / "fine.vtk", 6)  # 2,197 nodes
     with pytest.raises(BodyError, match="a coarser mesh or --order 1 or --simulation-hz 30"):
         build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True)
-    slow = build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True, period=1.0 / 21.0)
+    slow = build_body(
+        str(path),
+        ObjectFile(path, "z <= 0%"),
+        nonlinear=True,
+        demand=Demand(hz=21.0, nonlinear=True),
+    )
     assert isinstance(slow, RubberSolid)
 
 
@@ -97,3 +108,18 @@ def test_nothing_held_is_refused(tmp_path: Path) -> None:
     path = volume(tmp_path / "block.vtk", 2)
     with pytest.raises(SettingError, match="--fix is not given"):
         build_body(str(path), ObjectFile(path), nonlinear=True)
+
+
+def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
+    source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 20%")
+    edges: list[float] = []
+    for users in (2, 15):
+        demand = Demand(users, 60.0, nonlinear=True)
+        tried, _, held = affordable(source, demand, lambda phase, share: None)
+        assert demand.affords(len(quadratic(held.tets)[0]))
+        edges.append(tried.edge)
+    assert edges[0] < edges[1]
+    many = Demand(25, 60.0, nonlinear=True)
+    with pytest.raises(BodyError, match=r"a larger --edge .* or fewer --users"):
+        affordable(replace(source, edge=0.25), many, lambda phase, share: None)

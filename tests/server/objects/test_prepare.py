@@ -22,6 +22,7 @@ from cohaptic_server.objects.prepare import prepare
 from cohaptic_server.objects.surface import accept
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.objects.tetrahedralise import tetrahedralise
 from cohaptic_server.testing.blocks import block
 from tests.server.objects.files import write
 
@@ -153,6 +154,23 @@ def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None
     path = broken("open", tmp_path)
     body = build_solid(ObjectFile(path, "z < 20%", edge=0.2, repair=True))
     assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
+
+
+def test_where_cubes_cross_the_tetrahedra_are_no_finer_than_they_need_to_be(tmp_path: Path) -> None:
+    rng, pieces = np.random.default_rng(5), list[Any]()
+    transformations: Any = trimesh.transformations
+    creation: Any = trimesh.creation
+    util: Any = trimesh.util
+    for k in range(5):
+        turn = transformations.random_rotation_matrix(rng.random(3))
+        turn[:3, 3] = 0.03 * k, 0.0, 0.0
+        pieces.append(creation.box((0.05, 0.05, 0.05)).apply_transform(turn))
+    path = tmp_path / "pile.stl"
+    util.concatenate(pieces).export(path)
+    crossing = prepare(ObjectFile(path, edge=0.1, repair=True)).tets
+    strict = tetrahedralise(*read_surface(path), 0.1, largest=True)
+    assert len(crossing.tets) < 0.8 * len(strict.tets)
+    assert crossing.volume == pytest.approx(strict.volume, rel=0.01)
 
 
 def test_a_volume_file_without_tetrahedra_says_what_is_in_it(tmp_path: Path) -> None:

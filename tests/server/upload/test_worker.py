@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import sys
 import tempfile
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
 from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
 from cohaptic_server.objects.build_rubber import EDGES, build_affordable
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.upload.described import from_fields
 from cohaptic_server.upload.kept_files import uploads_folder
@@ -186,8 +186,13 @@ def test_where_solids_are_nonlinear_the_mesh_is_one_that_the_tick_affords() -> N
     assert source.edge in EDGES
     # The server reads what the worker has computed, and computes nothing of it again.
     phases: list[str] = []
-    args = asdict(rubber)
-    again, solid = build_affordable(source, **args, progress=lambda phase, _: phases.append(phase))
+    demand = Demand(hz=1.0 / rubber.period, nonlinear=True)
+    again, solid = build_affordable(
+        source,
+        demand=demand,
+        damping=rubber.damping,
+        progress=lambda phase, _: phases.append(phase),
+    )
     assert again == source
     assert set(phases) == {"tetrahedra"}
     assert tick_seconds(len(solid.shape.nodes)) <= rubber.period

@@ -7,6 +7,7 @@ options are taken, the mesh is made as coarse as memory asks for, and the user i
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, astuple, replace
 
 import numpy as np
@@ -16,7 +17,9 @@ from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.objects.auto.diagnose import diagnose
 from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
 from cohaptic_server.objects.build import expected_cost
-from cohaptic_server.objects.cost import edge_that_fits
+from cohaptic_server.objects.build_rubber import affordable
+from cohaptic_server.objects.cost import edge_that_fits, growth_between
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
 from cohaptic_server.objects.parts.nodes import read_surfaces
@@ -36,7 +39,7 @@ from cohaptic_server.progress import Progress
 _ATTEMPTS = 6  # at a mesh that is coarse enough
 # Options that are chosen, beside the order of the elements.
 _CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell", "labels")
-_FORM = 3  # raised when the findings or their remedies change
+_FORM = 5  # raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
@@ -108,6 +111,7 @@ def resolve(
     progress: Progress = lambda phase, share: None,
     *,
     scale_given: bool = False,
+    demand: Demand | None = None,
 ) -> Diagnosis:
     """Options with which a file can be touched within its memory, kept for the next start.
 
@@ -115,13 +119,16 @@ def resolve(
         source: The file and the options that the user gave.
         progress: Called with the phase.
         scale_given: Whether the scale is the user's own word, and must stay.
+        demand: What a nonlinear solid is prepared for: its mesh is one that a tick affords, and
+            takes little memory.
 
     Raises:
         BodyError: There is no way to touch what is in the file.
         SettingError: An option does not fit it.
     """
     check_file(source.path)
-    options = repr((_FORM, scale_given, *astuple(source))).encode()
+    rubber = demand if demand is not None and demand.nonlinear else None
+    options = repr((_FORM, scale_given, rubber, *astuple(source))).encode()
     path = entry_path(options, source.path.read_bytes())
     kept = load_entry(path, "findings", mapped=False)
     if kept is not None:
@@ -129,7 +136,7 @@ def resolve(
     progress("looking at the file", 0.0)
     found = find_problems(source, scale_given=scale_given)
     progress("tetrahedra", 0.0)
-    found = _within(found, progress)
+    found = _within(found, progress) if rubber is None else _as_rubber(found, rubber, progress)
     save_entry(path, "findings", {"text": np.frombuffer(_to_text(found).encode(), np.uint8)})
     return found
 
@@ -138,13 +145,12 @@ def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
     """The same with a mesh that can be factored within the memory that it may take."""
     source, memory = found.source, found.source.max_memory
     mesh, volume = list[Remedy](), list[Remedy]()
+    tried: list[tuple[float, float]] = []  # edges, and the memory of their meshes
     for _ in range(_ATTEMPTS):
         try:
             prepared = load_or_prepare(source, progress)
         except VolumeLostError as error:
-            source = replace(source, repair=True)
-            problem = f"the tetrahedra have {error.share:.0%} of the volume that it encloses"
-            volume = [Remedy(problem, "taken as they are", "--repair")]
+            source, volume = replace(source, repair=True), [_lost(error)]
             continue
         count, needed = len(prepared.tets.tets), expected_cost(source, prepared).memory
         if needed <= memory:
@@ -156,13 +162,40 @@ def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
             source = replace(source, material=replace(source.material, order=1))
             mesh = [Remedy(problem, "made of linear ones, which are less exact", "--order 1")]
             continue
-        edge = edge_that_fits(source.edge, needed, memory)
+        tried.append((source.edge, needed))
+        edge = _longer(tried, memory)
         source = replace(source, edge=edge)
         mesh = [Remedy(problem, "made coarser", f"--edge {edge:g}")]
     raise BodyError(
         f"{source.path}: no mesh of it fits into {memory / 1e9:g} GB. Take a simpler object, or"
         " choose --edge and --order yourself, without --auto"
     )
+
+
+def _as_rubber(found: Diagnosis, demand: Demand, progress: Progress) -> Diagnosis:
+    """The same where a tick affords a mesh of it; the edge stays for whoever builds it to choose.
+
+    Tetrahedra that are filled here are in the store when it is built.
+    """
+    try:
+        affordable(found.source, demand, progress)
+    except VolumeLostError as error:
+        source = replace(found.source, repair=True)
+        affordable(source, demand, progress)
+        return Diagnosis(source, (*found.remedies, _lost(error)))
+    return found
+
+
+def _lost(error: VolumeLostError) -> Remedy:
+    problem = f"the tetrahedra have {error.share:.0%} of the volume that it encloses"
+    return Remedy(problem, "taken as they are", "--repair")
+
+
+def _longer(tried: Sequence[tuple[float, float]], memory: float) -> float:
+    """The next edge, by how the memory fell from the last but one to the last."""
+    if len(tried) < 2 or tried[-1][0] <= tried[-2][0]:
+        return edge_that_fits(*tried[-1], memory)
+    return edge_that_fits(*tried[-1], memory, growth_between(*tried[-2], *tried[-1]))
 
 
 def _to_text(found: Diagnosis) -> str:

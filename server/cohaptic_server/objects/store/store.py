@@ -36,6 +36,7 @@ from cohaptic_server.progress import Progress
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.
 _TETS_FORM = 7
+_REPAIRED_FORM = 2  # beside it, of surfaces that are repaired
 _PARTS_FORM = 6
 
 _FAR = "twin/"  # of the far field's arrays in an entry
@@ -157,7 +158,8 @@ def _parts_path(
 def _tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of a file that exists."""
     options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
-    key = repr((_TETS_FORM, source.path.suffix.lower(), *options, source.labels)).encode()
+    form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
+    key = repr((*form, source.path.suffix.lower(), *options, source.labels)).encode()
     return entry_path(key, source.path.read_bytes())
 
 

@@ -8,10 +8,12 @@ import pytest
 
 from cohaptic.errors import BodyError, CohapticError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.objects import cost
+from cohaptic_server.objects import cost, prepare
 from cohaptic_server.objects.auto import resolve as module
 from cohaptic_server.objects.auto.resolve import find_problems, resolve
 from cohaptic_server.objects.build import build, expected_cost
+from cohaptic_server.objects.build_rubber import affordable
+from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from tests.server.objects.files import write
@@ -100,3 +102,20 @@ def test_a_crumb_beside_the_object_is_left_out(tmp_path: Path) -> None:
 def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(CohapticError):
         find_problems(ObjectFile(tmp_path / name))
+
+
+def test_rubber_is_filled_once_and_not_made_coarser_for_a_linear_solids_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cost, "_PROGRAM", 5e8)  # bytes: all that there are
+    path = write(tmp_path / "ball.stl", *icosphere(3, 0.05))
+    source = ObjectFile(path, "z < 10%", max_memory=5e8)
+    demand = Demand(nonlinear=True)
+    found = resolve(source, demand=demand)
+    assert found.source == source
+
+    def fill(*_: object, **__: object) -> None:
+        raise AssertionError("it was filled again")
+
+    monkeypatch.setattr(prepare, "tetrahedralise", fill)
+    affordable(found.source, demand, lambda phase, share: None)

@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
+from cohaptic_server.objects.demand import MAX_HZ, MAX_USERS, MIN_HZ, Demand
+
+USERS, HZ = st.integers(1, MAX_USERS), st.floats(MIN_HZ, MAX_HZ)
+NODES = st.integers(1, 20_000)
+
+
+@given(USERS, HZ, st.booleans(), NODES, st.integers(0, 63), st.floats(0.0, 190.0), NODES)
+def test_what_more_users_or_a_higher_rate_afford_fewer_and_a_lower_one_do(
+    users: int, hz: float, nonlinear: bool, nodes: int, more: int, faster: float, fewer: int
+) -> None:
+    hard = Demand(min(MAX_USERS, users + more), min(MAX_HZ, hz + faster), nonlinear)
+    easy = Demand(users, hz, nonlinear)
+    assert easy.affords(min(nodes, fewer)) or not hard.affords(nodes)
+
+
+@given(HZ, NODES, NODES)
+def test_the_mesh_of_a_linear_solid_is_not_bounded(hz: float, few: int, many: int) -> None:
+    assert Demand(8, hz).affords(few) == Demand(8, hz).affords(many)
+
+
+@given(HZ, NODES)
+def test_without_users_a_nonlinear_solid_has_the_mesh_that_its_period_affords(
+    hz: float, nodes: int
+) -> None:
+    assert Demand(hz=hz, nonlinear=True).affords(nodes) == (tick_seconds(nodes) <= 1.0 / hz)
+
+
+@given(USERS, HZ, st.booleans())
+def test_what_is_refused_says_how_many_are_not(users: int, hz: float, nonlinear: bool) -> None:
+    demand = Demand(users, hz, nonlinear)
+    try:
+        demand.check()
+    except SettingError as error:
+        words = str(error)
+        assert f"--users is {users}" in words
+        assert f"{hz:g} Hz" in words
+        assert words.count("\n") == 0
+        if "at most" in words:
+            most = int(words.partition("at most ")[2].split()[0])
+            assert most < users
+            replace(demand, users=most).check()
+            with pytest.raises(SettingError):
+                replace(demand, users=most + 1).check()
+
+
+def test_what_no_mesh_can_is_refused_and_what_is_usual_is_not() -> None:
+    for nonlinear in (False, True):
+        Demand(8, 60.0, nonlinear).check()
+        with pytest.raises(SettingError, match=r"--users is 64; it must be at most \d+ at 200 Hz"):
+            Demand(64, 200.0, nonlinear).check()
+
+
+@pytest.mark.parametrize(("users", "hz"), [(0, 60.0), (65, 60.0), (2, 9.0), (2, float("nan"))])
+def test_a_demand_out_of_range_is_refused(users: int, hz: float) -> None:
+    with pytest.raises(SettingError, match="--users" if hz == 60.0 else "--hz"):
+        Demand(users, hz)
