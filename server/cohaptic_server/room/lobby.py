@@ -17,7 +17,7 @@ from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
-from cohaptic_server.room.room import REPLACE_AFTER, Room
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
@@ -181,6 +181,7 @@ class Lobby:
         outcome = Outcome()
         self.peers.remove(peer)
         close = peer.session.close
+        lost = None if reason or close else self._ticked
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
@@ -188,7 +189,7 @@ class Lobby:
         elif peer.user is None:
             outcome.say(f"a client was refused: {reason}", peer.source)
         else:
-            left = self.room.leave(peer.user, reason)
+            left = self.room.leave(peer.user, reason, lost)
             if left is not None:
                 outcome.say(f"{left.name} left: {reason}", peer.source)
                 self._tell_others(peer, left, outcome)
@@ -236,15 +237,15 @@ class Lobby:
     ) -> None:
         try:
             self.sources.join(peer.source, now)
-            welcome, joined, replaced = self.room.join(hello, now)
+            welcome, joined, replaced = self.room.join(hello, now, peer.source)
         except ProtocolError as error:
             session.fail(error)
             return
         if replaced is not None:
-            limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
+            limit = "its only connection: it has come back with another"
             for other in self.peers:
                 if other.user == replaced:
-                    other.session.fail(ProtocolError("silent user", hello.name, limit))
+                    other.session.fail(ProtocolError("user", hello.name, limit))
             left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
             self._tell_others(peer, left, outcome)
         peer.user = welcome.user
