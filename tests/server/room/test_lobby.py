@@ -132,18 +132,6 @@ def test_a_name_is_kept_where_the_connection_was_lost_and_not_where_somebody_end
         assert (other.session.close is not None) == kept
 
 
-def test_a_name_that_draws_on_terminals_is_logged_as_one_printable_line(
-    small_balloon: Balloon,
-) -> None:
-    """Characters that change the direction of text, or have no width, are no control characters."""
-    there = lobby(small_balloon)
-    peer = connect(there)
-    (line,) = say(there, peer, hello_text("a\u202e\u200bb")).log
-    assert line.text == "a??b joined with predictive"
-    (line,) = there.disconnect(peer, "gone\x1b[2J").log
-    assert line.text == "a??b left: gone?[2J"
-
-
 def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
     other, old = join(there, "other"), join(there, "ann")
