@@ -24,12 +24,13 @@ class Limits:
     """How much one connection, one address and all together may ask for.
 
     Args:
-        samples: Small binary messages of a connection, and reads of its socket. A client sends one
-            a tick, at most 200 a second; a path that stalls delivers 10 s of them at once, as long
-            as TCP waits (`USER_TIMEOUT_MS`).
+        samples: Small binary messages of a connection, and reads of its socket: how many for each
+            tick, and how many seconds of ticks at once. A client sends one a tick, and a path that
+            stalls delivers 10 s of them at once, as long as TCP waits (`USER_TIMEOUT_MS`).
         texts: Other messages of a connection, and fragments. A person moves a slider at the rate of
             the screen for a second or two.
         beats: Pings, pongs and closes of a connection. A library pings every few seconds.
+        texts_in_all: Other messages of all connections of an address: people move few sliders.
         connections: New ones of an address, each of which is one HTTP request or one websocket. A
             page asks for Green's functions one by one, a few hundred under a new hand.
         joins: Of an address, to touch or to watch. A classroom behind one address comes within a
@@ -43,8 +44,9 @@ class Limits:
         unread_in_all: The same of all addresses.
     """
 
-    samples: Budget = field(default=Budget(500, 3000))
+    samples: Budget = field(default=Budget(2, 12))
     texts: Budget = field(default=Budget(60, 180))
+    texts_in_all: Budget = field(default=Budget(200, 400))
     beats: Budget = field(default=Budget(4, 40))
     connections: Budget = field(default=Budget(100, 600))
     joins: Budget = field(default=Budget(5, 100))
@@ -63,6 +65,10 @@ class Limits:
                 raise SettingError(f"limit {name}", value, f"above 0 and at most {highest:g}")
             if isinstance(value, Budget) and value.burst < 1.0:
                 raise SettingError(f"limit {name}", value, "at least 1 at once")
+
+    def samples_at(self, simulation_hz: float) -> Budget:
+        """Budget of samples of a server with so many ticks a second."""
+        return Budget(self.samples.rate * simulation_hz, self.samples.burst * simulation_hz)
 
     def items(self) -> list[tuple[str, Budget | int]]:
         """Names and values."""

@@ -12,17 +12,19 @@ class Meter:
 
     Args:
         limits: Of the server.
+        simulation_hz: Its ticks per second.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, simulation_hz: float) -> None:
         self._limits = limits
+        self._sample_budget = limits.samples_at(simulation_hz)
         self._samples = self._texts = self._beats = FULL
 
     def sample(self, now: float) -> RemoteProtocolError | None:
         """Count one sample, as most reads bring; why it is too many, if it is."""
-        bucket = spend(self._samples, 1.0, self._limits.samples, now)
+        bucket = spend(self._samples, 1.0, self._sample_budget, now)
         if bucket is None:
-            return too_many("samples", 1, self._limits.samples)
+            return too_many("samples", 1, self._sample_budget)
         self._samples = bucket
         return None
 
@@ -40,9 +42,9 @@ class Meter:
         """
         limits = self._limits
         # A read that brings less than a frame has its price as well.
-        left = spend(self._samples, max(1, samples), limits.samples, now)
+        left = spend(self._samples, max(1, samples), self._sample_budget, now)
         if left is None:
-            return too_many("samples", samples, limits.samples)
+            return too_many("samples", samples, self._sample_budget)
         self._samples = left
         if texts:
             left = spend(self._texts, texts, limits.texts, now)

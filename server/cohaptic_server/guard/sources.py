@@ -9,6 +9,7 @@ from __future__ import annotations
 import ipaddress
 from dataclasses import dataclass, replace
 
+from cohaptic.errors import RemoteProtocolError
 from cohaptic_server.guard.budget import FULL, spend, wait
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.meter import too_many
@@ -57,6 +58,7 @@ class _Source:
     unread: int = 0
     connections: float = FULL
     joins: float = FULL
+    texts: float = FULL
     dismissals: float = FULL
 
 
@@ -114,6 +116,15 @@ class Sources:
         if spent is None:
             raise too_many("joins from one address", 1, budget)
         self._keep(source, replace(known, joins=spent), now)
+
+    def say(self, source: str, texts: int, now: float) -> RemoteProtocolError | None:
+        """Count control messages of an address; why they are too many, if they are."""
+        known, budget = self._known.get(source, _Source()), self.limits.texts_in_all
+        spent = spend(known.texts, texts, budget, now)
+        if spent is None:
+            return too_many("control messages from one address", texts, budget)
+        self._keep(source, replace(known, texts=spent), now)
+        return None
 
     def dismiss(self, source: str, now: float) -> None:
         """A connection is closed because it asked for too much."""

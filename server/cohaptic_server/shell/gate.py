@@ -26,6 +26,7 @@ class Gate:
     Args:
         limits: All budgets.
         clock: Of the server.
+        simulation_hz: Its ticks per second.
 
     Attributes:
         limits: The same, with no more connections than the system has files for.
@@ -33,16 +34,17 @@ class Gate:
         sources: Of all addresses.
     """
 
-    def __init__(self, limits: Limits, clock: Clock) -> None:
+    def __init__(self, limits: Limits, clock: Clock, simulation_hz: float = 60.0) -> None:
         self.limits = limits = replace(limits, open_in_all=min(limits.open_in_all, _files()))
         self.clock = clock
         self.sources = Sources(limits)
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
+        self._simulation_hz = simulation_hz
 
     def meter(self) -> Meter:
         """Of a new connection."""
-        return Meter(self.limits)
+        return Meter(self.limits, self._simulation_hz)
 
     def tell(self, source: str, text: str, *, warning: bool = False) -> None:
         """Write a line about an address to the log, unless there are too many about it."""

@@ -66,7 +66,7 @@ class CohapticServer:
         self.settings = settings
         self.clock = SystemClock()
         self.room = Room(body, settings)
-        self.gate = Gate(settings.limits, self.clock)
+        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
         self.lobby = Lobby(self.room, self.audience, self.gate.sources)

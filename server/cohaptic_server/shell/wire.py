@@ -144,7 +144,9 @@ class Wire(ServerConnection):
             return RemoteProtocolError("bytes not read", "more", limit, CloseCode.TOO_SLOW)
         if in_head and self._stream.opened and self._head_due is not None:
             self._head_due.cancel()
-        return self._meter.read(samples, texts, beats, self._now())
+        now = self._now()
+        error = self._meter.read(samples, texts, beats, now)
+        return error or (self._gate.sources.say(self.source, texts, now) if texts else None)
 
     def _stop_hearing(self, error: ProtocolError) -> None:
         self._deaf = True

@@ -119,6 +119,18 @@ def test_too_many_joins_are_told_with_their_budget() -> None:
     sources.join("b", 0.0)
 
 
+def test_control_messages_of_all_connections_of_an_address_count_together() -> None:
+    sources = Sources(Limits(texts_in_all=Budget(1.0, 5.0)))
+    assert sources.say("a", 3, 0.0) is None
+    error = sources.say("a", 3, 0.0)
+    assert error is not None
+    assert "control messages from one address is 'too many: 3 more'; expected at most 1" in str(
+        error
+    )
+    assert sources.say("b", 3, 0.0) is None
+    assert sources.say("a", 3, 1.0) is None
+
+
 def test_a_million_addresses_are_not_remembered_and_those_inside_are() -> None:
     sources = Sources(FEW)
     assert sources.enter("inside", 0.0) is None
