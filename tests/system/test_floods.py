@@ -7,6 +7,7 @@ however late this process reads. A stretch of each test is without a flood, to c
 from __future__ import annotations
 
 import contextlib
+import socket
 import subprocess
 import sys
 import threading
@@ -23,7 +24,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import norm
 from cohaptic_server.demo.processes import Process
 from tests.server.peers import hello_text, sample
-from tests.system.flooder import FLOODS
+from tests.system.flooder import FLOODS, HTTP
 
 PERIOD = 1.0 / 60.0  # s
 STRETCH = 40  # ticks without a flood, and with one
@@ -73,13 +74,19 @@ class Victim(threading.Thread):
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> Generator[str]:
+def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[Process]:
     log = tmp_path_factory.mktemp("floods") / "server.log"
     server = Process("serve", "--port", "0", "--quiet", log=log)
-    yield server.first_line().removeprefix("listening ")
+    server.first_line()
+    yield server
     server.wait()
     assert len(log.read_text().splitlines()) < 100  # lines of floods are limited
     assert "Traceback" not in log.read_text()
+
+
+@pytest.fixture(scope="module")
+def url(server: Process) -> str:
+    return server.first.removeprefix("listening ")
 
 
 @pytest.fixture(scope="module")
@@ -132,3 +139,32 @@ def test_a_flood_costs_one_who_touches_no_tick_and_no_force(
     # A busy machine leaves out some of both; floods cost half of all ticks and more.
     assert left_out(flooded) <= left_out(calm) + 0.1 * STRETCH
     assert min(norm(patch.own_force) for patch in flooded) > 0.95 * norm(calm[0].own_force)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="changes the limits of another process")
+def test_a_server_without_files_says_so_to_who_comes_and_goes_on(
+    server: Process, url: str, victim: Victim
+) -> None:
+    import resource
+
+    address = ("127.0.0.1", int(url.rpartition(":")[2]))
+    before = resource.prlimit(server.pid, resource.RLIMIT_NOFILE)
+    used = max(int(path.name) for path in Path(f"/proc/{server.pid}/fd").iterdir())
+    calm = victim.play(STRETCH)
+    resource.prlimit(server.pid, resource.RLIMIT_NOFILE, (used + 2, before[1]))
+    try:
+        with contextlib.ExitStack() as ends:
+            held = [
+                ends.enter_context(socket.create_connection(address, timeout=10.0))
+                for _ in range(60)
+            ]
+            flooded = victim.play(STRETCH)
+            refused = held[-1].recv(1 << 12)
+    finally:
+        resource.prlimit(server.pid, resource.RLIMIT_NOFILE, before)
+    assert refused.startswith(b"HTTP/1.1 503 ")
+    assert b"this machine has no more open files" in refused
+    assert left_out(flooded) <= left_out(calm) + 0.1 * STRETCH
+    with socket.create_connection(address, timeout=10.0) as end:
+        end.sendall(HTTP)
+        assert end.recv(12) == b"HTTP/1.1 200"
