@@ -215,6 +215,7 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
     "tests/server/shell/test_upload_choices.py": "an upload over real sockets: choices again",
     "tests/server/shell/test_upload_phases.py": "an upload over real sockets, left in each phase",
+    "tests/server/shell/test_floods.py": "floods of every kind, over real sockets",
     "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
     "tests/server/shell/test_work.py": "work of the whole wire, counted",
     "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",

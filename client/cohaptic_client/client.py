@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 from collections.abc import Callable
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import AnotherObject, CloseCode, CohapticError, ServerLost
+from cohaptic.errors import AnotherObject, CloseCode, CohapticError, ServerLost, one_line
 from cohaptic.status.report import TouchStatus
 from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
@@ -17,6 +18,7 @@ from cohaptic_client.status import touch_status
 
 HEARTBEAT = 0.1  # s, with a sample that is sent anyway
 SLOW_HEARTBEAT = 0.5  # s, where none is sent; the loop ends after 2 s without any
+_LONGEST_NEWS = 2000  # characters; the names of a full room
 RETRY = 0.5  # s between attempts to reach a server
 
 
@@ -39,10 +41,13 @@ class Client:
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()
-        self._tell = tell
+        # Names and reasons of strangers are in it, and it goes to a terminal.
+        self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
         self._keep = keep
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest; it may be over
+        # With it this client comes back to its name, and nobody else does.
+        self._key = secrets.token_hex(16)
         self._next_beat = 0.0
         self._fault = ""
 
@@ -109,7 +114,7 @@ class Client:
             try:
                 reason = await self._converse()
                 until = self.clock.now() + patience
-                error = ServerLost(self.settings.url, reason)
+                error = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
             except ServerLost as lost:
                 error = lost
             except AnotherObject as another:
@@ -146,7 +151,7 @@ class Client:
         try:
             # A new one each time: another server may have another clock.
             self._conversation = Conversation(
-                link, settings, self.clock, self._haptics, self._tell, self._beat
+                link, settings, self.clock, self._haptics, self._tell, self._beat, self._key
             )
             return await self._conversation.run()
         finally:

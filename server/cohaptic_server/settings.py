@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cohaptic.errors import SettingError
+from cohaptic_server.guard.limits import Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,9 @@ class ServerSettings:
         allow_origins: Further origins whose pages may open a websocket, such as
             `https://lab.example`.
         allow_upload: Whether a page of this machine may bring an object of its own.
+        allow_hosts: Further names under which browsers may reach this server, such as
+            `lab.example`; loopback names and the addresses it listens on need not be said.
+        limits: How much a connection and an address may ask for.
 
     Raises:
         SettingError: A value is out of its range.
@@ -39,6 +43,8 @@ class ServerSettings:
     max_watchers: int = 100
     allow_origins: tuple[str, ...] = ()
     allow_upload: bool = False
+    allow_hosts: tuple[str, ...] = ()
+    limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:
@@ -53,6 +59,10 @@ class ServerSettings:
             if not re.fullmatch(r"https?://[^/\s@]+", origin):
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
                 raise SettingError("origin", repr(origin), limit)
+        for host in self.allow_hosts:
+            if not re.fullmatch(r"[A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]+\]", host):
+                limit = "a name or an address without a port: lab.example"
+                raise SettingError("host", repr(host), limit)
 
     @property
     def simulation_period(self) -> float:

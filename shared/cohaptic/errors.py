@@ -30,6 +30,7 @@ class CloseCode(Enum):
     WRONG_VERSION = 4426
     ROOM_FULL = 4429
     TOO_SLOW = 4430
+    TOO_MANY = 4431
     SERVER_STOPS = 4503
 
 

@@ -236,15 +236,25 @@ def test_a_refusal_is_told_in_the_servers_words() -> None:
         play(Visit(refuse=TAKEN), patience=5.0)
 
 
+def test_what_a_server_says_reaches_a_terminal_as_printable_lines() -> None:
+    drawn = "\x1b[2J\u202eroot"
+    body = BODY.model_copy(update={"name": drawn})
+    told = play(Visit(body=body), duration=0.3)
+    assert "touching ?[2J?root with nobody else" in told.news
+    assert str(Refused(4400, drawn)) == "the server refused: ?[2J?root"
+
+
 def test_on_its_way_back_a_client_waits_until_its_old_name_is_free(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(runner, "RETRY", 0.05)
-    back = Visit()
-    told = play(Visit(ticks=3), Visit(refuse=TAKEN), back, duration=0.6, patience=5.0)
+    first, back = Visit(ticks=3), Visit()
+    told = play(first, Visit(refuse=TAKEN), back, duration=0.6, patience=5.0)
     assert [news.partition(" ")[0] for news in told.news].count("touching") == 2
     assert any("name is 'left'" in news and "trying again" in news for news in told.news)
     assert back.samples
+    keys = [said.key for said in (first.heard[0], back.heard[0]) if isinstance(said, Hello)]
+    assert keys[0] == keys[1] is not None
 
 
 @pytest.mark.parametrize("rubbish", ["{}", "no JSON", '{"type": "user_left"}'])

@@ -36,3 +36,14 @@ def test_a_port_that_cannot_be_is_refused_with_its_limits(port: int) -> None:
 def test_an_absurd_crowd_is_refused_with_its_limits(users: int) -> None:
     with pytest.raises(SettingError, match=f"max_users is {users}; it must be from 1 to 64"):
         ServerSettings(max_users=users)
+
+
+@pytest.mark.parametrize("host", ["", "lab.example:8765", "http://lab", "a b", "*", "[::1]:80"])
+def test_a_host_that_no_browser_would_name_is_refused(host: str) -> None:
+    with pytest.raises(SettingError, match="it must be a name or an address without a port"):
+        ServerSettings(allow_hosts=(host,))
+
+
+@pytest.mark.parametrize("host", ["lab.example", "lab", "192.0.2.7", "[2001:db8::7]"])
+def test_names_and_addresses_may_be_hosts(host: str) -> None:
+    assert ServerSettings(allow_hosts=(host,)).allow_hosts == (host,)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic.clock import Clock
-from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError
+from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
@@ -24,6 +24,7 @@ from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
 
+_LONGEST_REASON = 400  # characters; our own server's are shorter
 _FLUSH = 0.1  # s for the last message to leave the machine
 
 
@@ -41,7 +42,7 @@ class Refused(CohapticError):
         self.reason = reason
 
     def __str__(self) -> str:
-        return f"the server refused: {self.reason}"
+        return f"the server refused: {one_line(self.reason, _LONGEST_REASON)}"
 
 
 class Conversation:
@@ -55,6 +56,7 @@ class Conversation:
         tell: Called with each piece of news for people.
         beat: Called once in a while when a sample is sent, so that the loop's process knows that
             this one lives; a timer of its own would wake up the processor for it alone.
+        key: The client's secret, with which it comes back to its name.
 
     Attributes:
         active: Whether messages can be sent.
@@ -70,6 +72,7 @@ class Conversation:
         haptics: Haptics,
         tell: Callable[[str], None],
         beat: Callable[[], None],
+        key: str | None = None,
     ) -> None:
         self.active = False
         self.timing = LinkTiming()
@@ -80,6 +83,7 @@ class Conversation:
         self._haptics = haptics
         self._tell = tell
         self._beat = beat
+        self._key = key
         self._session = ClientSession()
         self._welcome: Welcome | None = None
         self._pacer: Pacer | None = None
@@ -96,7 +100,7 @@ class Conversation:
             AnotherObject: The server has another object than before.
             RemoteProtocolError: The server broke the protocol.
         """
-        self._link.send(self._session.greeting(greeting(self._settings)))
+        self._link.send(self._session.greeting(greeting(self._settings, self._key)))
         self.active = True
         listener = asyncio.ensure_future(self._link.receive(self._hear))
         try:
@@ -209,8 +213,8 @@ class Conversation:
         self._link.send(sample.encode())
 
 
-def greeting(settings: ClientSettings) -> Hello:
-    """First message of a client with these settings."""
+def greeting(settings: ClientSettings, key: str | None = None) -> Hello:
+    """First message of a client with these settings and this secret."""
     return Hello(
         protocol=PROTOCOL_VERSION,
         name=settings.name,
@@ -221,4 +225,5 @@ def greeting(settings: ClientSettings) -> Hello:
         geometry=settings.geometry,
         friction=settings.friction > 0.0,
         fixed_gains=settings.fixed_gains,
+        key=key,
     )

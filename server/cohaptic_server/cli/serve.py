@@ -20,6 +20,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
+from cohaptic_server.guard.limits import Limits
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
@@ -60,7 +61,17 @@ AllowOrigin = Annotated[
     list[str] | None,
     typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
 ]
-
+AllowHost = Annotated[
+    list[str] | None,
+    typer.Option(help="Another name of this server that browsers may use: lab.example."),
+]
+Limit = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Change how much a connection or an address may ask for: open=500, joins=5:100 for"
+        " 5 a second and 100 at once. All: docs/protocol.md."
+    ),
+]
 AllowUpload = Annotated[
     bool,
     typer.Option(
@@ -70,6 +81,7 @@ AllowUpload = Annotated[
 ]
 
 
+# Above 60 lines: every option of the command is a parameter.
 @takes_object
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
@@ -86,7 +98,9 @@ def serve(
     allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
     allow_origin: AllowOrigin = None,
+    allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
+    limit: Limit = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -104,7 +118,8 @@ def serve(
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
-        tuple(allow_origin or ()), allow_upload,
+        tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
+        Limits().changed(limit or ()),
     )  # fmt: skip
     demand = wanted(users, simulation_hz, nonlinear=nonlinear)
     if users is not None and users > max_users:
@@ -112,8 +127,8 @@ def serve(
     damping = relaxation * simulation_hz
     # Told at once, and not to the first who brings a file.
     if allow_upload and nonlinear and not use("kernels"):
-        limit = f"given without --nonlinear here: {describe('kernels')}"
-        raise SettingError("--allow-upload", "given with --nonlinear", limit)
+        without = f"given without --nonlinear here: {describe('kernels')}"
+        raise SettingError("--allow-upload", "given with --nonlinear", without)
     # A large object takes seconds; a terminal without a sign would look like a server that hangs.
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))

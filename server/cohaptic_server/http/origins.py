@@ -1,8 +1,8 @@
-"""Check of a websocket's origin: no page from elsewhere may use a visitor's browser.
+"""Checks of a request's origin and host: no page from elsewhere may use a visitor's browser.
 
 A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
-the same, the page is the server's own. That does not hold for a server that listens on the loopback
-address alone: a foreign name that resolves to it would pass as well (DNS rebinding).
+the same, the page is the server's own; that counts only where the host is one of the server's own
+names, for a stranger's name can be made to point at any address (DNS rebinding).
 """
 
 from __future__ import annotations
@@ -13,23 +13,50 @@ from collections.abc import Collection
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _THIS_MACHINE = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d+)?")
+_OWN_NAMES = ("localhost", "127.0.0.1", "[::1]")
+_HOST = re.compile(r"(?P<name>\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:\d{1,5})?")
 _OWN_HOST = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d+)?", re.IGNORECASE)
 
 
+def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> bool:
+    """Whether a request was meant for this server.
+
+    Args:
+        host: Header of the request; None without one, which no browser does.
+        own: Address that the connection came to; None if it is not known.
+        allowed: Further names of the server, without ports.
+    """
+    if host is None:
+        return False
+    match = _HOST.fullmatch(host.lower())
+    if match is None:
+        return False
+    name = match["name"]
+    if name in _OWN_NAMES or name.strip("[]") in (other.lower().strip("[]") for other in allowed):
+        return True
+    return own is not None and _address(name.strip("[]")) == _address(own) is not None
+
+
 def may_connect(
-    origin: str | None, host: str | None, *, listens_on: str, allowed: Collection[str]
+    origin: str | None,
+    host: str | None,
+    *,
+    own: str | None,
+    hosts: Collection[str],
+    allowed: Collection[str],
 ) -> bool:
     """Whether a page may open a websocket.
 
     Args:
         origin: Header of the request; None from a native client.
         host: Header of the request; None without one.
-        listens_on: Address of the server.
+        own: Address that the connection came to; None if it is not known.
+        hosts: Further names of the server.
         allowed: Further origins.
     """
     if origin is None or origin in allowed or _THIS_MACHINE.fullmatch(origin):
         return True
-    if listens_on in LOOPBACK or host is None:
+    if host is None or not is_own_host(host, own, hosts):
         return False
     return origin.lower() in (f"http://{host.lower()}", f"https://{host.lower()}")
 
@@ -58,9 +85,15 @@ def may_upload(
 
 
 def _is_loopback(peer: str) -> bool:
+    address = _address(peer)
+    return address is not None and address.is_loopback
+
+
+def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """An address, as IPv4 where it is one in the clothes of IPv6; None if it is a name."""
     try:
-        address = ipaddress.ip_address(peer.partition("%")[0])
+        address = ipaddress.ip_address(text.partition("%")[0])
     except ValueError:
-        return False
+        return None
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
-    return (mapped or address).is_loopback
+    return mapped or address

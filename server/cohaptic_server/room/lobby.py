@@ -13,9 +13,11 @@ from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, w
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.peer import NOTHING, LogLine, Outcome, Peer
-from cohaptic_server.room.room import REPLACE_AFTER, Room
+from cohaptic_server.room.peer import NOTHING, Outcome, Peer
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
@@ -29,30 +31,35 @@ class Lobby:
     Args:
         room: The users.
         audience: The watchers.
+        sources: Of whom an address may not let too many join.
 
     Attributes:
         peers: In the order in which they connected.
     """
 
-    def __init__(self, room: Room, audience: Audience) -> None:
+    def __init__(self, room: Room, audience: Audience, sources: Sources | None = None) -> None:
         self.room = room
+        self.sources = Sources(Limits()) if sources is None else sources
         self.audience = audience
         self.peers: list[Peer] = []
         self._ticked = 0.0
         self._scene_problem: str | None = None
 
-    def connect(self, now: float, subprotocol: str | None, offered: str | None) -> Peer:
+    def connect(
+        self, now: float, subprotocol: str | None, offered: str | None, source: str = ""
+    ) -> Peer:
         """Add a new connection.
 
         Args:
             now: Time [s].
             subprotocol: That was chosen for the websocket.
             offered: All that the client offered; None without any.
+            source: Whom the connection is counted with.
         """
         session = ServerSession(now)
         if subprotocol != SUBPROTOCOL:
             session.fail(wrong_version(offered or "not named as a subprotocol"))
-        peer = Peer(session)
+        peer = Peer(session, source=source)
         self.peers.append(peer)
         return peer
 
@@ -127,8 +134,8 @@ class Lobby:
         was_slow = watcher.slow
         self.audience.show(watcher, now, clear=clear)
         if watcher.slow and not was_slow:
-            line = "one who watches is slow: its scenes are not acknowledged"
-            outcome.log.append(LogLine(line))
+            words = "one who watches is slow: its scenes are not acknowledged"
+            outcome.say(words, peer.source)
         return outcome
 
     def report_scene(self) -> Outcome:
@@ -136,7 +143,7 @@ class Lobby:
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
-            outcome.log.append(LogLine(f"the scene cannot be shown: {problem}", True))
+            outcome.say(f"the scene cannot be shown: {problem}", warning=True)
         self._scene_problem = problem
         return outcome
 
@@ -175,16 +182,17 @@ class Lobby:
         outcome = Outcome()
         self.peers.remove(peer)
         close = peer.session.close
+        lost = None if reason or close else self._ticked
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
-            outcome.log.append(LogLine(f"one who watches left: {reason}"))
+            outcome.say(f"one who watches left: {reason}", peer.source)
         elif peer.user is None:
-            outcome.log.append(LogLine(f"a client was refused: {reason}"))
+            outcome.say(f"a client was refused: {reason}", peer.source)
         else:
-            left = self.room.leave(peer.user, reason)
+            left = self.room.leave(peer.user, reason, lost)
             if left is not None:
-                outcome.log.append(LogLine(f"{left.name} left: {reason}"))
+                outcome.say(f"{left.name} left: {reason}", peer.source)
                 self._tell_others(peer, left, outcome)
         return outcome
 
@@ -203,7 +211,7 @@ class Lobby:
         session.send_patch(patch)
         if session.problem and not previous_problem and peer.user is not None:
             name = self.room.members[peer.user].hello.name
-            outcome.log.append(LogLine(f"{name} gets no patch: {session.problem}", True))
+            outcome.say(f"{name} gets no patch: {session.problem}", peer.source, warning=True)
 
     def _handle_events(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
@@ -213,7 +221,7 @@ class Lobby:
                 case Hello():
                     self._join(peer, session, event, now, to_wall, outcome)
                 case Watch():
-                    self._watch(peer, event, to_wall)
+                    self._watch(peer, event, now, to_wall)
                 case SetLaw() if peer.user is not None:
                     self._set_law(peer, peer.user, event)
                 case _:
@@ -229,27 +237,29 @@ class Lobby:
         outcome: Outcome,
     ) -> None:
         try:
-            welcome, joined, replaced = self.room.join(hello, now)
+            self.sources.join(peer.source, now)
+            welcome, joined, replaced = self.room.join(hello, now, peer.source)
         except ProtocolError as error:
             session.fail(error)
             return
         if replaced is not None:
-            limit = f"a sample within {REPLACE_AFTER:g} s: its name was taken over"
+            limit = "its only connection: it has come back with another"
             for other in self.peers:
                 if other.user == replaced:
-                    other.session.fail(ProtocolError("silent user", hello.name, limit))
+                    other.session.fail(ProtocolError("user", hello.name, limit))
             left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
             self._tell_others(peer, left, outcome)
         peer.user = welcome.user
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
         session.accept(welcome.model_copy(update={"to_wall": to_wall}), mesh)
-        outcome.log.append(LogLine(f"{hello.name} joined with {hello.law.value}"))
+        outcome.say(f"{hello.name} joined with {hello.law.value}", peer.source)
         self._tell_others(peer, joined, outcome)
 
-    def _watch(self, peer: Peer, watch: Watch, to_wall: float) -> None:
+    def _watch(self, peer: Peer, watch: Watch, now: float, to_wall: float) -> None:
         watcher = Watcher(watch, has_model=self.audience.model is not None)
         peer.session = watcher
         try:
+            self.sources.join(peer.source, now)
             self.audience.enter(watcher, to_wall)
         except ProtocolError as error:
             watcher.fail(error)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from cohaptic.errors import one_line
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
+
+_LONGEST_LINE = 400  # characters; a name, a reason and our own words
 
 
 @dataclass(eq=False)
@@ -17,12 +20,14 @@ class Peer:
         user: Number in the room; None before it has joined, and for a watcher.
         latency: Injected delay and jitter, each way [s].
         needs_mesh: Whether the resting mesh must be sent next.
+        source: Whom its connection is counted with.
     """
 
     session: ServerSession | Watcher
     user: int | None = None
     latency: tuple[float, float] = (0.0, 0.0)
     needs_mesh: bool = False
+    source: str = ""
 
     @property
     def watches(self) -> bool:
@@ -37,10 +42,12 @@ class LogLine:
     Args:
         text: Of the line.
         warning: Whether it tells of a problem.
+        source: Whom it is about; too many lines about one are left out.
     """
 
     text: str
     warning: bool = False
+    source: str = ""
 
 
 @dataclass(slots=True)
@@ -56,6 +63,10 @@ class Outcome:
     flush: list[Peer] = field(default_factory=list[Peer])
     delayed: list[Peer] = field(default_factory=list[Peer])
     log: list[LogLine] = field(default_factory=list[LogLine])
+
+    def say(self, text: str, source: str = "", *, warning: bool = False) -> None:
+        """Add a line to the log, as one printable line: it may quote strangers."""
+        self.log.append(LogLine(one_line(text, _LONGEST_LINE), warning, source))
 
 
 NOTHING = Outcome()  # of a sample: nobody adds to it, and the shell passes over it

@@ -23,13 +23,13 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.room.names import Claim, KeptNames, may_replace
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
 STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one
-REPLACE_AFTER = 2.0  # s without a sample, after which another client may take over the name
 
 
 @dataclass(slots=True)
@@ -40,6 +40,7 @@ class Member:
         user: Number, which is never used twice.
         hello: Settings of the user, with its later changes.
         heard: Time of the newest message from it [s].
+        claim: To its name.
 
     Attributes:
         touch: Newest sample; None before the first.
@@ -50,6 +51,7 @@ class Member:
     user: int
     hello: Hello
     heard: float
+    claim: Claim
     touch: Touch | None = None
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
@@ -84,13 +86,21 @@ class Room:
         self.patches: dict[int, Patch] = {}
         self.frames = BodyFrames(self.touched_body)
         self.next_user = first_user
+        self._kept = KeptNames()
 
-    def join(self, hello: Hello, now: float) -> tuple[Welcome, UserJoined, int | None]:
+    def join(
+        self, hello: Hello, now: float, source: str = ""
+    ) -> tuple[Welcome, UserJoined, int | None]:
         """Add a user.
 
+        Args:
+            hello: Of the user.
+            now: Time [s].
+            source: Whom its connection is counted with.
+
         Returns:
-            Its welcome, the message for the others, and the number of a silent user of the same
-            name that it replaces, if any; the caller ends that user's session.
+            Its welcome, the message for the others, and the number of the user of the same name
+            that it replaces, if any; the caller ends that user's session.
 
         Raises:
             RemoteProtocolError: The name is in use, the room is full, or the client asks for gains
@@ -99,7 +109,10 @@ class Room:
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
         self.frames.check_geometry(hello.geometry)
-        if holder is not None and now - holder.heard < REPLACE_AFTER:
+        claim = Claim(hello.key, source)
+        if holder is None:
+            self._kept.check(hello.name, claim, now)
+        elif not may_replace(holder.claim, now - holder.heard, claim):
             names = ", ".join(sorted(m.hello.name for m in self.members.values()))
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
@@ -114,7 +127,7 @@ class Room:
         user = self.next_user
         self.next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
-        self.members[user] = Member(user, hello, now)
+        self.members[user] = Member(user, hello, now, claim)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -171,11 +184,19 @@ class Room:
                 "none: start the server with --allow-fixed-gains to choose gains yourself",
             )
 
-    def leave(self, user: int, reason: str = "left") -> UserLeft | None:
-        """Remove a user, whose force then fades in the world; None if it is not in the room."""
+    def leave(self, user: int, reason: str = "left", lost: float | None = None) -> UserLeft | None:
+        """Remove a user, whose force then fades in the world; None if it is not in the room.
+
+        Args:
+            user: Its number.
+            reason: For the others.
+            lost: When its connection was lost, and its name is kept for it [s]; None if it ended.
+        """
         member = self.members.pop(user, None)
         if member is None:
             return None
+        if lost is not None:
+            self._kept.keep(member.hello.name, member.claim, lost)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def tick(self, now: float) -> dict[int, Patch]:

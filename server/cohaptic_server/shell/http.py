@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
+from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
-from cohaptic.clock import Clock
+from cohaptic.errors import one_line
 from cohaptic.protocol.upload_messages import CHUNK, MAX_UPLOAD_TEXT
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
-from cohaptic_server.http.origins import may_connect, may_upload
+from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.routes import Answer, BlockNeeded, Request, Site, green_block, text
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.shell.wire import Wire
 
@@ -33,7 +35,7 @@ class Web:
     Args:
         body: Whose Green's functions are served.
         settings: Of the server.
-        clock: Of the server.
+        gate: Of the server, with its clock.
         solve: Finds a vertex's block of the functions; the body itself does if not given.
 
     Attributes:
@@ -45,12 +47,15 @@ class Web:
         self,
         body: Body,
         settings: ServerSettings,
-        clock: Clock,
+        gate: Gate,
         solve: Callable[[int], bytes] | None = None,
     ) -> None:
-        self.ticked = clock.now()
-        self._clock = clock
+        self._gate, self._clock = gate, gate.clock
+        self.ticked = self._clock.now()
         self._settings = settings
+        # Whoever has a page that may connect also has its name in hand.
+        names = (urlsplit(origin).hostname for origin in settings.allow_origins)
+        self._hosts = (*settings.allow_hosts, *(name for name in names if name))
         self._page = load_page()
         self._blocks: GreenBlocks | None = None
         self.serve(body, solve)
@@ -75,19 +80,30 @@ class Web:
         # Before version 17 the library accepts GET alone, and its requests have no method.
         method = str(getattr(request, "method", "GET"))
         plain_request = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
+        origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
         if "Upgrade" in headers:
-            origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
             if UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
                 return self._refuse_upload(connection, plain_request, origins, hosts)
             if len(origins) <= 1 and may_connect(
                 origins[0] if origins else None,
                 hosts[0] if len(hosts) == 1 else None,
-                listens_on=self._settings.host,
+                own=_own_address(connection),
+                hosts=self._hosts,
                 allowed=self._settings.allow_origins,
             ):
                 return None
-            message = "a page from elsewhere may not use this server; see --allow-origin\n"
+            message = (
+                "a page from elsewhere may not use this server; see --allow-origin, and"
+                " --allow-host for another name of this one\n"
+            )
             return _response(text(plain_request, 403, "Forbidden", message))
+        # A page of a name that was made to point here may read no file of ours either.
+        if request.path != "/healthz" and not (
+            len(hosts) == 1 and is_own_host(hosts[0], _own_address(connection), self._hosts)
+        ):
+            name = one_line(", ".join(hosts) or "(none)", 60)
+            message = f"this server is not known as {name}; see --allow-host\n"
+            return _response(text(plain_request, 421, "Misdirected Request", message))
         # The library waits this long for the peer to take the whole response.
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
@@ -98,7 +114,7 @@ class Web:
             # There may be another body by now, which has no such model.
             gone = block is None and self._site.answer(plain_request, ticking=ticking)
             answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
-        return _response(answer)
+        return self._counted(connection, plain_request, answer)
 
     def _refuse_upload(
         self,
@@ -129,10 +145,27 @@ class Web:
         """Number of Green's functions that are being solved or queued."""
         return 0 if self._blocks is None else self._blocks.waiting
 
+    def _counted(self, connection: ServerConnection, request: Request, answer: Answer) -> Response:
+        """The answer, unless too many bytes wait for the one who asks already."""
+        assert isinstance(connection, Wire)
+        size = len(answer.body)
+        refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
+        if refusal is None:
+            connection.count_response(size)
+            return _response(answer)
+        retry = ("Retry-After", str(int(refusal.retry) + 1))
+        return _response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
+
     def close(self) -> None:
         """Cancel the solves that are queued."""
         if self._blocks is not None:
             self._blocks.close()
+
+
+def _own_address(connection: ServerConnection) -> str | None:
+    """The address of this machine that a connection came to."""
+    own: Any = connection.local_address
+    return str(own[0]) if own and not isinstance(own, str) else None
 
 
 def _solver(source: GreenSource) -> Callable[[int], bytes]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
+import socket
 from collections.abc import Awaitable, Callable, Sequence
+from functools import partial
 from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -15,23 +18,47 @@ from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.door import Door
+from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
 from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
 
 _ALL_INTERFACES = ("0.0.0.0", "::")
 
 
+class Listener:
+    """All addresses of one server.
+
+    Args:
+        servers: The library's, one for each address.
+    """
+
+    def __init__(self, servers: Sequence[Server]) -> None:
+        self._servers = servers
+
+    def close(self) -> None:
+        """Take nobody any more, and close whoever is there."""
+        for server in self._servers:
+            server.close()
+
+    async def wait_closed(self) -> None:
+        """Wait until everybody has gone."""
+        await asyncio.gather(*(server.wait_closed() for server in self._servers))
+
+
 async def listen(
     handle: Callable[[Wire], Awaitable[None]],
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
-) -> tuple[Server, str]:
+    gate: Gate,
+) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
     Args:
         handle: Serves a websocket until it returns.
         process: Answers an HTTP request; None lets it become a websocket.
         settings: Of the server.
+        gate: Who may come in.
 
     Raises:
         SettingError: The address or port cannot be had.
@@ -44,26 +71,49 @@ async def listen(
     host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
     try:
-        listener = await serve(
+        doors = await _doors(host, port, gate)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = "a free one: stop the other server, or choose with --port"
+            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
+        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
+    wire: Any = partial(Wire, gate=gate)  # the library asks for a class, and calls it
+    servers = [
+        await serve(
             handle_wire,
-            host,
-            port,
+            sock=door,
             process_request=process,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
             # A client without our subprotocol gets an error message from its session, not just 400.
             select_subprotocol=_select_subprotocol,
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
-            create_connection=Wire,
+            create_connection=wire,
             **options,
         )
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            free = "a free one: stop the other server, or choose with --port"
-            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
-        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
+        for door in doors
+    ]
     name = f"[{host}]" if ":" in host else host
-    return listener, f"ws://{name}:{next(iter(listener.sockets)).getsockname()[1]}"
+    return Listener(servers), f"ws://{name}:{doors[0].getsockname()[1]}"
+
+
+async def _doors(host: str, port: int, gate: Gate) -> list[Door]:
+    """Sockets that listen on all addresses of a name, on one port; raises OSError."""
+    loop = asyncio.get_running_loop()
+    found = await loop.getaddrinfo(
+        host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )
+    doors: list[Door] = []
+    try:
+        for family, _, _, _, address in dict.fromkeys(found):
+            if doors:  # the system chose the port of the first
+                address = (address[0], doors[0].getsockname()[1], *address[2:])
+            doors.append(Door.opened(address, family, gate, loop.call_soon))
+    except OSError:
+        for door in doors:
+            door.close()
+        raise
+    return doors
 
 
 def page_address(url: str) -> str:

@@ -13,7 +13,6 @@ import logging
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from functools import partial
 
-from websockets.asyncio.server import Server
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
@@ -30,8 +29,9 @@ from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
+from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
-from cohaptic_server.shell.listener import listen
+from cohaptic_server.shell.listener import Listener, listen
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -52,6 +52,7 @@ class CohapticServer:
         room: The users.
         audience: The watchers.
         lobby: Both, as peers.
+        gate: Who may come in, and how much they may ask for.
         meters: Of the ticks since the start, or since somebody put fresh ones here.
         take_upload: Serves a connection that brings a file; None where none may.
     """
@@ -65,13 +66,14 @@ class CohapticServer:
         self.settings = settings
         self.clock = SystemClock()
         self.room = Room(body, settings)
-        self.web = Web(body, settings, self.clock, solve)
+        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
+        self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.lobby = Lobby(self.room, self.audience)
+        self.lobby = Lobby(self.room, self.audience, self.gate.sources)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
         self._connections: dict[Peer, Connection] = {}
-        self._listener: Server | None = None
+        self._listener: Listener | None = None
         self._exchange: Exchange | None = None
         self._open = asyncio.Event()  # not set while one object makes way for another
         self._open.set()
@@ -88,7 +90,7 @@ class CohapticServer:
             SettingError: The address or port cannot be had.
         """
         self.room.frames.prepare()
-        self._listener, url = await listen(self._handle, self.web.process, self.settings)
+        self._listener, url = await listen(self._handle, self.web.process, self.settings, self.gate)
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
@@ -115,6 +117,7 @@ class CohapticServer:
                 written = self.tick()
                 self._count(pace, left_out, due, started, written)
                 self._show(written)
+                self.gate.report()
         finally:
             await self._stop()
 
@@ -162,7 +165,7 @@ class CohapticServer:
         self.web.serve(body, wanted.use(body))
         self.room = room
         self.audience = Audience(room, self.web.model)
-        self.lobby = Lobby(room, self.audience)
+        self.lobby = Lobby(room, self.audience, self.gate.sources)
 
     def tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""
@@ -198,7 +201,7 @@ class CohapticServer:
     ) -> None:
         connections = self._connections if connections is None else connections
         for line in outcome.log:
-            log.log(logging.WARNING if line.warning else logging.INFO, "%s", line.text)
+            self.gate.tell(line.source, line.text, warning=line.warning)
         for peer in outcome.delayed:
             connections[peer].apply_latency()
         for peer in outcome.flush:
@@ -207,10 +210,11 @@ class CohapticServer:
     def connect(self, ws: Wire) -> Connection:
         """Take in a websocket that is open; its small binary messages are heard from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
-        peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered)
+        now = self.clock.now()
+        peer = self.lobby.connect(now, ws.subprotocol, offered, ws.source)
         take = partial(self._take, self.lobby)
         connection = self._connections[peer] = Connection(ws, peer, self.clock, take)
-        ws.deliver = connection.receive_frame
+        ws.deliver, ws.dismiss = connection.receive_frame, connection.fail
         return connection
 
     async def _handle(self, ws: Wire) -> None:
@@ -269,6 +273,7 @@ class CohapticServer:
     async def _stop(self) -> None:
         self.web.close()
         self._carry_out(self.lobby.stop())
+        self.gate.report(after=0.0)
         if self._listener is not None:
             self._listener.close()
             try:

@@ -3,40 +3,70 @@
 At 60 messages a second and user, those cost more than all that the server does with a sample. Here,
 the frame of a sample is handed over as it came; all else goes by the library, and while any of it
 waits for the handler, so do samples: messages stay in order.
+
+Whoever sends more than its budgets is told, not read any more, and closed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import asyncio
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.websocket_frames import begins_message, make_frame
-from cohaptic_server.shell.frames import ClientStream, is_small_binary
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.room.session import close_frame
+from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_binary
+from cohaptic_server.shell.gate import Gate, source_of_peer
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
+MAX_UNREAD_BYTES = 256 * 1024  # that a peer who sends does not read; more than any one message
+HEAD_TIMEOUT = 5.0  # s for the request that opens a connection, as for a hello
+_LAST_WORDS = 0.3  # s for the close to leave this machine, after which the connection is cut
+_CONTROL = 0x08  # of an opcode: ping, pong or close
 
 
 class Wire(ServerConnection):
     """The connection to one client.
 
+    Args:
+        gate: Of the server; one of its own if none is given.
+
     Attributes:
         deliver: Called with the frame of each small binary message that comes while the handler
             waits for a message; None leaves all messages to `recv`.
+        dismiss: Called with why the peer is not heard any more; it has to close the connection.
+        source: Whom it is counted with.
     """
 
-    def __init__(self, *args: Any, **options: Any) -> None:
+    def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
         super().__init__(*args, **options)
         self.deliver: Callable[[bytes], None] | None = None
+        self.dismiss: Callable[[ProtocolError], None] = self._close_for
+        self.source = ""
+        self._gate = gate or Gate(Limits(), SystemClock())
+        self._now = self._gate.clock.now
+        self._meter = self._gate.meter()
         self._stream = ClientStream(MAX_INBOUND_BYTES)
         self._waiting = 0  # messages that the library has and the handler has not taken
+        self._deaf = self._brings_files = False
+        self._unread = 0  # bytes of a response that are counted
+        self._head_due: asyncio.TimerHandle | None = None
 
     def allow(self, longest: int) -> None:
-        """Take messages of up to so many bytes on this connection."""
+        """Take messages of up to so many bytes, and as many as the handler takes."""
         self._stream.allow(longest)
         self.protocol.max_message_size = longest
+        self._brings_files = True
+
+    def count_response(self, size: int) -> None:
+        """A response of so many bytes goes out, which `Sources.respond` has let pass."""
+        self._unread += size
 
     def taken(self) -> None:
         """The handler is done with a message of `recv`."""
@@ -47,10 +77,44 @@ class Wire(ServerConnection):
         if messages and self.state is State.OPEN:
             self.transport.write(b"".join(map(make_frame, messages)))
 
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Called by the event loop at the beginning."""
+        self.source = source_of_peer(transport.get_extra_info("peername"))
+        super().connection_made(transport)
+        loop = asyncio.get_running_loop()
+        self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Called by the event loop at the end."""
+        if self._head_due is not None:
+            self._head_due.cancel()
+        self._gate.sources.leave(self.source)
+        self._gate.sources.taken(self.source, self._unread)
+        self._unread = 0
+        super().connection_lost(exc)
+
     def data_received(self, data: bytes) -> None:
         """Called by the event loop with bytes of the client."""
+        if self._deaf:
+            self.transport.pause_reading()  # the library may have resumed it
+            return
         in_head = not self._stream.opened
-        for piece in self._stream.cut(data):
+        pieces = self._stream.cut(data)
+        error: ProtocolError | None
+        alone = len(pieces) == 1 and is_small_binary(pieces[0])
+        if alone and not self._stream.flooded:
+            error = self._meter.sample(self._now())
+            deliver = self.deliver
+            if error is None and deliver is not None and not self._waiting:
+                if self.protocol.state is State.OPEN:
+                    deliver(pieces[0])
+                    return
+        else:
+            error = self._excess(pieces, in_head=in_head)
+        if error is not None:
+            self._stop_hearing(error)
+            return
+        for piece in pieces:
             # Nothing may be ahead of a message that is delivered at once.
             if self.deliver is not None and not self._waiting and is_small_binary(piece):
                 if self.state is State.OPEN:
@@ -59,3 +123,49 @@ class Wire(ServerConnection):
             self._waiting += not in_head and begins_message(piece)
             in_head = False
             super().data_received(piece)
+
+    def _excess(self, pieces: Sequence[bytes], *, in_head: bool) -> ProtocolError | None:
+        """Why what has come is too much; None if it is not."""
+        if self._stream.flooded:
+            limit = f"at most {MOST_FRAMES}"
+            return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
+        samples = texts = beats = 0
+        for piece in pieces[1:] if in_head else pieces:
+            if piece and piece[0] & _CONTROL:
+                beats += 1
+            elif is_small_binary(piece):
+                samples += 1
+            else:
+                texts += 1
+        # Pieces of a file come as fast as its handler takes them, and no faster.
+        texts = 0 if self._brings_files else texts
+        if beats and self.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
+            limit = f"at most {MAX_UNREAD_BYTES:,}"
+            return RemoteProtocolError("bytes not read", "more", limit, CloseCode.TOO_SLOW)
+        if in_head and self._stream.opened and self._head_due is not None:
+            self._head_due.cancel()
+        now = self._now()
+        error = self._meter.read(samples, texts, beats, now)
+        return error or (self._gate.sources.say(self.source, texts, now) if texts else None)
+
+    def _stop_hearing(self, error: ProtocolError) -> None:
+        self._deaf = True
+        self.transport.pause_reading()
+        self._gate.sources.dismiss(self.source, self._now())
+        self._gate.tell(self.source, f"{self.source} asked for too much: {error}", warning=True)
+        if self.state is not State.OPEN:
+            self.transport.abort()
+            return
+        # What has been said last leaves; its answer is not waited for, since nothing is read.
+        asyncio.get_running_loop().call_later(_LAST_WORDS, self.transport.abort)
+        self.dismiss(error)
+
+    def _close_for(self, error: ProtocolError) -> None:
+        closing = self.close(*close_frame(error.code.value, str(error)))
+        self._closing = asyncio.get_running_loop().create_task(closing)
+
+    def _cut(self) -> None:
+        """The request has not come in time."""
+        if not self._stream.opened:
+            self._gate.tell(self.source, f"{self.source} sent no request in {HEAD_TIMEOUT:g} s")
+            self.transport.abort()

@@ -8,9 +8,17 @@ The further messages of a connection that only watches are in `watch_messages.py
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    TypeAdapter,
+    ValidationError,
+    model_serializer,
+)
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
@@ -28,6 +36,8 @@ Name = Annotated[
     str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
 ]
 
+# Printable ASCII, long enough that nobody guesses it.
+Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
 # Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
@@ -68,6 +78,8 @@ class Hello(ControlMessage):
         friction: Whether the force may have a part along the surface; patches then carry the
             compliance of the contact in all directions.
         fixed_gains: Instead of the server's choice; refused unless the server allows it.
+        key: A secret that the client has made, with which it comes back to its name; the server
+            tells it to nobody. Not on the wire if there is none.
     """
 
     type: Literal["hello"] = "hello"
@@ -80,6 +92,14 @@ class Hello(ControlMessage):
     geometry: GeometryName = "plane"
     friction: bool = False
     fixed_gains: FixedGains | None = None
+    key: Key | None = Field(default=None, repr=False)
+
+    @model_serializer(mode="wrap")
+    def _without_a_key(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = handler(self)
+        if self.key is None:
+            del fields["key"]
+        return fields
 
 
 class SetLaw(ControlMessage):

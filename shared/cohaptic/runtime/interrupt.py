@@ -27,6 +27,9 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
 async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
     """Run `work` until it ends, or until something cancels it; its clean-up is awaited.
 
+    It is cancelled once. A second Ctrl-C would cut the clean-up short, and with it the fade of a
+    force and the removal of shared memory; all of it ends within a few seconds by itself.
+
     Args:
         work: To be run.
         lifeline: End as well when standard input closes, so that a child process never outlives
@@ -34,9 +37,13 @@ async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool =
     """
     task = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()
+    interrupted = False
 
     def cancel(*_: object) -> None:
-        loop.call_soon_threadsafe(task.cancel)
+        nonlocal interrupted
+        if not interrupted:
+            interrupted = True
+            loop.call_soon_threadsafe(task.cancel)
 
     def watch() -> None:
         # Not sys.stdin.buffer: a process that ends by itself would abort on its lock at the exit.
@@ -54,6 +61,8 @@ async def until_interrupted(work: Coroutine[Any, Any, None], *, lifeline: bool =
         await task
     except asyncio.CancelledError:
         pass
+    finally:
+        interrupted = True  # what is left is the end of the process, which no signal cuts short
 
 
 @contextlib.contextmanager

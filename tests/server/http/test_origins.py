@@ -4,48 +4,58 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.http.origins import LOOPBACK, may_connect, may_upload
+from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
 
 
 @pytest.mark.parametrize(
-    ("origin", "host", "listens_on", "may"),
+    ("origin", "host", "own", "may"),
     [
         (None, "anything", "127.0.0.1", True),
         ("http://localhost:5173", "localhost:8765", "127.0.0.1", True),
         ("http://[::1]:80", None, "::1", True),
-        ("http://lab.example:8765", "lab.example:8765", "0.0.0.0", True),
-        ("https://lab.example", "LAB.example", "0.0.0.0", True),
-        ("http://LAB.example:8765", "lab.example:8765", "192.0.2.7", True),
-        ("http://192.0.2.7:8765", "192.0.2.7:8765", "0.0.0.0", True),
-        ("http://lab.example:8765", "lab.example:8766", "0.0.0.0", False),
-        ("http://elsewhere.example", "lab.example", "0.0.0.0", False),
-        ("ftp://lab.example", "lab.example", "0.0.0.0", False),
-        ("http://x@lab.example", "lab.example", "0.0.0.0", False),
-        ("http://lab.example.elsewhere.example", "lab.example", "0.0.0.0", False),
-        ("http://localhost.elsewhere.example", "localhost", "0.0.0.0", False),
-        ("null", "null", "0.0.0.0", False),
-        ("", "", "0.0.0.0", False),
-        ("http://lab.example", None, "0.0.0.0", False),
-        # A name of a stranger's that points to this machine.
+        ("http://lab.example:8765", "lab.example:8765", "192.0.2.7", True),
+        ("https://lab.example", "LAB.example", "192.0.2.7", True),
+        ("http://LAB.example:8765", "lab.example:8765", None, True),
+        ("http://192.0.2.7:8765", "192.0.2.7:8765", "192.0.2.7", True),
+        ("http://192.0.2.7:8765", "192.0.2.7:8765", "::ffff:192.0.2.7", True),
+        ("http://[2001:db8::7]:8765", "[2001:db8:0::7]:8765", "2001:db8::7", False),
+        ("http://[2001:db8::7]:8765", "[2001:db8::7]:8765", "2001:db8::7", True),
+        ("http://192.0.2.8:8765", "192.0.2.8:8765", "192.0.2.7", False),
+        ("http://lab.example:8765", "lab.example:8766", "192.0.2.7", False),
+        ("http://elsewhere.example", "lab.example", "192.0.2.7", False),
+        ("ftp://lab.example", "lab.example", "192.0.2.7", False),
+        ("http://x@lab.example", "lab.example", "192.0.2.7", False),
+        ("http://lab.example.elsewhere.example", "lab.example", "192.0.2.7", False),
+        ("http://localhost.elsewhere.example", "localhost", "192.0.2.7", False),
+        ("null", "null", "192.0.2.7", False),
+        ("", "", "192.0.2.7", False),
+        ("http://lab.example", None, "192.0.2.7", False),
+        # A name of a stranger's that points to this machine, also within a closed network.
         ("http://rebound.example:8765", "rebound.example:8765", "127.0.0.1", False),
+        ("http://rebound.example:8765", "rebound.example:8765", "192.0.2.7", False),
+        ("http://lab.example.rebound.example", "lab.example.rebound.example", "192.0.2.7", False),
         ("https://proxy.example", "localhost:8765", "127.0.0.1", True),
         ("https://proxy.example", "proxy.example", "127.0.0.1", True),
         ("https://proxy.example:1", "proxy.example", "127.0.0.1", False),
     ],
 )
 def test_the_own_page_may_and_others_may_not(
-    origin: str | None, host: str | None, listens_on: str, may: bool
+    origin: str | None, host: str | None, own: str | None, may: bool
 ) -> None:
-    allowed = ("https://proxy.example",)
-    assert may_connect(origin, host, listens_on=listens_on, allowed=allowed) == may
+    allowed, hosts = ("https://proxy.example",), ("Lab.example",)
+    assert may_connect(origin, host, own=own, hosts=hosts, allowed=allowed) == may
 
 
-@given(st.text(max_size=40), st.none() | st.text(max_size=40), st.sampled_from(LOOPBACK))
-def test_on_this_machine_alone_the_host_says_nothing(
-    origin: str, host: str | None, listens_on: str
-) -> None:
-    if not origin.startswith(("http://localhost", "https://localhost", "http://127", "http://[")):
-        assert not may_connect(origin, host, listens_on=listens_on, allowed=())
+names = st.text(max_size=40) | st.from_regex(r"[a-z.:\[\]0-9-]{1,40}", fullmatch=True)
+
+
+@given(names, st.sampled_from(["127.0.0.1", "192.0.2.7", "2001:db8::7", None]))
+def test_no_name_but_the_servers_own_makes_a_page_its_own(name: str, own: str | None) -> None:
+    host = name.lower().rpartition(":")[0] if name.rpartition(":")[2].isdigit() else name.lower()
+    if host.strip("[]") in ("localhost", "127.0.0.1", "::1", own):
+        return
+    assert not is_own_host(name, own, ())
+    assert not may_connect(f"http://{name}", name, own=own, hosts=(), allowed=())
 
 
 @pytest.mark.parametrize(

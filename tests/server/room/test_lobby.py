@@ -29,8 +29,9 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.names import REPLACE_AFTER
 from cohaptic_server.room.peer import LogLine, Outcome, Peer
-from cohaptic_server.room.room import REPLACE_AFTER, Room
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello, hello_text, sample
@@ -112,13 +113,32 @@ def test_a_name_in_use_is_refused_and_nobody_hears_of_it(small_balloon: Balloon)
     assert news(first) == []
 
 
+def test_a_name_is_kept_where_the_connection_was_lost_and_not_where_somebody_ended_it(
+    small_balloon: Balloon,
+) -> None:
+    for said, reason, kept in (
+        ("", "", True),
+        (encode_control(Bye()), "", False),
+        ("", "x", False),
+    ):
+        there = lobby(small_balloon)
+        peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
+        say(there, peer, hello_text("ann"))
+        if said:
+            say(there, peer, said)
+        there.disconnect(peer, reason)
+        other = there.connect(0.0, SUBPROTOCOL, None, source="elsewhere")
+        say(there, other, hello_text("ann"))
+        assert (other.session.close is not None) == kept
+
+
 def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
     other, old = join(there, "other"), join(there, "ann")
     news(other)
     new = join(there, "ann", REPLACE_AFTER)
     assert old.session.close is not None
-    assert "its name was taken over" in old.session.close[1]
+    assert "it has come back with another" in old.session.close[1]
     assert news(other) == [
         UserLeft(user=old.user or 0, name="ann", reason="replaced by its return"),
         UserJoined(user=new.user or 0, name="ann"),

@@ -12,7 +12,8 @@ from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.room import REPLACE_AFTER, STALE_AFTER, Room
+from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER
+from cohaptic_server.room.room import STALE_AFTER, Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
 from tests.server.peers import hello, sample
@@ -92,6 +93,36 @@ def test_a_silent_user_keeps_its_name_for_a_while_and_no_longer(
     assert set(here.members) == {welcome.user}
     # The end of the old connection is then no news any more.
     assert here.leave(old) is None
+
+
+def test_a_name_with_a_secret_goes_to_nobody_else_however_long_its_owner_is_silent(
+    small_balloon: Balloon,
+) -> None:
+    here = room(small_balloon)
+    mine, stolen = (hello("left").model_copy(update={"key": key * 16}) for key in "ab")
+    old = here.join(mine, 0.0, "there")[0].user
+    for thief in (stolen, hello("left")):
+        with pytest.raises(RemoteProtocolError) as caught:
+            here.join(thief, 1000.0, "there")
+        assert caught.value.code is CloseCode.NAME_TAKEN
+    # Its owner need not be silent, and may come from another address.
+    here.sample(old, sample(), 1000.0)
+    assert here.join(mine, 1000.0, "elsewhere")[2] == old
+
+
+def test_the_name_of_a_lost_connection_is_kept_for_its_owner_and_not_for_ever(
+    small_balloon: Balloon,
+) -> None:
+    mine = hello("left").model_copy(update={"key": "a" * 16})
+    for owner, source in ((mine, "elsewhere"), (hello("left"), "home")):
+        here = room(small_balloon)
+        here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
+        with pytest.raises(RemoteProtocolError, match=r"its owner lost .* and has 30 s"):
+            here.join(hello("left"), 1.0 + KEPT_FOR - 30.0, "elsewhere")
+        assert here.join(owner, 1.0 + KEPT_FOR - 30.0, source)[2] is None
+    here = room(small_balloon)
+    here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
+    assert here.join(hello("left"), 1.0 + KEPT_FOR, "elsewhere")[2] is None
 
 
 def test_who_leaves_is_named_once_with_the_reason(small_balloon: Balloon) -> None:

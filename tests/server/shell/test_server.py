@@ -24,8 +24,8 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.names import REPLACE_AFTER
 from cohaptic_server.room.outbox import MAX_EVENTS
-from cohaptic_server.room.room import REPLACE_AFTER
 from cohaptic_server.room.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CLOSE_TIMEOUT, CohapticServer
@@ -115,7 +115,7 @@ def test_a_silent_users_return_takes_its_place_and_the_others_hear_of_both(stage
 
     (first, second), code, reason = stage.runner.run(replaced())
     assert code == CloseCode.BAD_MESSAGE.value
-    assert f"silent user is '{name}'; expected a sample within 2 s" in reason
+    assert f"user is '{name}'; expected its only connection" in reason
     stage.runner.run(news_of(stage.steady, name))
     stage.during(asyncio.sleep(0))
     about = [n for n in stage.steady.news if isinstance(n, UserJoined | UserLeft)]

@@ -17,5 +17,7 @@ export const WRONG_VERSION = 4426;
 export const ROOM_FULL = 4429;
 /** Too many messages waited for this client. */
 export const TOO_SLOW = 4430;
+/** This page sent or asked for more than its budget. */
+export const TOO_MANY = 4431;
 /** The server stops, and may come back. */
 export const SERVER_STOPS = 4503;

@@ -1,7 +1,7 @@
 /** The notices of the page in abnormal states: the cause and the remedy. */
 
 import type { WatchPhase } from "../model/scene";
-import { NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_SLOW, WRONG_VERSION } from "../protocol/close_codes";
+import { NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_MANY, TOO_SLOW, WRONG_VERSION } from "../protocol/close_codes";
 
 export interface Notice {
   /** Changes when the matter does, so that a notice that was put away stays away. */
@@ -80,6 +80,7 @@ function lostTitle(code: number): string {
   if (code === SERVER_STOPS) return "The server has stopped";
   if (code === OBJECT_CHANGED) return "The object is another one now";
   if (code === TOO_SLOW) return "This page was too slow";
+  if (code === TOO_MANY) return "This page asked for too much";
   if (code === ROOM_FULL) return "The room is full";
   return "The server is gone";
 }

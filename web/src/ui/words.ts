@@ -52,7 +52,7 @@ export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   const far = margin < FAR ? ` (margin ${fixed(margin, 1)})` : "";
   if (lag < LEAST_LAG) return `${m}: below 1 no delay can make them swing, and no lag is needed${far}.`;
   if (coupling < 1) return `${m}: hands held still would need no lag${far}; hands that move, on devices that may damp little, need this one.`;
-  return `${m}: from 1 on delay would make them swing, so forces enter the object through a lag, ${fixed(margin, 1)} times the least that is stable. Its stiffness stays.`;
+  return `${m}${far}: forces enter the object through a lag, so that hands that move are steady at any delay. Its stiffness stays.`;
 }
 
 export const LAWS: Readonly<Record<LawName, string>> = {

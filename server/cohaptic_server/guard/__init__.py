@@ -1,0 +1,1 @@
+"""Budgets: how much of the server one connection and one address may take. No I/O."""

@@ -1,0 +1,107 @@
+"""All budgets, with their reasons, and how an owner changes them.
+
+What it costs to be told of one is measured on one core of 2026: a sample 3 us, a ping 4 us, a
+control message 16 to 60 us, a connection 20 us if it is refused and 300 us if it is served.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from cohaptic.errors import SettingError
+from cohaptic_server.guard.budget import Budget
+
+_RATE = re.compile(r"([0-9.]+)(?::([0-9.]+))?")
+_MOST = 1e6  # of any rate or number; beyond it, a limit is none
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How much one connection, one address and all together may ask for.
+
+    Args:
+        samples: Small binary messages of a connection, and reads of its socket: how many for each
+            tick, and how many seconds of ticks at once. A client sends one a tick, and a path that
+            stalls delivers 10 s of them at once, as long as TCP waits (`USER_TIMEOUT_MS`).
+        texts: Other messages of a connection, and fragments. A person moves a slider at the rate of
+            the screen for a second or two.
+        beats: Pings, pongs and closes of a connection. A library pings every few seconds.
+        texts_in_all: Other messages of all connections of an address: people move few sliders.
+        connections: New ones of an address, each of which is one HTTP request or one websocket. A
+            page asks for Green's functions one by one, a few hundred under a new hand.
+        joins: Of an address, to touch or to watch. A classroom behind one address comes within a
+            minute; every join is news to everybody.
+        dismissals: Connections of an address that were closed because of one of the budgets above.
+            Each may have cost a burst, 5 ms at the worst; beyond this the address has to wait.
+        lines: Of the log, about one address.
+        open: Connections of an address at a time.
+        open_in_all: Connections at a time; fewer where the system gives fewer files.
+        unread: Bytes of HTTP responses that an address has not taken yet; the page is 1 MB.
+        unread_in_all: The same of all addresses.
+    """
+
+    samples: Budget = field(default=Budget(2, 12))
+    texts: Budget = field(default=Budget(60, 180))
+    texts_in_all: Budget = field(default=Budget(200, 400))
+    beats: Budget = field(default=Budget(4, 40))
+    connections: Budget = field(default=Budget(100, 600))
+    joins: Budget = field(default=Budget(5, 100))
+    dismissals: Budget = field(default=Budget(0.2, 10))
+    lines: Budget = field(default=Budget(2, 40))
+    open: int = 256
+    open_in_all: int = 2000
+    unread: int = 16 * 2**20
+    unread_in_all: int = 128 * 2**20
+
+    def __post_init__(self) -> None:
+        for name, value in self.items():
+            values = (value.rate, value.burst) if isinstance(value, Budget) else (value,)
+            highest = _MOST if isinstance(value, Budget) else _MOST * 2**20
+            if not all(math.isfinite(v) and 0.0 < v <= highest for v in values):
+                raise SettingError(f"limit {name}", value, f"above 0 and at most {highest:g}")
+            if isinstance(value, Budget) and value.burst < 1.0:
+                raise SettingError(f"limit {name}", value, "at least 1 at once")
+
+    def samples_at(self, simulation_hz: float) -> Budget:
+        """Budget of samples of a server with so many ticks a second."""
+        return Budget(self.samples.rate * simulation_hz, self.samples.burst * simulation_hz)
+
+    def items(self) -> list[tuple[str, Budget | int]]:
+        """Names and values."""
+        return [(f.name, getattr(self, f.name)) for f in fields(self)]
+
+    def changed(self, wishes: Iterable[str]) -> Limits:
+        """These limits with some changed.
+
+        Args:
+            wishes: Each `NAME=NUMBER`, or `NAME=RATE:BURST` for what is counted a second.
+
+        Raises:
+            SettingError: There is no such limit, or it cannot have this value.
+        """
+        limits = self
+        known = dict(self.items())
+        for wish in wishes:
+            name, _, value = wish.partition("=")
+            if name not in known:
+                raise SettingError("limit", repr(wish[:60]), f"NAME=NUMBER of: {', '.join(known)}")
+            changed: dict[str, Any] = {name: _value(name, value, known[name])}
+            limits = replace(limits, **changed)
+        return limits
+
+
+def _value(name: str, text: str, before: Budget | int) -> Budget | int:
+    match = _RATE.fullmatch(text)
+    try:
+        if isinstance(before, Budget) and match is not None and match[2] is not None:
+            return Budget(float(match[1]), float(match[2]))
+        if not isinstance(before, Budget):
+            return int(text)
+    except ValueError:
+        pass
+    form = "RATE:BURST, such as 100:600" if isinstance(before, Budget) else "a whole number"
+    raise SettingError(f"limit {name}", repr(text[:60]), form)

@@ -1,0 +1,57 @@
+"""Which lines of the log are left out, so that no address fills a disk; with a count of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cohaptic_server.guard.budget import FULL, Budget, spend
+
+_MOST_SOURCES = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    bucket: float = FULL
+    left_out: int = 0
+    since: float = 0.0  # when the first of them was
+
+
+class LogLines:
+    """Budgets of lines, by address.
+
+    Args:
+        budget: Of each.
+    """
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget = budget
+        self._known: dict[str, _Source] = {}
+
+    def pass_on(self, source: str, now: float) -> bool:
+        """Whether a line about an address is to be written."""
+        known = self._known.pop(source, _Source())
+        spent = spend(known.bucket, 1.0, self._budget, now)
+        if spent is None:
+            since = known.since if known.left_out else now
+            self._known[source] = _Source(known.bucket, known.left_out + 1, since)
+        else:
+            self._known[source] = _Source(spent, known.left_out, known.since)
+        while len(self._known) > _MOST_SOURCES:
+            self._known.pop(next(iter(self._known)))
+        return spent is not None
+
+    def left_out(self, now: float, after: float = 0.0) -> list[tuple[str, int]]:
+        """Addresses and how many lines about each were left out; they are counted anew from here.
+
+        Args:
+            now: Time [s].
+            after: For those whose first line was left out so long ago [s].
+        """
+        due = [
+            (name, known.left_out)
+            for name, known in self._known.items()
+            if known.left_out and now - known.since >= after
+        ]
+        for name, _ in due:
+            self._known[name] = _Source(self._known[name].bucket)
+        return due

@@ -1,0 +1,65 @@
+"""What one connection has sent lately, against its budgets."""
+
+from __future__ import annotations
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic_server.guard.budget import FULL, Budget, spend
+from cohaptic_server.guard.limits import Limits
+
+
+class Meter:
+    """Of one connection.
+
+    Args:
+        limits: Of the server.
+        simulation_hz: Its ticks per second.
+    """
+
+    def __init__(self, limits: Limits, simulation_hz: float) -> None:
+        self._limits = limits
+        self._sample_budget = limits.samples_at(simulation_hz)
+        self._samples = self._texts = self._beats = FULL
+
+    def sample(self, now: float) -> RemoteProtocolError | None:
+        """Count one sample, as most reads bring; why it is too many, if it is."""
+        bucket = spend(self._samples, 1.0, self._sample_budget, now)
+        if bucket is None:
+            return too_many("samples", 1, self._sample_budget)
+        self._samples = bucket
+        return None
+
+    def read(self, samples: int, texts: int, beats: int, now: float) -> RemoteProtocolError | None:
+        """Count what one read of the socket has brought.
+
+        Args:
+            samples: Small binary messages.
+            texts: Other messages and fragments.
+            beats: Pings, pongs and closes.
+            now: Time [s].
+
+        Returns:
+            Why it is too much; None if it is not.
+        """
+        limits = self._limits
+        # A read that brings less than a frame has its price as well.
+        left = spend(self._samples, max(1, samples), self._sample_budget, now)
+        if left is None:
+            return too_many("samples", samples, self._sample_budget)
+        self._samples = left
+        if texts:
+            left = spend(self._texts, texts, limits.texts, now)
+            if left is None:
+                return too_many("control messages", texts, limits.texts)
+            self._texts = left
+        if beats:
+            left = spend(self._beats, beats, limits.beats, now)
+            if left is None:
+                return too_many("pings and pongs", beats, limits.beats)
+            self._beats = left
+        return None
+
+
+def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
+    """What somebody is told who has spent a budget."""
+    value, limit = f"too many: {more} more", f"at most {budget}"
+    return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY)

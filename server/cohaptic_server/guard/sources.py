@@ -1,0 +1,178 @@
+"""What each address has asked for lately, against its budgets.
+
+The addresses that are remembered are bounded: of those without a connection the ones that were not
+heard of for longest are forgotten first.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass, replace
+
+from cohaptic.errors import RemoteProtocolError
+from cohaptic_server.guard.budget import FULL, spend, wait
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.meter import too_many
+
+_MOST_SOURCES = 4096  # half a megabyte; an attacker with more addresses spends them on the total
+UNKNOWN = "unknown"
+
+
+def source_of(host: str) -> str:
+    """Whom a connection is counted with: the address, of IPv6 the network of one subscriber (/64).
+
+    Args:
+        host: Address of the other end, as a socket names it.
+    """
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return UNKNOWN
+    if isinstance(address, ipaddress.IPv4Address):
+        return str(address)
+    if address.ipv4_mapped is not None:
+        return str(address.ipv4_mapped)
+    if address.is_loopback:
+        return str(address)
+    return str(ipaddress.ip_network((address, 64), strict=False))
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a connection is not taken.
+
+    Args:
+        why: A sentence.
+        retry: After how long it may be tried again [s].
+    """
+
+    why: str
+    retry: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """Of one address; the buckets as in `budget`."""
+
+    open: int = 0
+    unread: int = 0
+    connections: float = FULL
+    joins: float = FULL
+    texts: float = FULL
+    dismissals: float = FULL
+
+
+class Sources:
+    """All addresses.
+
+    Args:
+        limits: Of the server.
+
+    Attributes:
+        open: Connections at present.
+        unread: Bytes of responses that nobody has taken yet.
+        refused: Connections that were not taken so far.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.open = self.unread = self.refused = 0
+        self._known: dict[str, _Source] = {}
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def enter(self, source: str, now: float) -> Refusal | None:
+        """Count a new connection, unless there are too many; `leave` has to follow if it is."""
+        limits, known = self.limits, self._known.get(source, _Source())
+        refusal = self._refusal(known, now)
+        if refusal is not None:
+            self.refused += 1
+            return refusal
+        spent = spend(known.connections, 1.0, limits.connections, now)
+        if spent is None:
+            self.refused += 1
+            what = f"new connections from {source}: at most {limits.connections}"
+            return Refusal(what, wait(known.connections, 1.0, limits.connections, now))
+        self.open += 1
+        self._keep(source, replace(known, open=known.open + 1, connections=spent), now)
+        return None
+
+    def leave(self, source: str) -> None:
+        """A connection that was taken has ended."""
+        known = self._known.get(source)
+        if known is not None and known.open:
+            self.open -= 1
+            self._known[source] = replace(known, open=known.open - 1)
+
+    def join(self, source: str, now: float) -> None:
+        """Count somebody who wants to touch or to watch.
+
+        Raises:
+            RemoteProtocolError: There are too many from there.
+        """
+        known, budget = self._known.get(source, _Source()), self.limits.joins
+        spent = spend(known.joins, 1.0, budget, now)
+        if spent is None:
+            raise too_many("joins from one address", 1, budget)
+        self._keep(source, replace(known, joins=spent), now)
+
+    def say(self, source: str, texts: int, now: float) -> RemoteProtocolError | None:
+        """Count control messages of an address; why they are too many, if they are."""
+        known, budget = self._known.get(source, _Source()), self.limits.texts_in_all
+        spent = spend(known.texts, texts, budget, now)
+        if spent is None:
+            return too_many("control messages from one address", texts, budget)
+        self._keep(source, replace(known, texts=spent), now)
+        return None
+
+    def dismiss(self, source: str, now: float) -> None:
+        """A connection is closed because it asked for too much."""
+        known, budget = self._known.get(source, _Source()), self.limits.dismissals
+        spent = spend(known.dismissals, 1.0, budget, now)
+        if spent is None:  # all that are open may ask for too much at once
+            spent = now + budget.burst / budget.rate
+        self._keep(source, replace(known, dismissals=spent), now)
+
+    def respond(self, source: str, size: int, now: float) -> Refusal | None:
+        """Count a response of so many bytes, unless too much waits; `taken` has to follow."""
+        limits, known = self.limits, self._known.get(source, _Source())
+        for waits, limit, whose in (
+            (known.unread, limits.unread, f"for {source}"),
+            (self.unread, limits.unread_in_all, "for all"),
+        ):
+            # One response is served whatever its size: a large object's page has to come.
+            if waits and waits + size > limit:
+                why = f"{waits:,} bytes {whose} are not read yet; the limit is {limit:,}"
+                return Refusal(why, 1.0)
+        self.unread += size
+        self._keep(source, replace(known, unread=known.unread + size), now)
+        return None
+
+    def taken(self, source: str, size: int) -> None:
+        """A response has left, or will not any more."""
+        known = self._known.get(source)
+        if known is not None:
+            self.unread -= min(size, known.unread)
+            self._known[source] = replace(known, unread=max(0, known.unread - size))
+
+    def _refusal(self, known: _Source, now: float) -> Refusal | None:
+        limits = self.limits
+        if known.open >= limits.open:
+            return Refusal(f"open connections from one address: at most {limits.open}", 5.0)
+        if self.open >= limits.open_in_all:
+            return Refusal(f"open connections: at most {limits.open_in_all}", 5.0)
+        if spend(known.dismissals, 1.0, limits.dismissals, now) is None:
+            told = f"connections that asked for too much: at most {limits.dismissals}"
+            return Refusal(told, wait(known.dismissals, 1.0, limits.dismissals, now))
+        return None
+
+    def _keep(self, source: str, known: _Source, now: float) -> None:
+        self._known.pop(source, None)
+        self._known[source] = known
+        if len(self._known) <= _MOST_SOURCES:
+            return
+        # Those that were not heard of for longest; a quarter, so that it is seldom.
+        closed = [name for name, other in self._known.items() if not other.open + other.unread]
+        for name in closed[: max(1, _MOST_SOURCES // 4)]:
+            del self._known[name]

@@ -1,0 +1,74 @@
+"""Whose a name is: a client makes a secret of its own, and comes back with it.
+
+A name in use goes only to who says its secret, at once. Without one (a page) it may be taken over
+after a while of silence, from the same address. When a connection was lost, and not ended by either
+side, its name is kept for who had it.
+"""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+
+REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
+KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
+_MOST_KEPT = 64  # as many as the largest room has users
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Of one client to its name.
+
+    Args:
+        key: Its secret; None without one.
+        source: Whom its connection is counted with.
+    """
+
+    key: str | None
+    source: str
+
+    def is_of(self, other: Claim) -> bool:
+        """Whether both are the same client, as far as can be known."""
+        if self.key is not None:
+            return other.key is not None and hmac.compare_digest(self.key, other.key)
+        return self.source == other.source
+
+
+def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
+    """Whether a client may take the place of one that is connected.
+
+    Args:
+        holder: Who has the name.
+        silence: Since its last sample [s].
+        other: Who wants it.
+    """
+    return holder.is_of(other) and (holder.key is not None or silence >= REPLACE_AFTER)
+
+
+class KeptNames:
+    """Names of clients whose connections were lost. It holds at most `_MOST_KEPT`."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[Claim, float]] = {}
+
+    def keep(self, name: str, claim: Claim, now: float) -> None:
+        """Keep a name for who had it."""
+        self._kept.pop(name, None)
+        self._kept[name] = (claim, now + KEPT_FOR)
+        if len(self._kept) > _MOST_KEPT:
+            del self._kept[next(iter(self._kept))]
+
+    def check(self, name: str, claim: Claim, now: float) -> None:
+        """Raise RemoteProtocolError if a name is kept for somebody else."""
+        kept = self._kept.get(name)
+        if kept is None:
+            return
+        whose, until = kept
+        # The system behind an address is trusted with what its lost connections had: a client that
+        # was killed has forgotten its secret.
+        if now < until and not (whose.is_of(claim) or whose.source == claim.source):
+            limit = f"another one: its owner lost the connection and has {until - now:.0f} s left"
+            raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
+        del self._kept[name]

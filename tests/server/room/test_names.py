@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER, Claim, KeptNames, may_replace
+
+claims = st.builds(Claim, st.sampled_from([None, "a" * 16, "b" * 16]), st.sampled_from("xy"))
+
+
+@given(claims, claims, st.floats(0.0, 1e4))
+def test_a_name_in_use_goes_to_its_secret_or_to_silence_at_its_address(
+    holder: Claim, other: Claim, silence: float
+) -> None:
+    may = may_replace(holder, silence, other)
+    if holder.key is not None:
+        assert may == (other.key == holder.key)
+    else:
+        assert may == (other.source == holder.source and silence >= REPLACE_AFTER)
+
+
+@given(claims, claims, st.floats(0.0, 2.0 * KEPT_FOR))
+def test_a_kept_name_goes_to_its_owner_or_its_address_until_it_is_free(
+    owner: Claim, other: Claim, later: float
+) -> None:
+    kept = KeptNames()
+    kept.keep("ann", owner, 0.0)
+    same = owner.source == other.source or (owner.key is not None and owner.key == other.key)
+    if same or later >= KEPT_FOR:
+        kept.check("ann", other, later)
+        kept.check("ann", Claim(None, "z"), later)  # it is not kept any more
+        return
+    with pytest.raises(RemoteProtocolError) as caught:
+        kept.check("ann", other, later)
+    assert caught.value.code is CloseCode.NAME_TAKEN
+    kept.check("bob", other, later)
+
+
+def test_names_that_are_kept_are_bounded_and_the_newest_win() -> None:
+    kept, stranger = KeptNames(), Claim(None, "stranger")
+    for number in range(1000):
+        kept.keep(f"user{number}", Claim(None, "home"), 0.0)
+    refused = 0
+    for number in range(1000):
+        try:
+            kept.check(f"user{number}", stranger, 1.0)
+        except RemoteProtocolError:
+            refused += 1
+    assert refused == 64
+    with pytest.raises(RemoteProtocolError):
+        kept.check("user999", stranger, 1.0)

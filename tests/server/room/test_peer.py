@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.peer import Outcome
+from tests.server.peers import hello_text
+from tests.server.room.test_lobby import connect, lobby, say
+
+
+def test_a_name_that_draws_on_terminals_is_logged_as_one_printable_line(
+    small_balloon: Balloon,
+) -> None:
+    """Characters that change the direction of text, or have no width, are no control characters."""
+    there = lobby(small_balloon)
+    peer = connect(there)
+    (line,) = say(there, peer, hello_text("a\u202e\u200bb")).log
+    assert line.text == "a??b joined with predictive"
+    (line,) = there.disconnect(peer, "gone\x1b[2J").log
+    assert line.text == "a??b left: gone?[2J"
+
+
+@given(st.text(max_size=2000))
+def test_whatever_is_said_a_line_of_the_log_is_short_and_printable(text: str) -> None:
+    outcome = Outcome()
+    outcome.say(text, "somewhere")
+    (line,) = outcome.log
+    assert line.text.isprintable()
+    assert len(line.text) <= 403
