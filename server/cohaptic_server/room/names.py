@@ -1,6 +1,6 @@
 """Whose a name is: a client makes a secret of its own, and comes back with it.
 
-A name in use goes only to who says its secret, at once. Without one (a page) it may be taken over
+A name in use goes only to who says its secret, at once. Without one it may be taken over
 after a while of silence, from the same address. When a connection was lost, and not ended by either
 side, its name is kept for who had it.
 """

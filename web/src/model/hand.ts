@@ -30,6 +30,8 @@ export interface TouchSettings {
   readonly hand: HandSettings;
   /** Initial position of the cursor, outside the body [m]. */
   readonly target: Vec3;
+  /** The page's secret, with which it comes back to its name after a lost connection. */
+  readonly key?: string;
 }
 
 export type TouchPhase = "connecting" | "joined" | "closed";

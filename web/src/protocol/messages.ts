@@ -51,6 +51,8 @@ export type ClientControl =
       readonly geometry: GeometryName;
       readonly friction: boolean;
       readonly fixed_gains: FixedGains | null;
+      /** 16 to 64 printable characters; not sent if there is none. */
+      readonly key?: string;
     }
   | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
   | { readonly type: "bye" }

@@ -10,6 +10,8 @@ let previous: Promise<void> = Promise.resolve();
 // A Worker that has begun and waits for the first hand; later ones find its script in the browser's cache.
 let ready: Worker | null = null;
 let prepared = false;
+// With which this page comes back to its name at once. A copy of the tab loads anew, with one of its own.
+const KEY = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
 /** Have a Worker ready, so that nobody who touches waits for its script. */
 export function prepareTouch(): void {
@@ -58,7 +60,7 @@ export function startTouch(settings: TouchSettings): TouchHandle {
     ended();
     for (const listener of listeners) listener();
   };
-  say({ type: "start", settings, time_origin: performance.timeOrigin });
+  say({ type: "start", settings: { key: KEY, ...settings }, time_origin: performance.timeOrigin });
   return {
     get state() {
       return state;

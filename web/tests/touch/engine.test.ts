@@ -110,6 +110,8 @@ describe("a cursor that presses a plane", () => {
 
   test("whose device damps says how much, and nothing without the passivity layer", () => {
     expect(JSON.parse(new Session().greeting)).toMatchObject({ damping_budget: 8, friction: false });
+    expect(JSON.parse(new Session().greeting)).not.toHaveProperty("key");
+    expect(JSON.parse(new Session({ ...SETTINGS, key: "0123456789abcdef" }).greeting)).toMatchObject({ key: "0123456789abcdef" });
     expect(JSON.parse(new Session({ ...SETTINGS, passivity: false }).greeting)).toMatchObject({ damping_budget: 0 });
   });
 

@@ -67,3 +67,15 @@ test("a hand that comes before anything was made ready has its own Worker, and n
   prepareTouch();
   expect(Idle.made.length).toBe(1);
 });
+
+test("a hand has its page's secret, and that of another page another", async () => {
+  for (let page = 0; page < 2; page++) {
+    const { startTouch } = await fresh();
+    startTouch(SETTINGS);
+    await Promise.resolve();
+  }
+  const keys = Idle.made.map(({ heard }) => (heard as { settings: { key: string } }[])[0]?.settings.key);
+  expect(keys[0]).toMatch(/^[0-9a-f]{32}$/);
+  expect(keys[1]).toMatch(/^[0-9a-f]{32}$/);
+  expect(keys[1]).not.toBe(keys[0]);
+});

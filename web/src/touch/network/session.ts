@@ -37,6 +37,7 @@ export class TouchSession {
       geometry: settings.geometry,
       friction: settings.friction > 0,
       fixed_gains: null,
+      ...(settings.key === undefined ? {} : { key: settings.key }),
     });
   }
 
