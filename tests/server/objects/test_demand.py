@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
 from cohaptic_server.objects.demand import MAX_HZ, MAX_USERS, MIN_HZ, Demand
+from cohaptic_server.settings import ServerSettings
 
 USERS, HZ = st.integers(1, MAX_USERS), st.floats(MIN_HZ, MAX_HZ)
 NODES = st.integers(1, 20_000)
@@ -64,3 +65,8 @@ def test_what_no_mesh_can_is_refused_and_what_is_usual_is_not() -> None:
 def test_a_demand_out_of_range_is_refused(users: int, hz: float) -> None:
     with pytest.raises(SettingError, match="--users" if hz == 60.0 else "--hz"):
         Demand(users, hz)
+
+
+def test_a_full_room_can_be_served_at_the_usual_rate() -> None:
+    usual = ServerSettings()
+    Demand(usual.max_users, usual.simulation_hz).check()
