@@ -42,7 +42,8 @@ balloon.
 - *felt after*: by how much later than without a network the force on the other hands has made half
   of its change, median over hands and presses; *allowed* is both injected legs, two simulation
   ticks, the half time of the room's lag (ln 2 of it) and 5 ms.
-- *lag*: time constant with which the object answers the others; it grows with the coupling.
+- *lag*: time constant with which the object answers the others; it grows with the coupling,
+  but not with the delay.
 - *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
   still creeps to its value, or whose swings die out, when the next press comes.
 
@@ -53,8 +54,8 @@ balloon.
 With the proportional law most of the other hand's force is lost: the law has to stay softer than
 1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The integral of `pi` restores
 the force, long after the surface has moved. The predictive law has the object's own stiffness,
-whoever else is there. From four or five users on the room gets a lag (science 3.8): the steady
-force equals the reference, and the others' forces arrive later.
+whoever else is there. The server anticipates what hands are about to feel, behind a short lag
+(science 3.13): the steady force equals the reference, and the others' forces arrive a little later.
 
 ## The paper's figures, and further experiments
 
