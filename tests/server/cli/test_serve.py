@@ -57,7 +57,7 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
         (
             ["--users", "9", "--hz", "200", "--body", "never_read.stl"],
             "cohaptic: --users is 9; it must be at most 4 at 200 Hz: even the coarsest mesh would"
-            " take about 6 ms in each tick, and there are 3 ms\n",
+            " take about 6 ms in each tick, and there are 3.3 ms\n",
         ),
         (
             ["--body", "spring", "--nonlinear"],

@@ -75,4 +75,4 @@ def test_a_body_that_would_sway_and_one_that_is_too_costly_come_with_advice() ->
     poor = replace(steady, frequency=0.5, cost=TickCost((0.01, 0.11), 0.01))
     lines = dict(poor.lines(WANTED))
     assert "A real one would sway" in lines["frequency"]
-    assert "8 users at 60 Hz need ticks below 10 ms: take a coarser mesh (--edge)" in lines["tick"]
+    assert "8 users at 60 Hz need ticks below 11 ms: take a coarser mesh (--edge)" in lines["tick"]

@@ -114,7 +114,7 @@ def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
     source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 20%")
     edges: list[float] = []
-    for users in (2, 15):
+    for users in (2, 19):
         demand = Demand(users, 60.0, nonlinear=True)
         tried, _, held = affordable(source, demand, lambda phase, share: None)
         assert demand.affords(len(quadratic(held.tets)[0]))
