@@ -51,8 +51,9 @@ def stability(
     lag: Annotated[
         float | None,
         typer.Option(
-            help="With --delays: the room's lag to judge, s. Without it the server's choice "
-            "for hands held still: 0 where the coupling is below 1, else lag_needed / 0.7."
+            help="With --delays: the room's lag to judge, s, where no forces are anticipated "
+            "(science 3.8). Without it the server's choice then, for hands held still: 0 where the "
+            "coupling is below 1, else lag_needed / 0.7."
         ),
     ] = None,
     area: Annotated[

@@ -30,6 +30,9 @@ def room(
 ) -> dict[str, Any]:
     """Whether a room of hands held still is stable at its own loop delays (science 3.8).
 
+    Without anticipation, as where somebody uses a law of the paper or a contact is steep; with it
+    hands held still need no lag (3.13).
+
     Args:
         law: Must be predictive: the others have no lag.
         C: Contact compliance, shape (n, n) with n at most 64 [m/N].

@@ -11,6 +11,7 @@ from cohaptic.control.stability.lag_choice import coupling_radius
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.anticipated import NOTHING, Anticipation
 from cohaptic_server.world.lags.room_loop import RoomLoop
+from cohaptic_server.world.lags.turning import LONGEST_TURN
 from cohaptic_server.world.loads import contact_axes
 
 # By which the smallest eigenvalue of two hands on a rigid plate, -1, may be missed.
@@ -18,8 +19,7 @@ ROUNDING = 1e-6
 
 # s for which no contact has been steep before forces are anticipated. Each change of the room's way
 # moves contacts a little, and one that moves to and fro across the limit would be kept swinging.
-# As long as the slowest turn, `turning.LONGEST_TURN`.
-CALM_TIME = 2.0
+CALM_TIME = LONGEST_TURN
 
 
 class Planned(NamedTuple):
