@@ -108,5 +108,6 @@ def lag_of(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
     if variant.law is not Law.PREDICTIVE:
         return 0.0, Coupling(S, root, -1.0)
     gains = anticipated(S).gains
-    lag = lag_of_hands(gains, float(variant.budgets(trial).min()))
+    stiffest = float((root * root).max())
+    lag = lag_of_hands(gains, float(variant.budgets(trial).min()), stiffest)
     return lag, Coupling(S, root, 1.0 / (1.0 + gains.kappa))

@@ -30,7 +30,7 @@ def find_lag(
     # The gains of the paper's laws are chosen for any delay; such users need no lag.
     needed = 0.0
     if gains is not None:
-        needed = lag_of_hands(gains, loop.damping_budget)
+        needed = lag_of_hands(gains, loop.damping_budget, loop.stiffest)
     elif loop.predictive:
         needed = choose_lag(m, loop.longest_delay, loop.damping_budget).lag
     lag = max(needed, previous.lag - max(FALL_RATE, previous.lag) * dt)

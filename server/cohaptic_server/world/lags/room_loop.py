@@ -37,7 +37,8 @@ class RoomLoop:
         users: All of them, n.
         spans: Loads of each.
         nearness: Weight of each as a neighbour, 0 for who closes no loop, shape (n,).
-        stiffness: K of each hand, shape (1, 1) or (3, 3) [N/m].
+        stiffness: K of each hand on its weighted compliance, shape (1, 1) or (3, 3) [N/m].
+        stiffest: Largest K of a hand that closes the loop, in any direction [N/m].
         S: Coupling of science 3.8, weighted by nearness, shape (loads, loads).
         longest_delay: T_max, with the client's way into a new patch [s].
         damping_budget: Of the weakest device [N s/m]; infinite for nobody.
@@ -49,6 +50,7 @@ class RoomLoop:
     spans: Sequence[slice]
     nearness: Floats
     stiffness: Sequence[Floats] | Floats
+    stiffest: float
     S: Floats
     longest_delay: float
     damping_budget: float
@@ -85,7 +87,16 @@ def room_loop(
     weights = np.array(near)
     stiffness, S = _coupling(users, compliance, spans, weights)
     return RoomLoop(
-        users, spans, weights, stiffness, S, longest_delay, damping_budget, predictive, papers
+        users=users,
+        spans=spans,
+        nearness=weights,
+        stiffness=stiffness,
+        stiffest=_stiffest(compliance, spans, weights, stiffness),
+        S=S,
+        longest_delay=longest_delay,
+        damping_budget=damping_budget,
+        predictive=predictive,
+        papers=papers,
     )
 
 
@@ -116,6 +127,30 @@ def _coupling(
             # The paper's laws also respond to the dent of their own force.
             S[span.start, span.start] += float(K[0, 0]) * C[span.start, span.start]
     return stiffness, S
+
+
+def _stiffest(
+    compliance: Floats, spans: Sequence[slice], near: Floats, K: Sequence[Floats] | Floats
+) -> float:
+    """Largest K of a hand that closes the loop, in any direction [N/m].
+
+    A neighbour that is only near counts as stiff as it will be, min(limit, 1 / C_ii). Where there
+    is friction the sums of rows bound the eigenvalues, of which they are nearly the largest.
+    """
+    if not len(K):  # one hand alone
+        return 0.0
+    here = np.flatnonzero(near > 0.0)
+    if not len(here):
+        return 0.0
+    if isinstance(K, np.ndarray):
+        return float(np.minimum(K[here, 0, 0], 1.0 / compliance.diagonal()[here]).max())
+    largest = 0.0
+    for i in here.tolist():
+        a, k = spans[i].start, float(K[i][0, 0])
+        share = min(1.0, 1.0 / (float(compliance[a, a]) * k)) if near[i] < 1.0 else 1.0
+        rows: float = np.abs(K[i]).sum(axis=1).max().item()
+        largest = max(largest, share * rows)
+    return largest
 
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:

@@ -13,7 +13,7 @@ is what the body gets, behind the room's lag tau. X has all of the positive part
 
 * hands held still are stable without a lag: the loop that is left has a gain of `Gains.held` < 1;
 * hands of any stiffness, and of a mass up to theta times their damping, are stable behind
-  tau >= `hand_factor` theta.
+  tau >= `hand_factor` theta; where every K is small compared with damping / theta, that is 0.
 
 `docs/science.md` has the proof.
 """
@@ -42,7 +42,7 @@ LARGEST: Final = 0.999
 # which no such theta covers, 1 swings; with 3 N s/m here 6 do, with 4 there are 15.
 HAND_MASS: Final = 0.5  # kg
 HAND_DAMPING: Final = 2.0  # N s/m
-_FREQUENCIES: Final = np.geomspace(1e-3, 1e3, 121)  # theta times angular frequency
+_FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequency
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,28 +127,40 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
     )
 
 
-def hand_factor(gains: Gains) -> float:
-    """Least tau over theta with which moving hands are stable, whatever their stiffness (3.13).
+def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
+    """Least tau over theta with which moving hands are stable, whatever their own stiffness (3.13).
 
     theta is the largest mass over damping of the hands.
 
     Args:
         gains: Of the loop.
+        stiffness: Of the stiffest K, as K theta over the hands' least damping; without unit.
     """
-    alpha2, beta2, c2 = gains.apart**2, gains.together**2, gains.held**2
-    p2 = _FREQUENCIES * _FREQUENCIES
-    trace = (1.0 + p2) * (alpha2 + beta2 + c2) + 2.0 * gains.apart * gains.held * p2
-    det = c2 * (beta2 * (1.0 + p2) + alpha2)
+    alpha, beta, c = gains.apart, gains.together, gains.held
+    p, p2 = _FREQUENCIES, _FREQUENCIES * _FREQUENCIES
+    # The largest quotient (beta^2 x^2 + (c p + alpha x)^2 + c^2) / ((x - p)^2 + 1) over x, ...
+    trace = (1.0 + p2) * (alpha * alpha + beta * beta + c * c) + 2.0 * alpha * c * p2
+    det = c * c * (beta * beta * (1.0 + p2) + alpha * alpha)
     worst = 0.5 * (trace + np.sqrt(np.maximum(0.0, trace * trace - 4.0 * det)))
+    if stiffness < np.inf:
+        # ... which is at x = p (worst + alpha c) / (worst - alpha^2 - beta^2). Where K allows no
+        # such x, the quotient is largest at one of the ends, x = 0 and stiffness / p.
+        largest = stiffness / p
+        within = p * (worst + alpha * c) <= largest * (worst - alpha * alpha - beta * beta)
+        at_end = (beta * beta + alpha * alpha) * largest * largest + 2.0 * alpha * c * stiffness
+        at_end = (at_end + c * c * (1.0 + p2)) / ((largest - p) ** 2 + 1.0)
+        worst = np.where(within, worst, np.maximum(at_end, c * c))
     return float(np.sqrt(max(0.0, float(((worst - 1.0) / p2).max()))))
 
 
-def lag_of_hands(gains: Gains, damping_budget: float) -> float:
+def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) -> float:
     """tau that moving hands need where forces are anticipated [s].
 
     Args:
         gains: Of what anticipation leaves of the loop.
         damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        stiffest: Largest K of a hand, in any direction [N/m].
     """
     damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
-    return HAND_MASS / damping * hand_factor(gains)
+    theta = HAND_MASS / damping
+    return theta * hand_factor(gains, stiffest * theta / damping)

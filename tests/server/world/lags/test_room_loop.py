@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Gains, Law
-from cohaptic_server.world.lags.room_loop import hand_stiffness
+from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from tests.server.touches import touch, user_of
-from tests.server.world.lags.lag_rooms import Room, room_coupling, rooms
+from tests.server.world.lags.lag_rooms import DT, Room, room_coupling, rooms
 
 
 @given(st.floats(10.0, 1e4), st.floats(10.0, 1e4), st.floats(-0.99, 0.99), st.floats(0.0, 1.0))
@@ -27,6 +27,25 @@ def test_two_users_are_coupled_by_what_each_makes_of_the_other(
     found = room_coupling(users, C, where, np.array([1.0, near]))
     assert found == pytest.approx(k * 0.004 * abs(share) * math.sqrt(near), abs=1e-12)
     assert room_coupling(users[:1], C[:1, :1], where[:1], np.ones(1)) == 0.0
+
+
+@given(rooms(2))
+def test_the_stiffest_hand_counts_in_full_however_near_it_is(room: Room) -> None:
+    """Of those who are near at all; with friction in its stiffest direction."""
+    users, C, where, near = room
+    expected = 0.0
+    for user, span, weight in zip(users, where, near.tolist(), strict=True):
+        if weight > 0.0:
+            stiffness = np.linalg.eigvalsh(hand_stiffness(user, C[span, span]))[-1]
+            # Who is only near may count less by how the tangents add to the normal's compliance.
+            whole = 1.0 if weight >= 1.0 else 1.0 / (C[span, span][0, 0] * stiffness)
+            expected = max(expected, float(stiffness) * min(1.0, whole))
+    found = room_loop(users, C, where, near, DT).stiffest
+    assert found >= 0.3 * expected if (near < 1.0).any() else found >= expected * (1.0 - 1e-9)
+    lone = [i for i, span in enumerate(where) if span.stop - span.start == 1 and near[i] > 0.0]
+    if lone and not any(user.touch.friction for user in users):
+        limits = [min(users[i].touch.max_stiffness, 1.0 / C[i, i]) for i in lone]
+        assert found == pytest.approx(max(limits))
 
 
 @given(rooms(2), st.integers(0, 2**32 - 1))

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -116,20 +118,24 @@ def test_hands_that_only_take_from_each_other_are_right_after_one_way_round() ->
 # Hands that move
 
 
-def _turns(S: Floats, rng: np.random.Generator, share: float) -> float:
+def _turns(S: Floats, rng: np.random.Generator, share: float, stiffness: float = np.inf) -> float:
     """Roots to the right of the axis, of a room of random hands, by the argument principle.
 
-    Hands of 20 g to 0.5 kg, of the damping M / theta, two of five without any stiffness.
+    Hands of 20 g to 0.5 kg, of the damping M / theta, two of five without any stiffness. Where the
+    stiffness is limited, all K have that limit times damping / theta, of the lightest hand.
     """
     n = len(S)
     M, K = rng.uniform(0.02, 0.5, n), rng.uniform(10.0, 2000.0, n)
+    if stiffness < np.inf:
+        K = np.full(n, stiffness * float(M.min()) / THETA**2)
     k = np.where(rng.random(n) < 0.4, 0.0, rng.uniform(0.0, 300.0, n))
     T = rng.uniform(0.01, 0.6, n)
     part = anticipated(S)
     s = 1j * np.geomspace(1e-4, 3e3, 6000)[:, None]
     hand = M * s * s + M / THETA * s + k
     H = (hand / (hand + K))[:, :, None]
-    lag = 1.0 / (1.0 + s[:, :, None] * share * hand_factor(part.gains) * THETA)
+    tau = share * hand_factor(part.gains, stiffness) * THETA
+    lag = 1.0 / (1.0 + s[:, :, None] * tau)
     around = np.exp(-s * T)[:, :, None] * ((1.0 - H) * part.X - H * (S - part.X))
     phase = np.unwrap(np.angle(np.linalg.det(np.eye(n) - lag * (part.solve @ around))))
     return abs(float(phase[-1] - phase[0])) / np.pi
@@ -141,6 +147,33 @@ def test_moving_hands_of_any_stiffness_are_stable_behind_a_lag_that_knows_no_del
     rooms = [coupling(rng, int(rng.integers(2, 7))) for _ in range(60)]
     assert max(_turns(S, rng, 1.0) for S in rooms) < 0.1
     assert sum(_turns(S, rng, 0.1) > 0.5 for S in rooms) > 20
+
+
+@pytest.mark.parametrize("stiffness", [0.3, 1.0, 3.0])
+def test_hands_on_soft_springs_need_less_of_it_or_none(stiffness: float) -> None:
+    """The theorem with a limit of K; with a hundred times that, many swing without a lag."""
+    rng = np.random.default_rng(4)
+    rooms = [coupling(rng, int(rng.integers(2, 7))) for _ in range(60)]
+    lags = [hand_factor(anticipated(S).gains, stiffness) for S in rooms]
+    # Without a lag the loop does not end at 0, and part of a turn is left.
+    assert max(_turns(S, rng, 1.0, stiffness) for S in rooms) < 0.5
+    assert all(a <= hand_factor(anticipated(S).gains) for a, S in zip(lags, rooms, strict=True))
+    if stiffness < 1.0:
+        assert sum(lag == 0.0 for lag in lags) > 20
+    soft = [S for S, lag in zip(rooms, lags, strict=True) if lag < 0.5]
+    stiffer = [_turns(S, rng, 0.0, 100.0 * stiffness) for S in soft]
+    assert sum(turns > 0.5 for turns in stiffer) > len(soft) / 4
+
+
+@given(st.floats(0.0, 60.0), st.floats(0.0, 0.99))
+def test_the_factor_grows_with_the_stiffness_up_to_that_of_any(
+    positive: float, negative: float
+) -> None:
+    room = gains_left(positive, -negative)
+    factors = [hand_factor(room, stiffness) for stiffness in np.geomspace(1e-3, 1e9, 40).tolist()]
+    assert all(b >= a - 1e-12 for a, b in pairwise(factors))
+    assert factors[0] == 0.0
+    assert factors[-1] == pytest.approx(hand_factor(room), rel=1e-3, abs=1e-6)
 
 
 @given(st.floats(0.0, 60.0), st.floats(0.0, 0.99), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3))
@@ -155,3 +188,22 @@ def test_the_worst_hand_is_no_worse_than_the_factor_says(
         H = (q + 1j) / (q + kappa + 1j) if kappa else 1.0
         row = np.hypot(abs(1.0 - H) * room.together, abs(-(1.0 - H) * room.apart + H * room.held))
         assert row <= np.hypot(1.0, r * p) * (1.0 + 5e-3)
+
+
+@given(
+    st.floats(0.0, 60.0),
+    st.floats(0.0, 0.99),
+    st.floats(1e-3, 1e3),
+    st.floats(-1e3, 1e3),
+    st.floats(0.0, 1.0),
+    st.floats(1e-2, 1e2),
+)
+def test_the_worst_hand_on_a_limited_spring_is_no_worse_than_its_factor_says(
+    positive: float, negative: float, p: float, stiff: float, share: float, stiffness: float
+) -> None:
+    room = gains_left(positive, -negative)
+    r = hand_factor(room, stiffness) * (1.0 + 1e-9)
+    q, kappa = max(stiff, -p), share * stiffness / p
+    H = (q + 1j) / (q + kappa + 1j)
+    row = np.hypot(abs(1.0 - H) * room.together, abs(-(1.0 - H) * room.apart + H * room.held))
+    assert row <= np.hypot(1.0, r * p) * (1.0 + 5e-3)
