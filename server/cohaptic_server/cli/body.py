@@ -21,7 +21,6 @@ from cohaptic_server.inspection.picture import draw
 from cohaptic_server.inspection.sections import draw_sections
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.materials import parse_values
 from cohaptic_server.objects.prepare import check_file
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.read import is_scan, read_scan
@@ -32,7 +31,6 @@ body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
 )
 
-_DENSITY = 1000.0  # kg/m3, of water and of most tissue
 
 File = Annotated[Path, typer.Argument(help="The mesh, as `cohaptic serve --body` takes it.")]
 
@@ -75,16 +73,11 @@ def inspect(
     options: ObjectOptions,
     users: Users = None,
     hz: Annotated[float, typer.Option(help="Ticks per second for them, 10 to 200.")] = 60.0,
-    density: Annotated[
-        list[str] | None,
-        typer.Option(help="Of the object, or of a part, NAME=1100 [kg/m3].", show_default="1000"),
-    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Draw how stiff it is where to this PNG.")
     ] = None,
 ) -> None:
     """Say what a file became: mesh, mass, stiffness, what it costs, what was repaired."""
-    whole, densities = parse_values("--density", density or ())
     if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
         raise SettingError("--out", out, "a .png in a folder that exists")
     if is_scan(file) and not options.label and not options.auto:
@@ -101,9 +94,7 @@ def inspect(
             source,
             built,
             SystemClock(),
-            _DENSITY if whole is None else whole,
             progress,
-            densities,
             wanted(users, hz),
         )
         if out is not None:

@@ -11,7 +11,9 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from cohaptic_server.bodies.modal.modes import DAMPING_RATIO
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import MAX_MEMORY, MAX_TIME, ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
 
@@ -84,6 +86,18 @@ class ObjectOptions:
         list[str] | None,
         typer.Option(help="Of a label map, what is the object: 3, a name, or 3=tumour."),
     ] = None
+    density: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Density [kg/m3], or of a part, NAME=1100: with it the object swings, as a jelly"
+            " does. Water and tissue have 1000.",
+            show_default="no mass",
+        ),
+    ] = None
+    damping_ratio: Annotated[
+        float,
+        typer.Option(help="Of its swings, 0.02 to 0.95 of critical; jelly and tissue about 0.1."),
+    ] = DAMPING_RATIO
     auto: Annotated[
         bool,
         typer.Option(
@@ -123,6 +137,7 @@ class ObjectOptions:
                 young_of, nu_of, bool(young_of) and young is None, bool(nu_of) and nu is None
             ),
             tuple(self.label or ()),
+            Inertia(*parse_values("--density", self.density or ()), self.damping_ratio),
         )
 
 

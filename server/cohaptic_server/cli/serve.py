@@ -139,6 +139,7 @@ def serve(
             source,
             nonlinear=nonlinear,
             damping=damping,
+            hz=simulation_hz,
             demand=demand,
             progress=progress,
             late=True,  # a process of its own solves with the factor

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.demo.places import place_hands
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.settled import Placement
-from cohaptic_server.objects.catalogue import BODIES, build_body
+from cohaptic_server.objects.catalogue import BODIES, build_body, elastic_of
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
@@ -59,21 +59,30 @@ def set_up(
     """
     check_body(scene, name)
     demand = Demand(scene.users, scene.simulation_hz, nonlinear)
-    body = build_body(name, source, nonlinear=nonlinear, demand=demand, progress=progress)
+    body = build_body(
+        name,
+        source,
+        nonlinear=nonlinear,
+        hz=scene.simulation_hz,
+        demand=demand,
+        progress=progress,
+    )
     if name == BALLOON:
         return body, scene, ""
     progress("places for the hands", 0.0)
-    assert isinstance(body, Solid | RubberSolid)  # all that is made of a file
+    elastic = elastic_of(body)
+    assert isinstance(elastic, Solid | RubberSolid)  # all that is made of a file
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
         placement = place_hands(
-            body,
-            body.shape.held,
+            elastic,
+            elastic.shape.held,
             scene.users,
             lambda share: progress("places for the hands", share),
         )
     scene = replace(scene, places=placement.places, depth=placement.depth)
-    return body, scene, describe_placement(placement, scene.names)
+    # Where it comes to rest depends on no mass.
+    return elastic, scene, describe_placement(placement, scene.names)
 
 
 def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.clock import Clock
-from cohaptic.errors import SettingError
+from cohaptic_server.bodies.modal.modes import HIGHEST
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.inspection.natural_frequency import lowest_frequency
+from cohaptic_server.bodies.solid.vibration import lowest_frequency
 from cohaptic_server.inspection.tet_quality import Quality, quality
 from cohaptic_server.inspection.tick_cost import USERS, TickCost, tick_cost
 from cohaptic_server.mesh.sampling import spread_over
@@ -20,14 +20,13 @@ from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.demand import SHARE_OF_PERIOD, Demand
+from cohaptic_server.objects.inertia.inertia import WATER
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.materials import Named, check_names
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared
 
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
 QUASI_STATIC = 0.2
-HANDS = 5.0  # Hz; up to which a hand moves on purpose
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
 
@@ -98,7 +97,7 @@ class Inspection:
                 "frequency",
                 f"the lowest natural one is {self.frequency:.3g} Hz: hands slower than about"
                 f" {QUASI_STATIC * self.frequency:.2g} Hz feel the body as it is, faster ones would"
-                f" feel its mass{self._sways()}",
+                f" feel its mass{self._sways(source)}",
             ),
             (
                 "stiffness",
@@ -127,13 +126,15 @@ class Inspection:
         lines = zip(part_words(source, self.parts), sizes.tolist(), strict=True)
         return [("part", f"{words}, {1e6 * size:.4g} cm3") for words, size in lines]
 
-    def _sways(self) -> str:
-        """What to do about a body that a hand would set swinging, if it had mass here."""
-        if self.frequency >= HANDS:
+    def _sways(self, source: ObjectFile) -> str:
+        """Whether hands set the body swinging, and what to do about it."""
+        if self.frequency >= HIGHEST:
             return ""
+        if source.inertia.given:
+            return f". Served with its density, it swings in its modes below {HIGHEST:g} Hz"
         return (
-            ". A real one would sway, this one has no mass: hold more of it (--fix), or take a"
-            " stiffer one (--young)"
+            f". A real one would sway: let it, with --density {WATER:g}; or hold more of it"
+            " (--fix), or take a stiffer one (--young)"
         )
 
     def _slow(self) -> str:
@@ -162,9 +163,7 @@ def inspect_object(
     source: ObjectFile,
     built: Built,
     clock: Clock,
-    density: float,
     progress: Callable[[str, float], None] = lambda phase, share: None,
-    densities: Named = (),
     demand: Demand | None = None,
 ) -> Inspection:
     """Inspect an object; its solid then answers from its far field until columns are there.
@@ -173,16 +172,14 @@ def inspect_object(
         source: The file and its options.
         built: The solid of the file.
         clock: Clock for the cost of a tick.
-        density: Mass density of what is not named [kg/m^3].
         progress: Called with the phase and the share of it that is done.
-        densities: Of parts by their names [kg/m^3].
         demand: What it is prepared for, if that is said; otherwise 8 users at 60 Hz.
 
     Raises:
-        SettingError: A density is out of range, or names no part.
+        SettingError: A density names no part.
     """
-    each = _densities(built, density, densities)
     solid = built.solid
+    each = source.inertia.of_elements(built.parts, len(solid.shape.tets.tets))
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
     # A contact on nothing but fixed vertices does not move either.
@@ -208,19 +205,6 @@ def inspect_object(
         built.parts,
         60.0 if demand is None else demand.hz,
     )
-
-
-def _densities(built: Built, density: float, densities: Named) -> Floats:
-    """Density of each tetrahedron, shape (m,) [kg/m^3]."""
-    for value in (density, *(value for _, value in densities)):
-        if not 1.0 <= value <= 30000.0:
-            raise SettingError("--density", f"{value:g} kg/m3", "from 1 to 30000 kg/m3")
-    names = () if built.parts is None else built.parts.names
-    check_names("--density", densities, names)
-    if built.parts is None:
-        return np.full(len(built.solid.shape.tets.tets), density)
-    known = dict(densities)
-    return np.array([known.get(name, density) for name in names])[built.parts.of]
 
 
 def part_words(source: ObjectFile, parts: Parts) -> list[str]:

@@ -11,11 +11,13 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.modal.modal_body import ModalBody
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.build import build
 from cohaptic_server.objects.build_rubber import build_rubber_solid
 from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.inertia.modes_of import with_inertia
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 
@@ -40,6 +42,7 @@ def build_body(
     *,
     nonlinear: bool = False,
     damping: float = 0.0,
+    hz: float = 60.0,
     demand: Demand | None = None,
     progress: Progress = lambda phase, share: None,
     late: bool = False,
@@ -51,6 +54,7 @@ def build_body(
         options: Options of an object from a file; their own path is replaced by `name`.
         nonlinear: Whether the deformation is finite.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
+        hz: Ticks per second, in which an object with mass swings.
         demand: Users and rate, by which the mesh of a nonlinear solid is chosen.
         progress: Called with the phase of preparing a file, and the share of it that is done.
         late: As for `build`.
@@ -78,9 +82,19 @@ def build_body(
             raise SettingError("body", repr(name), "a file, for options that describe a file")
         return BODIES[name]()
     source = replace(options or ObjectFile(path), path=path)
+    if source.inertia.given and (nonlinear or damping):
+        other = "--nonlinear" if nonlinear else "--relaxation"
+        raise SettingError("--density", f"given with {other}", f"given without {other}")
     if nonlinear:
         return build_rubber_solid(
             source, demand=demand or Demand(nonlinear=True), damping=damping, progress=progress
         )
-    elastic = build_solid(source, progress, late=late)
-    return Viscous(elastic, damping) if damping else elastic
+    built = build(source, progress, late=late)
+    if source.inertia.given:
+        return with_inertia(built, source, hz, progress)
+    return Viscous(built.solid, damping) if damping else built.solid
+
+
+def elastic_of(body: Body) -> Body:
+    """The body without what makes it viscous or gives it mass."""
+    return body.elastic if isinstance(body, Viscous | ModalBody) else body

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.parts.materials import PartMaterials
 
 MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
@@ -33,6 +34,7 @@ class ObjectFile:
         max_time: Longest time that filling it may take [s].
         parts: Materials of parts, by their names in the file.
         labels: Of a label map, those that are the object: `3`, a name, or `3=tumour`.
+        inertia: Its density, if it has any, and the damping of its swings.
 
     Raises:
         SettingError: An option is out of its range.
@@ -51,6 +53,7 @@ class ObjectFile:
     max_time: float = MAX_TIME
     parts: PartMaterials = field(default_factory=PartMaterials)
     labels: tuple[str, ...] = ()
+    inertia: Inertia = field(default_factory=Inertia)
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.scale <= 1e9:
@@ -70,7 +73,7 @@ class ObjectFile:
         """Options of the command line that describe the same object, without the path itself."""
         material = self.material
         arguments = ["--young", repr(material.young), "--poisson", repr(material.nu)]
-        arguments += self.parts.to_arguments()
+        arguments += self.parts.to_arguments() + self.inertia.to_arguments()
         for label in self.labels:
             arguments += ["--label", label]
         arguments += ["--order", str(material.order)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.objects.catalogue import elastic_of
 from cohaptic_server.shell.column_worker import ColumnWorker
 
 Solve = Callable[[int], bytes]  # finds a vertex's block of Green's functions for pages
@@ -82,5 +82,5 @@ class ServedBody:
 
 
 def _worker_of(body: Body) -> ColumnWorker | None:
-    elastic = body.elastic if isinstance(body, Viscous) else body
+    elastic = elastic_of(body)
     return ColumnWorker(elastic) if isinstance(elastic, Solid) else None

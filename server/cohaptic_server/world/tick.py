@@ -6,7 +6,8 @@ A tick has five steps:
 2. decide which forces the body gets of those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the lags of the next tick (`lags/`) and build one patch per user (`patch.py`).
+5. choose the lags of the next tick, and what it shows of a swing (`lags/`), and build one patch per
+   user (`patch.py`).
 
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
@@ -33,6 +34,7 @@ from cohaptic_server.world.applied_forces import apply_forces, update_releases
 from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
 from cohaptic_server.world.lags.anticipation import remember
+from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation
 from cohaptic_server.world.lags.room_lag import find_lag
 from cohaptic_server.world.lags.room_loop import room_loop
@@ -121,6 +123,9 @@ def advance(
     plan = find_anticipation(loop, tracked.contacts.normals, now - turned_at >= CALM_TIME)
     past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
     room = find_lag(loop, plan.m, plan.gains, state.room, dt)
+    response = show_swing(
+        body, response, loop, plan.gains, room.lag, compliance, spans, starts.tolist(), dt
+    )
     turning = find_turning_lag(
         hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
     )

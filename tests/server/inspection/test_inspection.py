@@ -26,7 +26,7 @@ GOOD = SurfaceReport(0, 0, 0, 1, 1e6, 100.0)
 def look(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Inspection:
     tets = block(size, cells)
     solid = Solid(tets, tets.vertices[:, 2] <= 0.0, WANTED.material)
-    return inspect_object(WANTED, Built(solid, Prepared(tets, None)), SystemClock(), 1000.0)
+    return inspect_object(WANTED, Built(solid, Prepared(tets, None)), SystemClock())
 
 
 def test_stiffness_is_that_of_presses_and_infinite_where_it_is_held() -> None:
@@ -69,7 +69,7 @@ def test_what_was_done_to_a_file_is_told(
 
 def test_a_body_that_would_sway_and_one_that_is_too_costly_come_with_advice() -> None:
     steady = look((0.1, 0.1, 0.1), (3, 3, 3))
-    lines = dict(replace(steady, cost=TickCost((0.001, 0.002), 0.01)).lines(WANTED))
+    lines = dict(replace(steady, frequency=20.0, cost=TickCost((0.001, 0.002), 0.01)).lines(WANTED))
     assert "--fix" not in lines["frequency"]
     assert "--edge" not in lines["tick"]
     poor = replace(steady, frequency=0.5, cost=TickCost((0.01, 0.11), 0.01))

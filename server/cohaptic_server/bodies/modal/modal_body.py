@@ -15,10 +15,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cohaptic.control.stability.swing import Swing
 from cohaptic_server.bodies.body import Body, Load, LoadArrays, Prefetching, Response
-from cohaptic_server.bodies.modal.modes import Modes, step_of
+from cohaptic_server.bodies.modal.modes import Modes, step_of, swing_of
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
+
+# Frequencies at which the swing is looked at: from far below the slowest mode, where it is 1 % of
+# its part at rest, up to that of Nyquist. A peak is as wide as its damping, 4 % at the least.
+_LOWEST, _FREQUENCIES = 0.1, 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +92,7 @@ class ModalBody:
         elastic: As given.
         modes: As given.
         dt: As given.
+        swing: How far the modes swing, over frequency.
         name: The elastic body's.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
@@ -99,6 +105,9 @@ class ModalBody:
         self.name, self.mesh = elastic.name, elastic.mesh
         self.contact_radius = elastic.contact_radius
         self._step = step_of(modes.frequency, modes.damping, dt)
+        at = np.geomspace(_LOWEST * float(modes.frequency.min()), np.pi / dt, _FREQUENCIES)
+        sizes = swing_of(modes.frequency, modes.damping, dt, at)
+        self.swing = Swing(at, np.asarray(sizes.max(axis=0)))
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ModalResponse:
         """Swing on for a tick from the state of `before`; at rest under `loads` without one."""

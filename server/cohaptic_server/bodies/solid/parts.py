@@ -51,13 +51,20 @@ class KeptFactor(Protocol):
         ...
 
 
-def plan_of_solid(shape: SolidShape) -> Plan:
-    """What factoring a solid will take, from its elements alone."""
+def plan_of_solid(shape: SolidShape, retained: Mask | None = None) -> Plan:
+    """What factoring a solid will take, from its elements alone.
+
+    Args:
+        shape: Nodes and surface.
+        retained: Nodes that can be loaded and read, shape (nodes,); None takes the surface's.
+    """
+    if retained is None:
+        retained = _on_surface(shape)
     free = np.flatnonzero(~shape.fixed)
     index = np.full(len(shape.nodes), -1, dtype=np.int64)
     index[free] = np.arange(len(free))
     graph = graph_of_elements(index[shape.elements], len(free))
-    return plan_of(graph, shape.nodes[free], _on_surface(shape)[free])
+    return plan_of(graph, shape.nodes[free], retained[free])
 
 
 def factor_of(

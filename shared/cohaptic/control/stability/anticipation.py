@@ -136,21 +136,48 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
         gains: Of the loop.
         stiffness: Of the stiffest K, as K theta over the hands' least damping; without unit.
     """
+    worst = (row_gain(gains, _FREQUENCIES, stiffness) - 1.0) / (_FREQUENCIES * _FREQUENCIES)
+    return float(np.sqrt(max(0.0, float(worst.max()))))
+
+
+def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
+    """Square of the largest gain that a hand gives its row of the loop, F of 3.13.
+
+    Args:
+        gains: Of the loop.
+        p: theta times angular frequency, any shape.
+        stiffness: As for `hand_factor`.
+
+    Returns:
+        Of the shape of `p`.
+    """
     alpha, beta, c = gains.apart, gains.together, gains.held
-    p, p2 = _FREQUENCIES, _FREQUENCIES * _FREQUENCIES
+    p2 = p * p
     # The largest quotient (beta^2 x^2 + (c p + alpha x)^2 + c^2) / ((x - p)^2 + 1) over x, ...
     trace = (1.0 + p2) * (alpha * alpha + beta * beta + c * c) + 2.0 * alpha * c * p2
     det = c * c * (beta * beta * (1.0 + p2) + alpha * alpha)
     worst = 0.5 * (trace + np.sqrt(np.maximum(0.0, trace * trace - 4.0 * det)))
-    if stiffness < np.inf:
-        # ... which is at x = p (worst + alpha c) / (worst - alpha^2 - beta^2). Where K allows no
-        # such x, the quotient is largest at one of the ends, x = 0 and stiffness / p.
-        largest = stiffness / p
-        within = p * (worst + alpha * c) <= largest * (worst - alpha * alpha - beta * beta)
-        at_end = (beta * beta + alpha * alpha) * largest * largest + 2.0 * alpha * c * stiffness
-        at_end = (at_end + c * c * (1.0 + p2)) / ((largest - p) ** 2 + 1.0)
-        worst = np.where(within, worst, np.maximum(at_end, c * c))
-    return float(np.sqrt(max(0.0, float(((worst - 1.0) / p2).max()))))
+    if stiffness == np.inf:
+        return np.asarray(worst)
+    # ... which is at x = p (worst + alpha c) / (worst - alpha^2 - beta^2). Where K allows no
+    # such x, the quotient is largest at one of the ends, x = 0 and stiffness / p.
+    largest = stiffness / p
+    within = p * (worst + alpha * c) <= largest * (worst - alpha * alpha - beta * beta)
+    at_end = (beta * beta + alpha * alpha) * largest * largest + 2.0 * alpha * c * stiffness
+    at_end = (at_end + c * c * (1.0 + p2)) / ((largest - p) ** 2 + 1.0)
+    return np.where(within, worst, np.maximum(at_end, c * c))
+
+
+def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
+    """theta of the hands of a room [s], and the stiffness of `hand_factor`.
+
+    Args:
+        damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        stiffest: Largest K of a hand, in any direction [N/m].
+    """
+    damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
+    theta = HAND_MASS / damping
+    return theta, stiffest * theta / damping
 
 
 def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) -> float:
@@ -161,6 +188,5 @@ def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) 
         damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
         stiffest: Largest K of a hand, in any direction [N/m].
     """
-    damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
-    theta = HAND_MASS / damping
-    return theta * hand_factor(gains, stiffest * theta / damping)
+    theta, stiffness = hand_class(damping_budget, stiffest)
+    return theta * hand_factor(gains, stiffness)

@@ -1,32 +1,47 @@
-"""The lowest natural frequency of a solid: up to which motions its equilibrium is a good model.
+"""The lowest natural modes of a solid: how it swings, and up to where its equilibrium is a model.
 
-    K x = (2 pi f)^2 M x
+    K x = w^2 M x
 
 with the stiffness K over the free nodes and the lumped mass M. The Lanczos method in shift-invert
-mode (ARPACK) finds the smallest f; each step solves with the Cholesky factor of K. Under a force
-that oscillates with frequency f' the body moves 1 / (1 - (f' / f)^2) times as far as at rest.
+mode (ARPACK) finds the smallest w; each step solves with the Cholesky factor of K. Under a force
+that oscillates with w' the body moves 1 / (1 - (w' / w)^2) times as far as at rest.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from cohaptic_server.bodies.solid.parts import stiffness_of
+from cohaptic_server.bodies.solid.parts import plan_of_solid, stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.factorise import factorise
+from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats
 
-_LANCZOS_VECTORS = 8  # enough for one pair; with the default of 20 it takes twice as long
 _TOLERANCE = 1e-6  # relative, of the squared frequency
 # Share of an element's mass on a corner and on a midside node, in the ratio of the diagonal of the
 # consistent mass matrix (Hinton, Rock, Zienkiewicz 1976).
 _SHARES = {4: (1.0 / 4.0, 0.0), 10: (1.0 / 36.0, 4.0 / 27.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """Natural modes of a solid with its fixed nodes at rest, the slowest first.
+
+    Args:
+        frequency: Natural angular frequencies, shape (k,) [rad/s].
+        shapes: Displacement of every node, so that each mode has a mass of 1 kg m^2 over that of
+            its amplitude, shape (k, nodes, 3) [1 / sqrt(kg)].
+    """
+
+    frequency: Floats
+    shapes: Floats
 
 
 def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
@@ -44,6 +59,57 @@ def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
     return np.asarray(total, dtype=np.float64)
 
 
+def natural_modes(
+    shape: SolidShape,
+    density: float | Floats,
+    count: int,
+    progress: Callable[[float], None] = lambda share: None,
+    accept: Callable[[Plan], None] = lambda plan: None,
+) -> Vibration:
+    """The lowest natural modes of a solid.
+
+    Args:
+        shape: The solid.
+        density: As for `lumped_mass`.
+        count: How many of them, 1 or more.
+        progress: Called with the share of the work that is done.
+        accept: Called with what factoring takes, before it begins; may raise.
+
+    Raises:
+        BodyError: The stiffness is not positive definite.
+    """
+    free = np.flatnonzero(~shape.fixed)
+    dof = (3 * free[:, None] + np.arange(3)).ravel()
+    K = sp.csr_array(stiffness_of(shape)[dof][:, dof])
+    # A served solid's factor leaves out the interior; here interior nodes carry mass too.
+    every_node = np.ones(len(shape.nodes), dtype=np.bool_)
+    plan = plan_of_solid(shape, every_node)
+    accept(plan)
+    factor = factorise(K, shape.nodes[free], every_node[free], progress, plan)
+    nodes = np.arange(len(free))
+
+    def solve(force: Floats) -> Floats:
+        displacement = factor.solve(nodes, np.asarray(force).reshape(-1, 1))
+        return np.asarray(displacement, dtype=np.float64).reshape(-1)
+
+    count = min(count, len(dof) - 1)
+    squares, vectors = scipy.sparse.linalg.eigsh(
+        K,
+        k=count,
+        M=sp.diags_array(np.repeat(lumped_mass(shape, density)[free], 3), format="csr"),
+        sigma=0.0,
+        OPinv=scipy.sparse.linalg.LinearOperator(K.shape, matvec=solve, dtype=np.float64),
+        v0=np.random.default_rng(0).normal(size=len(dof)),
+        # Enough for the lowest ones; with the default of 20 one mode takes twice as long.
+        ncv=min(2 * count + 6, len(dof)),
+        tol=_TOLERANCE,
+    )
+    order = np.argsort(squares)
+    shapes = np.zeros((count, len(shape.nodes), 3))
+    shapes[:, free] = vectors[:, order].T.reshape(count, len(free), 3)
+    return Vibration(np.sqrt(squares[order]), shapes)
+
+
 def lowest_frequency(
     shape: SolidShape,
     density: float | Floats,
@@ -59,27 +125,5 @@ def lowest_frequency(
     Raises:
         BodyError: The stiffness is not positive definite.
     """
-    free = np.flatnonzero(~shape.fixed)
-    dof = (3 * free[:, None] + np.arange(3)).ravel()
-    K = sp.csr_array(stiffness_of(shape)[dof][:, dof])
-    # A served solid's factor leaves out the interior; here interior nodes carry mass too.
-    every_node = np.ones(len(free), dtype=np.bool_)
-    factor = factorise(K, shape.nodes[free], every_node, progress)
-    nodes = np.arange(len(free))
-
-    def solve(force: Floats) -> Floats:
-        displacement = factor.solve(nodes, np.asarray(force).reshape(-1, 1))
-        return np.asarray(displacement, dtype=np.float64).reshape(-1)
-
-    squares = scipy.sparse.linalg.eigsh(
-        K,
-        k=1,
-        M=sp.diags_array(np.repeat(lumped_mass(shape, density)[free], 3), format="csr"),
-        sigma=0.0,
-        OPinv=scipy.sparse.linalg.LinearOperator(K.shape, matvec=solve, dtype=np.float64),
-        v0=np.random.default_rng(0).normal(size=len(dof)),
-        ncv=min(_LANCZOS_VECTORS, len(dof)),
-        tol=_TOLERANCE,
-        return_eigenvectors=False,
-    )
-    return math.sqrt(float(squares[0])) / (2.0 * math.pi)
+    slowest: float = natural_modes(shape, density, 1, progress).frequency[0].item()
+    return slowest / (2.0 * math.pi)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
-from cohaptic_server.inspection.natural_frequency import lowest_frequency, lumped_mass
+from cohaptic_server.bodies.solid.vibration import lowest_frequency, lumped_mass
 from cohaptic_server.testing.blocks import block
 
 BEAM = block((0.02, 0.02, 0.2), (2, 2, 12))

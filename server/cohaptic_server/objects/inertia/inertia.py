@@ -1,0 +1,78 @@
+"""What an object weighs, and how fast its swings die away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.modal.modes import DAMPING_RATIO, check_damping_ratio
+from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.parts.materials import Named, check_names
+from cohaptic_server.objects.parts.parts import Parts
+
+WATER = 1000.0  # kg/m^3; soft tissue and gels are within a tenth of it
+_LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has ten, the densest metals 22,600
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """Density and damping of an object.
+
+    Args:
+        density: Mass density of what is not named; None for none, if nothing is named, or for that
+            of water [kg/m^3].
+        densities: Of parts by their names [kg/m^3].
+        damping: Share of critical damping, of each natural mode.
+
+    Raises:
+        SettingError: A value is out of its range.
+    """
+
+    density: float | None = None
+    densities: Named = ()
+    damping: float = DAMPING_RATIO
+
+    def __post_init__(self) -> None:
+        for value in (self.whole, *(value for _, value in self.densities)):
+            if not _LEAST <= value <= _MOST:
+                limits = f"from {_LEAST:g} to {_MOST:g} kg/m3"
+                raise SettingError("--density", f"{value:g} kg/m3", limits)
+        check_damping_ratio(self.damping)
+
+    @property
+    def given(self) -> bool:
+        """Whether the object is to have any."""
+        return self.density is not None or bool(self.densities)
+
+    @property
+    def whole(self) -> float:
+        """Density of what is not named [kg/m^3]."""
+        return WATER if self.density is None else self.density
+
+    def of_elements(self, parts: Parts | None, count: int) -> Floats:
+        """Density of each tetrahedron, shape (count,) [kg/m^3].
+
+        Args:
+            parts: Of the tetrahedra; None where they have no names.
+            count: Number of them.
+
+        Raises:
+            SettingError: A density names no part.
+        """
+        names = () if parts is None else parts.names
+        check_names("--density", self.densities, names)
+        if parts is None:
+            return np.full(count, self.whole)
+        known = dict(self.densities)
+        return np.array([known.get(name, self.whole) for name in names])[parts.of]
+
+    def to_arguments(self) -> list[str]:
+        """The options of the command line."""
+        if not self.given:
+            return []
+        arguments = ["--density", repr(self.whole)]
+        for name, value in self.densities:
+            arguments += ["--density", f"{name}={value!r}"]
+        return [*arguments, "--damping-ratio", repr(self.damping)]

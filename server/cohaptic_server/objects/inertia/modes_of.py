@@ -1,0 +1,102 @@
+"""The natural modes of a solid that a hand can excite, found once and kept in the store."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from cohaptic.clock import SystemClock
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.modal.modal_body import ModalBody
+from cohaptic_server.bodies.modal.modes import HIGHEST, MOST, Modes
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.solid.vibration import natural_modes
+from cohaptic_server.cholesky.plan import Plan
+from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.build import Built
+from cohaptic_server.objects.cost import check_memory, cost_of, multiplications
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
+from cohaptic_server.progress import Progress
+
+_FORM = 1  # raised when the arrays change, or the way they are computed
+_LABEL = "natural modes"
+
+
+def with_inertia(
+    built: Built, source: ObjectFile, hz: float, progress: Progress = lambda phase, share: None
+) -> Body:
+    """The solid, with the modes that swing in the range of a hand.
+
+    A solid whose slowest mode is faster than that stays as it is: it follows a hand at once.
+
+    Args:
+        built: The solid of the file.
+        source: The file and its options, with a density.
+        hz: Ticks per second of the server.
+        progress: Called with the phase and the share of it that is done.
+
+    Raises:
+        SettingError: A density names no part.
+        BodyError: Finding the modes takes more memory than is allowed.
+    """
+    solid, inertia = built.solid, source.inertia
+    density = inertia.of_elements(built.parts, len(solid.shape.tets.tets))
+    path = _path(solid, density)
+    found = _load(path, len(solid.mesh.vertices))
+    if found is None:
+        found = _find(built, density, source, lambda share: progress(_LABEL, share))
+        frequency, shapes = found
+        save_entry(path, _LABEL, {"frequency": frequency, "shapes": shapes.astype(np.float32)})
+    frequency, shapes = found
+    slow = int(np.count_nonzero(frequency < 2.0 * math.pi * HIGHEST))
+    if not slow:
+        return solid
+    return ModalBody(solid, Modes(frequency[:slow], shapes[:slow], inertia.damping), 1.0 / hz)
+
+
+def _find(
+    built: Built, density: Floats, source: ObjectFile, progress: Callable[[float], None]
+) -> tuple[Floats, Floats]:
+    """Frequencies [rad/s] and shapes on the surface [sqrt(m/N)], of the lowest modes."""
+    shape = built.solid.shape
+
+    def accept(plan: Plan) -> None:
+        what = f"{source.path}: the natural modes of {len(shape.tets.tets):,} tetrahedra"
+        edge = None if built.prepared.surface is None else source.edge
+        cost = cost_of(plan, multiplications(SystemClock()))
+        check_memory(cost, source.max_memory, what, edge, source.material.order)
+
+    # Beside other work on the same cores two BLAS threads wait for each other.
+    with threadpool_limits(limits=1):
+        vibration = natural_modes(shape, density, MOST, progress, accept)
+    on_surface = vibration.shapes[:, shape.surface]
+    return vibration.frequency, on_surface / vibration.frequency[:, None, None]
+
+
+def _path(solid: Solid, density: Floats) -> Path:
+    """Path of the entry with the modes of a solid."""
+    shape, form = solid.shape, repr((_FORM, MOST)).encode()
+    arrays = (shape.nodes, shape.elements, shape.fixed, shape.moduli.young, shape.moduli.nu)
+    return entry_path(form, *(array.tobytes() for array in arrays), density.tobytes())
+
+
+def _load(path: Path, vertices: int) -> tuple[Floats, Floats] | None:
+    """The modes in an entry; None if there is none, or no intact one."""
+    arrays = load_entry(path, _LABEL, mapped=False)
+    if arrays is None:
+        return None
+    try:
+        frequency = np.asarray(arrays["frequency"], dtype=np.float64)
+        shapes = np.asarray(arrays["shapes"], dtype=np.float64)
+        expected = (len(frequency), vertices, 3)
+        if shapes.shape != expected or not (np.isfinite(shapes).all() and (frequency > 0.0).all()):
+            raise ValueError(f"shapes {shapes.shape} of {expected}")
+    except (KeyError, ValueError) as error:
+        warn_unusable(_LABEL, error)
+        return None
+    return frequency, shapes

@@ -1,0 +1,62 @@
+"""How much of an object's swing the hands of a room are shown (science 3.14)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cohaptic.control.stability.anticipation import Gains, hand_class
+from cohaptic.control.stability.swing import felt_share
+from cohaptic_server.bodies.body import Body, Response
+from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse, with_felt
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.lags.room_loop import RoomLoop, hand_stiffness
+
+# Per second, by which the share may rise and fall: a change of it moves surfaces under fingers, and
+# one that falls has to be down before the room has answered.
+_RISE, _FALL = 1.0, 10.0
+
+
+def show_swing(
+    body: Body,
+    response: Response,
+    loop: RoomLoop,
+    gains: Gains | None,
+    lag: float,
+    compliance: Floats,
+    spans: Sequence[slice],
+    starts: Sequence[int],
+    dt: float,
+) -> Response:
+    """The response, with the share of its swing that the next tick shows to hands.
+
+    Args:
+        body: That may have modes; of others the response is returned as it is.
+        response: Of this tick.
+        loop: That the hands close.
+        gains: Of what anticipation leaves of it; None where nothing is anticipated, and of the
+            swing nothing is felt.
+        lag: Of the room [s].
+        compliance: Between the loads of the loop, shape (loads, loads) [m/N].
+        spans: Rows of each user in `compliance`.
+        starts: First load of each user in the response.
+        dt: Simulation period N T [s].
+    """
+    if not (isinstance(body, ModalBody) and isinstance(response, ModalResponse)):
+        return response
+    share, stiffest = 0.0, 0.0
+    parts = np.zeros((len(body.modes), len(body.modes)))
+    for i, (user, span, start) in enumerate(zip(loop.users, spans, starts, strict=False)):
+        if loop.nearness[i] <= 0.0:
+            continue
+        K = hand_stiffness(user, compliance[span, span])
+        stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
+        along = response.along[start : start + len(K)]
+        parts += along.T @ K @ along
+    if gains is not None:
+        theta, stiffness = hand_class(loop.damping_budget, stiffest)
+        weight = float(np.linalg.eigvalsh(parts)[-1])
+        share = felt_share(gains, theta, stiffness, lag, weight, body.swing)
+    before = response.felt
+    return with_felt(response, min(before + _RISE * dt, max(before - _FALL * dt, share)))

@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.control.stability.anticipation import UNCOUPLED, gains_left
+from cohaptic_server.bodies.modal.modal_body import ModalResponse, with_felt
+from cohaptic_server.world.lags.felt_swing import show_swing
+from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
+from tests.server.bodies.modal.jelly import DT, jelly, solid
+from tests.server.bodies.presses import press
+from tests.server.touches import touch, user_of
+
+WAYS = [(1.0, 0.0, 0.8), (-1.0, 0.2, 0.5), (0.0, 1.0, 0.2)]
+SPANS = [slice(0, 1), slice(1, 2), slice(2, 3)]
+
+
+def loop_of(near: list[float], budget: float = 8.0) -> tuple[RoomLoop, ModalResponse]:
+    response = jelly().respond([press(solid(), way, 0.02) for way in WAYS])
+    users = [
+        user_of(touch(i + 1, max_stiffness=2000.0, damping_budget=budget)) for i in range(len(WAYS))
+    ]
+    return room_loop(users, response.compliance, SPANS, np.array(near), DT), response
+
+
+def shown(loop: RoomLoop, response: ModalResponse, before: float, **given: object) -> float:
+    """The share after one tick."""
+    arguments = {"gains": UNCOUPLED, "lag": 0.0} | given
+    found = show_swing(
+        jelly(),
+        with_felt(response, before),
+        loop,
+        compliance=response.compliance,
+        spans=SPANS,
+        starts=[0, 1, 2, 3],
+        dt=DT,
+        **arguments,  # type: ignore[arg-type]
+    )
+    assert isinstance(found, ModalResponse)
+    return found.felt
+
+
+@given(st.floats(0.0, 1.0), st.lists(st.sampled_from([0.0, 0.4, 1.0]), min_size=3, max_size=3))
+@settings(max_examples=30, deadline=None)
+def test_it_rises_slowly_and_falls_fast(before: float, near: list[float]) -> None:
+    loop, response = loop_of(near)
+    after = shown(loop, response, before)
+    assert 0.0 <= after <= 1.0
+    assert before - 10.0 * DT - 1e-12 <= after <= before + DT + 1e-12
+    if not any(near):  # nobody closes a loop: all of it may be shown
+        assert after == pytest.approx(min(1.0, before + DT))
+
+
+def test_less_is_shown_to_more_hands_and_to_devices_that_damp_less() -> None:
+    def steady(near: list[float], budget: float = 8.0) -> float:
+        loop, response = loop_of(near, budget)
+        share = 0.0
+        for _ in range(120):
+            share = shown(loop, response, share)
+        return share
+
+    one, two, three = steady([1.0, 0.0, 0.0]), steady([1.0, 1.0, 0.0]), steady([1.0, 1.0, 1.0])
+    assert one > two > three > 0.0
+    assert 0.0 < steady([1.0, 0.0, 0.0], budget=0.0) < one
+
+
+def test_none_is_shown_where_nothing_is_anticipated() -> None:
+    loop, response = loop_of([1.0, 1.0, 1.0])
+    assert shown(loop, response, 0.05, gains=None) == 0.0
+    # Hands that need all of the room's lag for themselves leave nothing for a swing.
+    assert shown(loop, response, 0.05, gains=gains_left(40.0, -0.99)) == 0.0
+
+
+def test_a_body_without_mass_is_left_as_it_is() -> None:
+    loop, _ = loop_of([1.0, 1.0, 1.0])
+    response = solid().respond([press(solid(), way, 0.02) for way in WAYS])
+    found = show_swing(
+        solid(), response, loop, UNCOUPLED, 0.0, response.compliance, SPANS, [0, 1, 2, 3], DT
+    )
+    assert found is response
+
+
+def test_a_hand_with_friction_counts_in_three_directions() -> None:
+    """Its response has three loads; K along the surface adds to what the swing takes."""
+    load = press(solid(), WAYS[0], 0.02)
+    n = load.direction
+    along = np.cross(n, (0.0, 0.0, 1.0))
+    along /= np.linalg.norm(along)
+    loads = [load, *(replace(load, direction=d, force=0.0) for d in (along, np.cross(n, along)))]
+    response = jelly().respond(loads)
+    shares: list[float] = []
+    for friction, span in ((False, slice(0, 1)), (True, slice(0, 3))):
+        user = user_of(touch(1, max_stiffness=2000.0, damping_budget=8.0, friction=friction))
+        C = response.compliance[span, span]
+        loop = room_loop([user], C, [span], np.ones(1), DT)
+        share: float = 0.0
+        for _ in range(120):
+            found = show_swing(
+                jelly(), with_felt(response, share), loop, UNCOUPLED, 0.0, C, [span], [0, 3], DT
+            )
+            assert isinstance(found, ModalResponse)
+            share = found.felt
+        shares.append(share)
+    assert shares[1] < shares[0]
