@@ -22,8 +22,10 @@ from cohaptic.protocol.messages import (
     Name,
     Period,
     SetLaw,
+    Token,
     UserJoined,
     UserLeft,
+    WithSecrets,
     decode_text,
     wrong_version,
 )
@@ -40,7 +42,7 @@ Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
 
-class Watch(ControlMessage):
+class Watch(WithSecrets):
     """First message of a connection that only watches.
 
     Args:
@@ -49,6 +51,7 @@ class Watch(ControlMessage):
             it of Green's functions. A body that has none is served as frames.
         rate: Scene frames at most [1/s].
         mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
+        token: As in a hello.
     """
 
     type: Literal["watch"] = "watch"
@@ -56,6 +59,7 @@ class Watch(ControlMessage):
     encoding: EncodingName = "frames"
     rate: Rate = 30.0
     mesh: MeshForm = "exact"
+    token: Token | None = Field(default=None, repr=False)
 
 
 class SetView(ControlMessage):
@@ -98,7 +102,7 @@ class WatchedUser(ControlMessage):
     name: Name
 
 
-class Watching(ControlMessage):
+class Watching(WithSecrets):
     """The server's answer to a `watch` that it accepts; the rest mesh and scenes follow.
 
     Args:
@@ -112,6 +116,9 @@ class Watching(ControlMessage):
         allow_latency: Whether `set_latency` is allowed.
         allow_fixed_gains: Whether those who touch may choose their gains.
         allow_upload: Whether a page of this machine may bring an object of its own.
+        can_touch: Whether who has this token may touch as well.
+        room_admin: Whether it may send `moderate`.
+        session: As in a welcome.
     """
 
     type: Literal["watching"] = "watching"
@@ -124,6 +131,9 @@ class Watching(ControlMessage):
     allow_latency: bool
     allow_fixed_gains: bool
     allow_upload: bool = False
+    can_touch: bool = True
+    room_admin: bool = False
+    session: Token | None = Field(default=None, repr=False)
 
 
 class Latency(ControlMessage):

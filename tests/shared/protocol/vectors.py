@@ -168,6 +168,9 @@ TRAVERSALS = {name: Traversal.of(n, faces) for name, (n, faces) in MESHES.items(
 OF_SCENE = TRAVERSALS["octahedron"]
 CONTROL: dict[str, Any] = {
     "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
+    "hello with a token": Hello(
+        protocol=PROTOCOL_VERSION, name="left", key="0123456789abcdef", token="eyJh.eyJz.c2ln"
+    ),
     "set_law": SetLaw(law=Law.PI),
     "bye": Bye(),
     "welcome": Welcome.model_validate(
@@ -185,10 +188,19 @@ CONTROL: dict[str, Any] = {
             "users": ("left",),
         }
     ),
+    "welcome with a session": Welcome(
+        user=3,
+        name="up",
+        simulation_period=0.0625,
+        users=(),
+        session="eyJh.eyJz.c2Vz",
+        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
+    ),
     "user_joined": UserJoined(user=2, name="right"),
     "user_left": UserLeft(user=2, name="right", reason="bye"),
     "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
     "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
+    "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
     "set_view": SetView(encoding="forces", rate=60.0),
     "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
     "watching": Watching(
@@ -207,6 +219,9 @@ CONTROL: dict[str, Any] = {
         users=(),
         allow_latency=False,
         allow_fixed_gains=True,
+        can_touch=False,
+        room_admin=True,
+        session="eyJh.eyJz.c2Vz",
     ),
     "latency": Latency(user=2, delay=0.125, jitter=0.03125),
 }
