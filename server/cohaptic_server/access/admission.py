@@ -7,6 +7,7 @@ was good for one time.
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,8 +17,9 @@ from cohaptic_server.access.keys import KeyRing
 from cohaptic_server.access.tokens import LEEWAY, SESSION_AUDIENCE, Claims, Session, sign, verify
 from cohaptic_server.access.used_tokens import UsedTokens
 
-SESSION_TTL = 3600.0  # s for which a session can be taken up again after it was heard of last
-SESSION_LIFE = 12 * 3600.0  # s after which it needs an invitation again, however often it came back
+# s after which a session needs an invitation to come back, a long day in a lab. One that is
+# connected stays.
+SESSION_LIFE = 12 * 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,7 @@ class Admission:
         ring: Keys of tokens; None where nobody has one.
         admits_anybody: Whether one without a token may come in.
         single_use: Whether an invitation is good for one time.
-        draw: Makes names that nobody can guess, of 16 characters or more.
+        draw: Makes names that nobody can guess.
     """
 
     def __init__(
@@ -58,7 +60,7 @@ class Admission:
         *,
         admits_anybody: bool = True,
         single_use: bool = False,
-        draw: Callable[[], str],
+        draw: Callable[[], str] = lambda: secrets.token_hex(16),
     ) -> None:
         self.ring = ring
         self._admits_anybody = admits_anybody
@@ -100,7 +102,7 @@ class Admission:
 
     def session_token(self, guest: Guest, now: float) -> str | None:
         """With which a guest comes back; None for one who needs none."""
-        ends = min(now + SESSION_TTL, guest.since + SESSION_LIFE)
+        ends = guest.since + SESSION_LIFE
         if self.ring is None or not guest.session or ends <= now:
             return None
         claims = Claims(

@@ -20,6 +20,7 @@ from cohaptic.protocol.messages import (
     Welcome,
 )
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
@@ -41,6 +42,8 @@ class Member:
         hello: Settings of the user, with its later changes.
         heard: Time of the newest message from it [s].
         claim: To its name.
+        max_force: Most of its force that the body gets, by its device and its token [N].
+        muted: Whether the body gets none of it.
 
     Attributes:
         touch: Newest sample; None before the first.
@@ -52,6 +55,8 @@ class Member:
     hello: Hello
     heard: float
     claim: Claim
+    max_force: float
+    muted: bool = False
     touch: Touch | None = None
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
@@ -89,7 +94,7 @@ class Room:
         self._kept = KeptNames()
 
     def join(
-        self, hello: Hello, now: float, source: str = ""
+        self, hello: Hello, now: float, source: str = "", guest: Guest = ANYBODY
     ) -> tuple[Welcome, UserJoined, int | None]:
         """Add a user.
 
@@ -97,6 +102,7 @@ class Room:
             hello: Of the user.
             now: Time [s].
             source: Whom its connection is counted with.
+            guest: Who it is.
 
         Returns:
             Its welcome, the message for the others, and the number of the user of the same name
@@ -109,7 +115,7 @@ class Room:
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
         self.frames.check_geometry(hello.geometry)
-        claim = Claim(hello.key, source)
+        claim = Claim(hello.key, source, guest.session)
         if holder is None:
             self._kept.check(hello.name, claim, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
@@ -127,7 +133,9 @@ class Room:
         user = self.next_user
         self.next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
-        self.members[user] = Member(user, hello, now, claim)
+        most = guest.grants.max_force
+        cap = hello.max_force if most is None else min(hello.max_force, most)
+        self.members[user] = Member(user, hello, now, claim, cap)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -146,7 +154,7 @@ class Room:
             user,
             hello.law,
             hello.max_stiffness,
-            hello.max_force,
+            member.max_force,
             sample.probe,
             sample.force,
             sample.seq,

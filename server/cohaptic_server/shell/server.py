@@ -19,7 +19,9 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.runtime.transport import tune
+from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
 from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick
@@ -47,10 +49,12 @@ class CohapticServer:
         body: The deformable object.
         settings: Of the server.
         solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
+        admission: Whom the server takes in; anybody if not given.
 
     Attributes:
         room: The users.
         audience: The watchers.
+        entrance: Who comes in, and what for.
         lobby: Both, as peers.
         gate: Who may come in, and how much they may ask for.
         meters: Of the ticks since the start, or since somebody put fresh ones here.
@@ -62,6 +66,7 @@ class CohapticServer:
         body: Body,
         settings: ServerSettings,
         solve: Callable[[int], bytes] | None = None,
+        admission: Admission | None = None,
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()
@@ -69,7 +74,8 @@ class CohapticServer:
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.lobby = Lobby(self.room, self.audience, self.gate.sources)
+        self.entrance = Entrance(self.gate.sources, admission)
+        self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
         self._connections: dict[Peer, Connection] = {}
@@ -165,7 +171,7 @@ class CohapticServer:
         self.web.serve(body, wanted.use(body))
         self.room = room
         self.audience = Audience(room, self.web.model)
-        self.lobby = Lobby(room, self.audience, self.gate.sources)
+        self.lobby = Lobby(room, self.audience, self.entrance)
 
     def tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""

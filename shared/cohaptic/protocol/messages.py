@@ -95,7 +95,7 @@ class Hello(WithSecrets):
         fixed_gains: Instead of the server's choice; refused unless the server allows it.
         key: A secret that the client has made, with which it comes back to its name; the server
             tells it to nobody. Not on the wire if there is none.
-        token: Of an invitation, or of the session that comes back. Not on the wire if there is none.
+        token: Of an invitation, or of a session. Not on the wire if there is none.
     """
 
     type: Literal["hello"] = "hello"
