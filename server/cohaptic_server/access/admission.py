@@ -52,6 +52,10 @@ class Admission:
         admits_anybody: Whether one without a token may come in.
         single_use: Whether an invitation is good for one time.
         draw: Makes names that nobody can guess.
+
+    Attributes:
+        ring: Keys that are accepted; another takes its place when keys are rotated.
+        admits_anybody: Whether one without a token may come in.
     """
 
     def __init__(
@@ -63,7 +67,7 @@ class Admission:
         draw: Callable[[], str] = lambda: secrets.token_hex(16),
     ) -> None:
         self.ring = ring
-        self._admits_anybody = admits_anybody
+        self.admits_anybody = admits_anybody
         self._used = UsedTokens() if single_use else None
         self._draw = draw
 
@@ -80,7 +84,7 @@ class Admission:
         """
         # A client may have a token for every server, and one that asks for none has no use for it.
         if self.ring is None or token is None:
-            if self._admits_anybody:
+            if self.admits_anybody:
                 return ANYBODY
             advice = "open the link of your invitation, or give --token or COHAPTIC_TOKEN"
             raise Denied("this server takes in nobody without a token", advice)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import socket
+import ssl
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import Any
@@ -51,6 +52,7 @@ async def listen(
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
     gate: Gate,
+    tls: ssl.SSLContext | None = None,
 ) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
@@ -59,6 +61,7 @@ async def listen(
         process: Answers an HTTP request; None lets it become a websocket.
         settings: Of the server.
         gate: Who may come in.
+        tls: Of every connection; None without TLS.
 
     Raises:
         SettingError: The address or port cannot be had.
@@ -89,12 +92,15 @@ async def listen(
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
             create_connection=wire,
+            ssl=tls,
             **options,
         )
         for door in doors
     ]
     name = f"[{host}]" if ":" in host else host
-    return Listener(servers), f"ws://{name}:{doors[0].getsockname()[1]}"
+    return Listener(
+        servers
+    ), f"{'ws' if tls is None else 'wss'}://{name}:{doors[0].getsockname()[1]}"
 
 
 async def _doors(host: str, port: int, gate: Gate) -> list[Door]:

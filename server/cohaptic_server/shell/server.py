@@ -19,7 +19,6 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.runtime.transport import tune
-from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
@@ -34,6 +33,7 @@ from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
+from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -49,7 +49,7 @@ class CohapticServer:
         body: The deformable object.
         settings: Of the server.
         solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
-        admission: Whom the server takes in; anybody if not given.
+        protection: Who comes in and how it is secured; anybody and not if not given.
 
     Attributes:
         room: The users.
@@ -66,7 +66,7 @@ class CohapticServer:
         body: Body,
         settings: ServerSettings,
         solve: Callable[[int], bytes] | None = None,
-        admission: Admission | None = None,
+        protection: Protection | None = None,
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()
@@ -74,7 +74,8 @@ class CohapticServer:
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.entrance = Entrance(self.gate.sources, admission)
+        self.protection = protection or Protection()
+        self.entrance = Entrance(self.gate.sources, self.protection.admission)
         self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
@@ -96,7 +97,9 @@ class CohapticServer:
             SettingError: The address or port cannot be had.
         """
         self.room.frames.prepare()
-        self._listener, url = await listen(self._handle, self.web.process, self.settings, self.gate)
+        self._listener, url = await listen(
+            self._handle, self.web.process, self.settings, self.gate, self.protection.tls
+        )
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
