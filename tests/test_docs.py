@@ -215,6 +215,8 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
     "tests/server/shell/test_upload_choices.py": "an upload over real sockets: choices again",
     "tests/server/shell/test_upload_phases.py": "an upload over real sockets, left in each phase",
+    "tests/server/shell/test_proxy.py": "behind nginx, with the file that is shipped",
+    "tests/server/shell/test_tls.py": "TLS over real sockets, several modules",
     "tests/server/shell/test_floods.py": "floods of every kind, over real sockets",
     "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
     "tests/server/shell/test_work.py": "work of the whole wire, counted",

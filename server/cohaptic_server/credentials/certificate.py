@@ -58,6 +58,8 @@ def _context() -> ssl.SSLContext:
     # TLS 1.2 and 1.3 with the ciphers that Python chooses; no certificate of the client's.
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
+    # A client may not make the server shake hands again and again on one connection.
+    context.options |= ssl.OP_NO_RENEGOTIATION
     context.set_alpn_protocols(_ALPN)
     return context
 

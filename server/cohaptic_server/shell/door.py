@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic_server.guard.sources import Refusal
-from cohaptic_server.shell.gate import Gate, source_of_peer
+from cohaptic_server.shell.gate import Gate, Taken, source_of_peer
 
 _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 # Connections that are taken, or turned away, before other events have their turn: 1 ms of each.
@@ -83,10 +83,12 @@ class Door(socket.socket):
                 self._turn_away_without_files(error)
                 continue
             source = source_of_peer(peer)
-            refusal = self._gate.sources.enter(source, self._gate.clock.now())
+            now, sources = self._gate.clock.now(), self._gate.sources
+            by_proxy = source in self._gate.proxies
+            refusal = sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
             if refusal is None:
                 self._taken += 1
-                return connection, peer
+                return self._counted(connection, source), peer
             self._refused += 1
             _turn_away(connection, refusal)
             self._gate.tell(source, f"a connection from {source} was refused: {refusal.why}")
@@ -97,6 +99,12 @@ class Door(socket.socket):
         if spare is not None:
             os.close(spare)
         super().close()
+
+    def _counted(self, connection: socket.socket, source: str) -> Taken:
+        taken = Taken(fileno=connection.detach())
+        taken.gate, taken.source = self._gate, source
+        self._gate.taken[taken.fileno()] = taken
+        return taken
 
     def _go_on(self) -> None:
         self._taken = self._refused = 0

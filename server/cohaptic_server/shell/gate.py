@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import socket
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +13,7 @@ from cohaptic.clock import Clock
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.log_lines import LogLines
 from cohaptic_server.guard.meter import Meter
-from cohaptic_server.guard.sources import UNKNOWN, Sources, source_of
+from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources, forwarded_source, source_of
 
 log = logging.getLogger("cohaptic.server")
 
@@ -27,17 +29,28 @@ class Gate:
         limits: All budgets.
         clock: Of the server.
         simulation_hz: Its ticks per second.
+        proxies: Addresses whose word on where a connection comes from is believed.
 
     Attributes:
         limits: The same, with no more connections than the system has files for.
         clock: The same.
         sources: Of all addresses.
+        proxies: As given, as connections are counted.
+        taken: Connections that are open, by the number of their file.
     """
 
-    def __init__(self, limits: Limits, clock: Clock, simulation_hz: float = 60.0) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        clock: Clock,
+        simulation_hz: float = 60.0,
+        proxies: Sequence[str] = (),
+    ) -> None:
         self.limits = limits = replace(limits, open_in_all=min(limits.open_in_all, _files()))
         self.clock = clock
         self.sources = Sources(limits)
+        self.proxies = frozenset(source_of(address) for address in proxies)
+        self.taken: dict[int, Taken] = {}
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
         self._simulation_hz = simulation_hz
@@ -51,6 +64,28 @@ class Gate:
         if self._lines.pass_on(source, self.clock.now()):
             log.log(logging.WARNING if warning else logging.INFO, "%s", text)
 
+    def settle(self, file: int, said: Sequence[str], now: float) -> str | Refusal:
+        """Count a connection of a proxy with whom the proxy says it comes from.
+
+        Args:
+            file: Number of the connection's file.
+            said: Values of X-Forwarded-For, in their order.
+            now: Time [s].
+
+        Returns:
+            Whom it is counted with, or why it is not taken.
+        """
+        source = forwarded_source(said, self.proxies)
+        connection = self.taken.get(file)
+        if connection is None or connection.source == source:
+            return source
+        refusal = self.sources.enter(source, now)
+        if refusal is not None:
+            return refusal
+        self.sources.leave(connection.source)
+        connection.source = source
+        return source
+
     def report(self, after: float = _REPORTED_AFTER) -> None:
         """Tell how many lines were left out; called at every tick, and does nothing in most."""
         now = self.clock.now()
@@ -59,6 +94,28 @@ class Gate:
         self._next_report = now + 1.0
         for source, count in self._lines.left_out(now, after):
             log.warning("%d lines about %s were left out", count, source)
+
+
+class Taken(socket.socket):
+    """A connection that is counted until its file is closed, whatever became of it.
+
+    One whose TLS handshake fails never has a protocol that could say that it has ended.
+
+    Attributes:
+        gate: That it is counted at; None once it is not any more.
+        source: Whom it is counted with.
+    """
+
+    gate: Gate | None = None
+    source = UNKNOWN
+
+    def close(self) -> None:
+        """End the connection."""
+        gate, self.gate = self.gate, None
+        if gate is not None:
+            gate.taken.pop(self.fileno(), None)
+            gate.sources.leave(self.source)
+        super().close()
 
 
 def _files() -> int:

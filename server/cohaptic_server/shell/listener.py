@@ -22,8 +22,10 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.door import Door
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
-from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
+from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
+# s, as for the request; and for the last word of one who goes, after which it is cut.
+_TLS_OPTIONS = {"ssl_handshake_timeout": HEAD_TIMEOUT, "ssl_shutdown_timeout": 2.0}
 _ALL_INTERFACES = ("0.0.0.0", "::")
 
 
@@ -73,6 +75,8 @@ async def listen(
 
     host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
+    if tls is not None:
+        options |= _TLS_OPTIONS
     try:
         doors = await _doors(host, port, gate)
     except OSError as error:

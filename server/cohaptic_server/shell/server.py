@@ -71,10 +71,11 @@ class CohapticServer:
         self.settings = settings
         self.clock = SystemClock()
         self.room = Room(body, settings)
-        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
+        self.protection = protection or Protection()
+        proxies = self.protection.proxies
+        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, proxies)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.protection = protection or Protection()
         self.entrance = Entrance(self.gate.sources, self.protection.admission)
         self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()

@@ -19,7 +19,9 @@ from websockets.protocol import State
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.websocket_frames import begins_message, make_frame
+from cohaptic.runtime.transport import unsent_of
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_binary
 from cohaptic_server.shell.gate import Gate, source_of_peer
@@ -42,6 +44,7 @@ class Wire(ServerConnection):
             waits for a message; None leaves all messages to `recv`.
         dismiss: Called with why the peer is not heard any more; it has to close the connection.
         source: Whom it is counted with.
+        unsent: Bytes that were written and have not left the process.
     """
 
     def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
@@ -49,6 +52,7 @@ class Wire(ServerConnection):
         self.deliver: Callable[[bytes], None] | None = None
         self.dismiss: Callable[[ProtocolError], None] = self._close_for
         self.source = ""
+        self.unsent: Callable[[], int] = _nothing
         self._gate = gate or Gate(Limits(), SystemClock())
         self._now = self._gate.clock.now
         self._meter = self._gate.meter()
@@ -68,6 +72,22 @@ class Wire(ServerConnection):
         """A response of so many bytes goes out, which `Sources.respond` has let pass."""
         self._unread += size
 
+    def come_from(self, said: Sequence[str]) -> Refusal | None:
+        """Count it with whom a proxy says; why it is not taken, if it is not.
+
+        Args:
+            said: Values of X-Forwarded-For. They count only where a proxy that is believed sent
+                them: anybody else may write what it likes.
+        """
+        if self.source not in self._gate.proxies:
+            return None
+        file = self.transport.get_extra_info("socket").fileno()
+        settled = self._gate.settle(file, said, self._now())
+        if isinstance(settled, str):
+            self.source = settled
+            return None
+        return settled
+
     def taken(self) -> None:
         """The handler is done with a message of `recv`."""
         self._waiting -= 1
@@ -81,6 +101,7 @@ class Wire(ServerConnection):
         """Called by the event loop at the beginning."""
         self.source = source_of_peer(transport.get_extra_info("peername"))
         super().connection_made(transport)
+        self.unsent = unsent_of(self.transport)
         loop = asyncio.get_running_loop()
         self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
 
@@ -88,7 +109,6 @@ class Wire(ServerConnection):
         """Called by the event loop at the end."""
         if self._head_due is not None:
             self._head_due.cancel()
-        self._gate.sources.leave(self.source)
         self._gate.sources.taken(self.source, self._unread)
         self._unread = 0
         super().connection_lost(exc)
@@ -139,7 +159,7 @@ class Wire(ServerConnection):
                 texts += 1
         # Pieces of a file come as fast as its handler takes them, and no faster.
         texts = 0 if self._brings_files else texts
-        if beats and self.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
+        if beats and self.unsent() > MAX_UNREAD_BYTES:
             limit = f"at most {MAX_UNREAD_BYTES:,}"
             return RemoteProtocolError("bytes not read", "more", limit, CloseCode.TOO_SLOW)
         if in_head and self._stream.opened and self._head_due is not None:
@@ -169,3 +189,7 @@ class Wire(ServerConnection):
         if not self._stream.opened:
             self._gate.tell(self.source, f"{self.source} sent no request in {HEAD_TIMEOUT:g} s")
             self.transport.abort()
+
+
+def _nothing() -> int:
+    return 0

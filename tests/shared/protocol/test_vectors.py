@@ -34,9 +34,9 @@ from cohaptic.protocol.watch_messages import (
     decode_client_message,
     decode_watch_control,
 )
+from tests.shared.protocol.control import CONTROL
 from tests.shared.protocol.vectors import (
     ACKS,
-    CONTROL,
     OF_SCENE,
     PATCHES,
     REST_MESHES,
