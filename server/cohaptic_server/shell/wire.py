@@ -44,7 +44,6 @@ class Wire(ServerConnection):
             waits for a message; None leaves all messages to `recv`.
         dismiss: Called with why the peer is not heard any more; it has to close the connection.
         source: Whom it is counted with.
-        unsent: Bytes that were written and have not left the process.
     """
 
     def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
@@ -52,7 +51,7 @@ class Wire(ServerConnection):
         self.deliver: Callable[[bytes], None] | None = None
         self.dismiss: Callable[[ProtocolError], None] = self._close_for
         self.source = ""
-        self.unsent: Callable[[], int] = _nothing
+        self._unsent: Callable[[], int] | None = None
         self._gate = gate or Gate(Limits(), SystemClock())
         self._now = self._gate.clock.now
         self._meter = self._gate.meter()
@@ -97,11 +96,19 @@ class Wire(ServerConnection):
         if messages and self.state is State.OPEN:
             self.transport.write(b"".join(map(make_frame, messages)))
 
+    def unsent(self) -> int:
+        """Bytes that were written and have not left the process."""
+        if self._unsent is None:
+            self._unsent = unsent_of(self.transport)
+        return self._unsent()
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by the event loop at the beginning."""
         self.source = source_of_peer(transport.get_extra_info("peername"))
+        taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
+        if taken is not None:
+            taken.turns = None  # hands were shaken
         super().connection_made(transport)
-        self.unsent = unsent_of(self.transport)
         loop = asyncio.get_running_loop()
         self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
 
@@ -189,7 +196,3 @@ class Wire(ServerConnection):
         if not self._stream.opened:
             self._gate.tell(self.source, f"{self.source} sent no request in {HEAD_TIMEOUT:g} s")
             self.transport.abort()
-
-
-def _nothing() -> int:
-    return 0

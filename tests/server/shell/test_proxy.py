@@ -11,6 +11,7 @@ import ssl
 import subprocess
 from collections.abc import AsyncGenerator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -106,7 +107,7 @@ def test_who_comes_through_the_proxy_touches_and_no_log_has_the_token(
             proxied(served, tmp_path) as port,
         ):
             url = f"wss://lab.example:{port}/"
-            there = {"ssl": trust, "host": "127.0.0.1", "port": port}
+            there: dict[str, Any] = {"ssl": trust, "host": "127.0.0.1", "port": port}
             async with visit(url, origin=f"https://lab.example:{port}", **there) as client:
                 message = hello("left").model_copy(update={"token": secret})
                 await client.ws.send(encode_control(message))

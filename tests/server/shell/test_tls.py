@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import socket
 import ssl
+from collections.abc import AsyncGenerator, Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from cohaptic_client.network.link import Link
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.credentials.certificate import Certificate
 from cohaptic_server.shell import listener
+from cohaptic_server.shell.gate import Turns
 from cohaptic_server.shell.protection import Protection
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.shell.stage import PATIENCE, Serving, serving, visit
@@ -89,7 +91,7 @@ def test_a_certificate_that_was_renewed_is_served_and_nobody_inside_notices(
 def test_connections_whose_handshake_fails_are_not_counted_for_ever(
     small_balloon: Balloon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(listener._TLS_OPTIONS, "ssl_handshake_timeout", 0.3)
+    monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", 0.3)
 
     async def run() -> None:
         async with serving(small_balloon, protection=protected(tmp_path)) as served:
@@ -122,6 +124,34 @@ def test_connections_whose_handshake_fails_are_not_counted_for_ever(
     asyncio.run(run())
 
 
+def test_of_many_handshakes_at_once_a_few_go_on_before_others_have_their_turn() -> None:
+    later: list[Callable[[], None]] = []
+    turns = Turns(later.append)
+    assert [turns.take() for _ in range(7)] == [True] * 4 + [False] * 3
+    assert len(later) == 1
+    later.pop()()
+    assert [turns.take() for _ in range(5)] == [True] * 4 + [False]
+
+
+def test_all_who_shake_hands_at_once_come_in_and_a_connection_keeps_little_memory(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
+    async def run() -> None:
+        trust = trusting(tmp_path)
+        async with serving(small_balloon, protection=protected(tmp_path)) as served:
+            opened = await asyncio.gather(
+                *(asyncio.open_connection(*address(served), ssl=trust) for _ in range(40))
+            )
+            await until(lambda: len(served.server.gate.taken) == 40)
+            await until(lambda: all(one.turns is None for one in served.server.gate.taken.values()))
+            for _, writer in opened:
+                below: Any = getattr(writer.transport, "_ssl_protocol")  # noqa: B009
+                assert len(below._ssl_buffer) <= listener.TLS_BUFFER
+                writer.close()
+
+    asyncio.run(run())
+
+
 def test_what_the_transport_below_holds_back_counts_as_not_sent(tmp_path: Path) -> None:
     """Else a path that stalls would look clear, and old patches would pile up in the process."""
 
@@ -134,8 +164,11 @@ def test_what_the_transport_below_holds_back_counts_as_not_sent(tmp_path: Path) 
         host, port = server.sockets[0].getsockname()
         _, mine = await asyncio.open_connection(host, port, ssl=trusting(tmp_path))
         theirs = await accepted.get()
-        mine.transport.pause_reading()
-        unsent = unsent_of(theirs.transport)
+        reading, written = mine.transport, theirs.transport
+        assert isinstance(reading, asyncio.Transport)
+        assert isinstance(written, asyncio.Transport)
+        reading.pause_reading()
+        unsent = unsent_of(written)
         assert unsent() == 0
         for _ in range(10_000):
             theirs.transport.write(bytes(1024))
@@ -159,7 +192,7 @@ async def opened(url: str, ca_file: Path | str = "") -> None:
 
 
 @contextlib.asynccontextmanager
-async def any_server(context: ssl.SSLContext | None) -> Any:
+async def any_server(context: ssl.SSLContext | None) -> AsyncGenerator[int]:
     """Something that listens, with any certificate or none."""
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
