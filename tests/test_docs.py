@@ -163,6 +163,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("watch,", watch_messages.Watch),
         ("set_view,", watch_messages.SetView),
         ("set_latency,", watch_messages.SetLatency),
+        ("moderate,", watch_messages.Moderate),
         ("watching,", watch_messages.Watching),
         ("latency,", watch_messages.Latency),
         ("upload_offer,", upload_messages.UploadOffer),

@@ -10,6 +10,7 @@ from cohaptic_server.access.grants import MAIN_ROOM
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.removed import Removed
 
 
 class Entrance:
@@ -19,6 +20,9 @@ class Entrance:
         sources: Of whom an address may not let too many join.
         admission: Of the server; without one anybody comes in.
         room: Name of the room.
+
+    Attributes:
+        removed: Who was put out.
     """
 
     def __init__(
@@ -30,6 +34,7 @@ class Entrance:
         self.sources = Sources(Limits()) if sources is None else sources
         self.admission = Admission() if admission is None else admission
         self.room = room
+        self.removed = Removed()
 
     def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:
         """Learn who somebody is, and let it in.
@@ -56,5 +61,7 @@ class Entrance:
             raise forbidden("the token does not let you touch (canTouch)", also)
         if isinstance(first, Watch) and not grants.can_view:
             raise forbidden("the token does not let you watch (canView)")
+        name = first.name if isinstance(first, Hello) else ""
+        self.removed.check(guest, name, peer.source, now)
         peer.guest = guest
         return self.admission.session_token(guest, wall)

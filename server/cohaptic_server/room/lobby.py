@@ -10,9 +10,10 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.protocol.watch_messages import Watch
+from cohaptic.protocol.watch_messages import Moderate, Watch
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
+from cohaptic_server.room.moderation import moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
@@ -81,6 +82,10 @@ class Lobby:
         session.receive(data, now)
         if isinstance(session, Watcher):
             for change in session.events():
+                if isinstance(change, Moderate):
+                    who = (self.room, self.peers, self.entrance.removed, peer)
+                    moderate(*who, change, now, to_wall, outcome)
+                    continue
                 error = refusal(peer, allowed=self.room.settings.allow_latency)
                 if error is None:
                     set_latency(self.peers, self.audience.watchers, change, outcome)

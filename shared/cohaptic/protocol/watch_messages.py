@@ -1,6 +1,6 @@
 """Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
-client -> server    watch, first; set_view, set_latency
+client -> server    watch, first; set_view, set_latency, moderate
 server -> client    watching, first; latency; user_joined, user_left, error as everybody gets them
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
@@ -37,6 +37,9 @@ MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
 EncodingName = Literal["frames", "forces"]
+ModerationName = Literal[
+    "mute", "unmute", "kick", "ban", "freeze", "unfreeze", "reset", "force_budget"
+]
 MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
@@ -88,6 +91,22 @@ class SetLatency(ControlMessage):
     user: int = Field(ge=1, lt=2**32)
     delay: float = Field(ge=0.0, le=MAX_INJECTED_DELAY)
     jitter: float = Field(default=0.0, ge=0.0, le=MAX_INJECTED_JITTER)
+
+
+class Moderate(ControlMessage):
+    """Administer the room; refused unless the token grants it (roomAdmin).
+
+    Args:
+        action: What is done.
+        user: Number of the user whom it is done to; ignored for one who is not in the room.
+        force: Of `force_budget`: most of all users' forces together that the body gets [N]; None
+            for no limit but the server's own.
+    """
+
+    type: Literal["moderate"] = "moderate"
+    action: ModerationName
+    user: int | None = Field(default=None, ge=1, lt=2**32)
+    force: float | None = Field(default=None, ge=0.0, le=1000.0)
 
 
 class WatchedUser(ControlMessage):
@@ -151,7 +170,7 @@ class Latency(ControlMessage):
     jitter: float
 
 
-ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency
+ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
 WatchControl = Watching | UserJoined | UserLeft | Latency | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(

@@ -18,6 +18,7 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     Latency,
+    Moderate,
     SetLatency,
     SetView,
     Watch,
@@ -62,6 +63,7 @@ CONTROL: dict[str, Any] = {
     "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
     "set_view": SetView(encoding="forces", rate=60.0),
     "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
+    "moderate": Moderate(action="kick", user=2),
     "watching": Watching(
         simulation_period=0.0625,
         to_wall=1.75e9,

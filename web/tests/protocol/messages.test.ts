@@ -4,7 +4,7 @@ import { type ClientControl, decodeServerControl, encodeControl } from "../../sr
 import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
-const fromClient = new Set(["hello", "hello with a token", "set_law", "bye", "watch", "watch with a token", "set_view", "set_latency"]);
+const fromClient = new Set(["hello", "hello with a token", "set_law", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate"]);
 const SENT: ClientControl[] = [
   {
     type: "hello",
