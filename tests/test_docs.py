@@ -164,6 +164,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("set_view,", watch_messages.SetView),
         ("set_latency,", watch_messages.SetLatency),
         ("moderate,", watch_messages.Moderate),
+        ("moderated,", watch_messages.Moderated),
         ("watching,", watch_messages.Watching),
         ("latency,", watch_messages.Latency),
         ("upload_offer,", upload_messages.UploadOffer),

@@ -59,6 +59,26 @@ def _is_here(host: str) -> bool:
         return host == "localhost"
 
 
+def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
+    """Who may vouch for the server at an address; None where nobody does.
+
+    Args:
+        url: Of the server.
+        ca_file: Certificates; empty for those of the system.
+
+    Raises:
+        SettingError: There are no certificates in the file.
+    """
+    if not url.startswith("wss:"):
+        return None
+    try:
+        return ssl.create_default_context(cafile=ca_file or None)
+    except (OSError, ValueError) as error:
+        raise SettingError(
+            "--ca-file", ca_file, f"a file of certificates (PEM): {error}"
+        ) from error
+
+
 def why_not_trusted(error: ssl.SSLError, host: str) -> str:
     """What is wrong with a server's certificate, or its TLS, and what to do."""
     if isinstance(error, ssl.SSLCertVerificationError):

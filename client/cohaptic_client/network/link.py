@@ -16,13 +16,13 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
-from cohaptic.errors import AnotherObject, CloseCode, ServerLost, SettingError
+from cohaptic.errors import AnotherObject, CloseCode, ServerLost
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
-from cohaptic_client.address import why_not_trusted
+from cohaptic_client.address import trust, why_not_trusted
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
@@ -90,7 +90,7 @@ class Link:
 
     async def open(self) -> None:
         """Connect; raises ServerLost with advice."""
-        trusted = self._trust()
+        trusted = trust(self.url, self._ca_file)
         try:
             connection = await connect(
                 self.url,
@@ -120,20 +120,6 @@ class Link:
         loop = asyncio.get_running_loop()
         if isinstance(loop, DirectLoop):
             loop.read_directly(connection.transport, connection.data_received)
-
-    def _trust(self) -> ssl.SSLContext | None:
-        """Who may vouch for the server; None where nobody does.
-
-        Raises:
-            SettingError: There are no certificates in the file.
-        """
-        if not self.url.startswith("wss:"):
-            return None
-        try:
-            return ssl.create_default_context(cafile=self._ca_file or None)
-        except (OSError, ValueError) as error:
-            limit = f"a file of certificates (PEM): {error}"
-            raise SettingError("--ca-file", self._ca_file, limit) from error
 
     def send(self, data: Data) -> None:
         """Send without waiting; a binary frame gives way when the one before is not out yet."""

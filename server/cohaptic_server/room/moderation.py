@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.watch_messages import Moderate
+from cohaptic.protocol.watch_messages import Moderate, Moderated
 from cohaptic_server.access.denied import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import Removed
@@ -51,12 +51,14 @@ def moderate(
     else:
         member = room.members.get(wish.user)
         if member is None:
-            return  # has left meanwhile
+            admin.session.send(Moderated(action=action, user=wish.user, done=False))
+            return
         if action in ("mute", "unmute"):
             member.muted = action == "mute"
         else:
             ban = action == "ban"
             _put_out(peers, removed, wish.user, member.hello.name, now, to_wall, outcome, ban=ban)
+    admin.session.send(Moderated(action=action, user=wish.user, done=True))
     whom = "" if wish.user is None else f" of {room.name_of(wish.user)}"
     outcome.say(f"{admin.guest.sub}: {action}{whom}", admin.source)
 

@@ -1,7 +1,7 @@
 """Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
 client -> server    watch, first; set_view, set_latency, moderate
-server -> client    watching, first; latency; user_joined, user_left, error as everybody gets them
+server -> client    watching, first; latency, moderated; user_joined, user_left, error as to all
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
 that watch: the first message of a connection decides which kind it is.
@@ -170,8 +170,23 @@ class Latency(ControlMessage):
     jitter: float
 
 
+class Moderated(ControlMessage):
+    """The answer to `moderate`, once it was carried out, to who asked for it alone.
+
+    Args:
+        action: As asked for.
+        user: The same.
+        done: False where the user has left meanwhile.
+    """
+
+    type: Literal["moderated"] = "moderated"
+    action: ModerationName
+    user: int | None
+    done: bool
+
+
 ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
-WatchControl = Watching | UserJoined | UserLeft | Latency | Error
+WatchControl = Watching | UserJoined | UserLeft | Latency | Moderated | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
     Annotated[ClientMessage, Field(discriminator="type")]
