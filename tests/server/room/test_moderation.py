@@ -56,7 +56,10 @@ def test_one_who_is_no_administrator_is_refused_and_nothing_is_done(
 ) -> None:
     there, _, user = room(small_balloon)
     guest = say(there, watch(token=token(jti="guest")))
-    for wish in ({"action": "freeze"}, {"action": "ban", "user": user.user}, {"action": "reset"}):
+    wishes: list[dict[str, Any]] = [
+        {"action": "freeze"}, {"action": "ban", "user": user.user}, {"action": "reset"},
+    ]  # fmt: skip
+    for wish in wishes:
         ordered(there, guest, **wish)
         assert "roomAdmin" in refused(guest, CloseCode.FORBIDDEN)
         guest = say(there, watch(token=token(jti="guest")), source=str(wish))
