@@ -23,6 +23,7 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic.status.table import status_view
 from cohaptic.vec import Vec3
+from cohaptic_client.address import read_address
 from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
@@ -47,7 +48,9 @@ _GEOMETRY: dict[Shape, GeometryName] = {
 
 # Long, because each option of the command is a parameter.
 def touch(
-    url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
+    url: Annotated[
+        str, typer.Argument(help="Of the server, or the link of an invitation.")
+    ] = "ws://127.0.0.1:8765",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
     device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
@@ -111,6 +114,21 @@ def touch(
             help="Simulated hand: drag so far to its right, and back, instead of letting go."
         ),
     ] = 0.0,
+    token: Annotated[
+        str,
+        typer.Option(
+            envvar="COHAPTIC_TOKEN",
+            show_default=False,
+            show_envvar=True,
+            help="Of an invitation. Other users of this machine see options, but not the variable.",
+        ),
+    ] = "",
+    ca_file: Annotated[
+        Path | None, typer.Option(help="Certificates that vouch for the server, for wss://.")
+    ] = None,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Send a token also without TLS.")
+    ] = False,
     duration: Annotated[
         float | None, typer.Option(help="Leave after this many seconds.", show_default="Ctrl-C")
     ] = None,
@@ -136,8 +154,12 @@ def touch(
         return LinkSettings(1e-3 * one_way, 1e-3 * extra, 2 * seed + salt)
 
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
+    address = read_address(url)
     settings = ClientSettings(
-        url=url,
+        url=address.url,
+        token=address.token or token,
+        ca_file=str(ca_file or ""),
+        insecure=insecure,
         name=name,
         law=law,
         fixed_gains=_fixed_gains(k_h, integral_gain),

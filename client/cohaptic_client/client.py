@@ -48,6 +48,7 @@ class Client:
         self._conversation: Conversation | None = None  # the newest; it may be over
         # With it this client comes back to its name, and nobody else does.
         self._key = secrets.token_hex(16)
+        self._session = ""  # token that the server has given, which outlives the invitation
         self._next_beat = 0.0
         self._fault = ""
 
@@ -127,6 +128,9 @@ class Client:
                 until = self.clock.now() + patience
                 continue
             except Refused as refused:
+                if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
+                    self._session = ""  # of another server, or too old: the invitation once more
+                    continue
                 # After a broken connection the server may not know yet that it is broken.
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
                 if not ours:
@@ -146,15 +150,18 @@ class Client:
     async def _converse(self) -> str:
         """One connection, to its end; returns why it ended."""
         settings = self.settings
-        link = Link(settings.url, self.clock, settings.up, settings.down)
+        link = Link(settings.url, self.clock, settings.up, settings.down, settings.ca_file)
         await link.open()
         try:
             # A new one each time: another server may have another clock.
             self._conversation = Conversation(
-                link, settings, self.clock, self._haptics, self._tell, self._beat, self._key
-            )
+                link, settings, self.clock, self._haptics, self._tell, self._beat, self._key,
+                self._session or settings.token,
+            )  # fmt: skip
             return await self._conversation.run()
         finally:
+            if self._conversation is not None:
+                self._session = self._conversation.session or self._session
             await link.close()
 
     async def _let_go(self) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.protocol.messages import FixedGains, GeometryName
+from cohaptic.protocol.messages import MAX_TOKEN, FixedGains, GeometryName
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript
+from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
@@ -39,6 +41,9 @@ class ClientSettings:
         script: Of a simulated hand.
         patience: How long to try to reach a server, at first and after it was lost [s].
         duration: When to let go and leave; None for Ctrl-C [s].
+        token: Of an invitation; empty for none.
+        ca_file: Certificates of who may vouch for the server; empty for those of the system.
+        insecure: Whether a token may go to another machine without TLS.
     """
 
     url: str
@@ -58,6 +63,9 @@ class ClientSettings:
     script: HandScript = field(default_factory=HandScript)
     patience: float = 0.0
     duration: float | None = None
+    token: str = field(default="", repr=False)
+    ca_file: str = ""
+    insecure: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 < self.max_force <= 100.0:
@@ -72,6 +80,11 @@ class ClientSettings:
             raise SettingError("duration", f"{self.duration} s", "above 0")
         if not self.patience >= 0.0:
             raise SettingError("wait", f"{self.patience} s", "0 or more")
+        if self.token:
+            if len(self.token) > MAX_TOKEN or not re.fullmatch(r"[!-~]+", self.token):
+                limit = f"at most {MAX_TOKEN} printable characters, as `cohaptic token` prints it"
+                raise SettingError("token", "not whole", limit)
+            check_secrecy(self.url, insecure=self.insecure)
         # Both are needed only once a server answers; a mistake in them is told before.
         haptic_period(self.loop_hz)
         device_info(self.device)

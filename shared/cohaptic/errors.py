@@ -16,6 +16,7 @@ person can read them.
 
 from __future__ import annotations
 
+import re
 from enum import Enum
 
 
@@ -23,6 +24,8 @@ class CloseCode(Enum):
     """WebSocket close codes of cohaptic, in the range that RFC 6455 leaves to applications."""
 
     BAD_MESSAGE = 4400
+    UNAUTHENTICATED = 4401
+    FORBIDDEN = 4403
     HELLO_TIMEOUT = 4408
     NAME_TAKEN = 4409
     OBJECT_CHANGED = 4410
@@ -139,8 +142,14 @@ class LinkOverflow(CohapticError):
         return f"the simulated link is full: {self.capacity} messages are in flight, the limit"
 
 
+# Every token begins so, with the base64url of `{"`. Nothing that quotes a peer may tell one.
+_LONGEST_TOKEN = 2048  # characters
+_TOKEN = re.compile(r"eyJ[A-Za-z0-9_=-]{8,}(\.[A-Za-z0-9_=-]*)*")
+
+
 def one_line(text: str, limit: int = 120) -> str:
-    """Text from a peer, cut to one printable line for a terminal and a log."""
+    """Text from a peer, cut to one printable line for a terminal and a log, without any token."""
+    text = _TOKEN.sub("(a token)", text[: 2 * limit + _LONGEST_TOKEN])
     line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
     return line if len(line) <= limit else line[:limit] + "..."
 

@@ -81,7 +81,7 @@ def test_a_bad_value_is_one_sentence_before_anything_is_tried(
     assert complaint(capsys, *arguments) == sentence
 
 
-@pytest.mark.parametrize("url", ["nonsense", "http://127.0.0.1", "ws://127.0.0.1:99999"])
+@pytest.mark.parametrize("url", ["nonsense", "ftp://127.0.0.1", "ws://127.0.0.1:99999"])
 def test_a_bad_address_is_one_sentence(capsys: pytest.CaptureFixture[str], url: str) -> None:
     assert complaint(capsys, url) == f"{url}: not an address; expected ws://HOST:PORT"
 

@@ -1,8 +1,19 @@
 /** Entry point: opens the page on the server that delivered it. */
 
+import { here, Invitation } from "./page/invitation";
 import { Page } from "./page/page";
 import { prepareTouch, startTouch } from "./touch/handle";
 import { openWatch } from "./watch/connection";
 
+const invitation = new Invitation(here());
+// Another invitation in the same tab changes no more than what is behind the #.
+addEventListener("hashchange", () => {
+  if (invitation.read()) location.reload();
+});
 const address = location.href;
-new Page({ address, openStore: () => openWatch(address, "forces"), startTouch, prepareTouch });
+new Page({
+  address,
+  openStore: () => openWatch(address, "forces", 30, invitation),
+  startTouch: (settings) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }),
+  prepareTouch,
+});

@@ -57,10 +57,12 @@ class Conversation:
         beat: Called once in a while when a sample is sent, so that the loop's process knows that
             this one lives; a timer of its own would wake up the processor for it alone.
         key: The client's secret, with which it comes back to its name.
+        token: Of its invitation, or of the session that it comes back to; empty for none.
 
     Attributes:
         active: Whether messages can be sent.
         timing: Round trip and clock offset of this connection.
+        session: Token of the session that the server has begun; empty for none.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
     """
 
@@ -73,8 +75,10 @@ class Conversation:
         tell: Callable[[str], None],
         beat: Callable[[], None],
         key: str | None = None,
+        token: str = "",
     ) -> None:
         self.active = False
+        self.session = ""
         self.timing = LinkTiming()
         self.server_to_wall = 0.0
         self._link = link
@@ -83,7 +87,7 @@ class Conversation:
         self._haptics = haptics
         self._tell = tell
         self._beat = beat
-        self._key = key
+        self._key, self._token = key, token
         self._session = ClientSession()
         self._welcome: Welcome | None = None
         self._pacer: Pacer | None = None
@@ -100,7 +104,7 @@ class Conversation:
             AnotherObject: The server has another object than before.
             RemoteProtocolError: The server broke the protocol.
         """
-        self._link.send(self._session.greeting(greeting(self._settings, self._key)))
+        self._link.send(self._session.greeting(greeting(self._settings, self._key, self._token)))
         self.active = True
         listener = asyncio.ensure_future(self._link.receive(self._hear))
         try:
@@ -137,6 +141,7 @@ class Conversation:
             self._learn(event)
         elif isinstance(event, Welcome):
             self._welcome = event
+            self.session = event.session or ""
             if self._settings.geometry != "mesh":
                 self._begin(event)
         elif isinstance(event, RestMesh):
@@ -213,8 +218,8 @@ class Conversation:
         self._link.send(sample.encode())
 
 
-def greeting(settings: ClientSettings, key: str | None = None) -> Hello:
-    """First message of a client with these settings and this secret."""
+def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:
+    """First message of a client with these settings, this secret and this token."""
     return Hello(
         protocol=PROTOCOL_VERSION,
         name=settings.name,
@@ -226,4 +231,5 @@ def greeting(settings: ClientSettings, key: str | None = None) -> Hello:
         friction=settings.friction > 0.0,
         fixed_gains=settings.fixed_gains,
         key=key,
+        token=token or None,
     )

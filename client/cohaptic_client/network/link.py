@@ -7,7 +7,9 @@ one delay per direction, order kept. Without a delay, frames pass at once.
 from __future__ import annotations
 
 import asyncio
+import ssl
 from collections.abc import Callable
+from urllib.parse import urlsplit
 
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
@@ -20,6 +22,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
+from cohaptic_client.address import trust, why_not_trusted
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
@@ -72,10 +75,14 @@ class Link:
         clock: Of this client.
         up: Injected from client to server.
         down: Injected from server to client.
+        ca_file: Certificates of who may vouch for the server; empty for those of the system.
     """
 
-    def __init__(self, url: str, clock: Clock, up: LinkSettings, down: LinkSettings) -> None:
+    def __init__(
+        self, url: str, clock: Clock, up: LinkSettings, down: LinkSettings, ca_file: str = ""
+    ) -> None:
         self.url = url
+        self._ca_file = ca_file
         self._clock = clock
         self._up, self._down = up, down
         self._ws: Wire | None = None
@@ -83,6 +90,7 @@ class Link:
 
     async def open(self) -> None:
         """Connect; raises ServerLost with advice."""
+        trusted = trust(self.url, self._ca_file)
         try:
             connection = await connect(
                 self.url,
@@ -91,10 +99,15 @@ class Link:
                 # A proxy for web pages would hold back messages that must arrive now.
                 proxy=None,
                 max_size=MAX_INBOUND_BYTES,
+                ssl=trusted,
                 **WEBSOCKET_OPTIONS,
             )
         except InvalidHandshake as error:
-            raise ServerLost(self.url, f"not a cohaptic server ({error})") from error
+            secure = "" if self.url.startswith("wss:") else "; try wss:// if it speaks TLS"
+            raise ServerLost(self.url, f"not a cohaptic server ({error}){secure}") from error
+        except ssl.SSLError as error:
+            host = urlsplit(self.url).hostname or ""
+            raise ServerLost(self.url, why_not_trusted(error, host)) from error
         except (OSError, TimeoutError) as error:
             problem = "no server answers; start one with: cohaptic serve"
             raise ServerLost(self.url, problem) from error

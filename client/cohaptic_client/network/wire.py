@@ -15,6 +15,7 @@ from websockets.asyncio.client import ClientConnection
 from websockets.protocol import State
 
 from cohaptic.protocol.websocket_frames import END_OF_HEAD, KEY, make_frame
+from cohaptic.runtime.transport import unsent_of
 from cohaptic_client.network.frames import ServerStream
 
 _KEYS = 256  # masking keys that are drawn from the system at once, 4 s of samples
@@ -34,6 +35,7 @@ class Wire(ClientConnection):
         self._head: bytes | None = b""  # last bytes of the answer so far; None: nothing to be cut
         self._waiting = 0  # messages that the library has and `recv` has not returned
         self._keys = b""
+        self._unsent: Callable[[], int] | None = None
 
     def taken(self) -> None:
         """A message of `recv` has been handed on."""
@@ -47,7 +49,9 @@ class Wire(ClientConnection):
     @property
     def unsent(self) -> int:
         """Bytes that the system has not taken yet."""
-        return self.transport.get_write_buffer_size()
+        if self._unsent is None:
+            self._unsent = unsent_of(self.transport)
+        return self._unsent()
 
     def data_received(self, data: bytes) -> None:
         """Called by the event loop with bytes of the server."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated
 
 import typer
 
 from cohaptic_server.bodies.modal.modes import DAMPING_RATIO
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.cli.option_groups import takes
 from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import MAX_MEMORY, MAX_TIME, ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
@@ -141,41 +139,4 @@ class ObjectOptions:
         )
 
 
-def takes_object(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of an object, in place of its parameter of type `ObjectOptions`.
-
-    Typer reads the options of a command from its signature. The signature of the result has one
-    parameter for each field of `ObjectOptions`; the command itself receives them as one value.
-
-    Args:
-        command: A function with exactly one parameter of type `ObjectOptions`.
-    """
-    hints = get_type_hints(command, include_extras=True)
-    (taken,) = [name for name, hint in hints.items() if hint is ObjectOptions]
-    option_hints = get_type_hints(ObjectOptions, include_extras=True)
-    options = [
-        _parameter(field.name, option_hints[field.name], field.default)
-        for field in fields(ObjectOptions)
-    ]
-    parameters: list[inspect.Parameter] = []
-    for name, parameter in inspect.signature(command).parameters.items():
-        if name == taken:
-            parameters += options
-        else:
-            parameters.append(_parameter(name, hints[name], parameter.default))
-
-    @functools.wraps(command)
-    def with_options(**arguments: Any) -> None:
-        values = {option.name: arguments.pop(option.name) for option in options}
-        command(**arguments, **{taken: ObjectOptions(**values)})
-
-    result: Any = with_options  # of a type that has no signature to be set
-    result.__signature__ = inspect.Signature(parameters)
-    result.__annotations__ = {p.name: p.annotation for p in parameters}
-    return with_options
-
-
-def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-    # Keywords only, so that a parameter without a default may follow one that has it.
-    kind = inspect.Parameter.KEYWORD_ONLY
-    return inspect.Parameter(name, kind, default=default, annotation=annotation)
+takes_object = takes(ObjectOptions)

@@ -17,16 +17,18 @@ from cohaptic.errors import SettingError
 from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.access_options import AccessOptions, in_words_of, takes_access
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
+from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.listener import page_address
+from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.upload_desk import take_uploads
 from cohaptic_server.upload.limits import UploadLimits, in_words
@@ -82,6 +84,7 @@ AllowUpload = Annotated[
 
 
 # Above 60 lines: every option of the command is a parameter.
+@takes_access
 @takes_object
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
@@ -90,6 +93,7 @@ def serve(
     body: BodyName = "balloon",
     *,
     options: ObjectOptions,
+    access: AccessOptions,
     nonlinear: Nonlinear = False,
     relaxation: Relaxation = 0.0,
     max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
@@ -106,8 +110,8 @@ def serve(
 ) -> None:
     """Own a soft object that everybody can touch; ends with Ctrl-C.
 
-    There is no access control yet: whoever reaches the port can touch. Listen on another address
-    than 127.0.0.1 only in a network you trust.
+    On 127.0.0.1 anybody of this machine may touch. On another address it asks for a decision: who
+    comes in (--keys or --open), and how it is secured (--tls-cert and --tls-key, or --insecure).
     """
     logging.basicConfig(
         stream=sys.stderr,
@@ -121,6 +125,7 @@ def serve(
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
         Limits().changed(limit or ()),
     )  # fmt: skip
+    protection = access.protection(host)
     demand = wanted(users, simulation_hz, nonlinear=nonlinear)
     if users is not None and users > max_users:
         raise SettingError("--users", users, f"at most --max-users, {max_users}")
@@ -144,21 +149,32 @@ def serve(
             progress=progress,
             late=True,  # a process of its own solves with the factor
         )
-    serving = _serve(touched, settings, damping, nonlinear=nonlinear)
+    serving = _serve(touched, settings, protection, damping, nonlinear=nonlinear)
     asyncio.run(until_interrupted(serving, lifeline=lifeline))
 
 
-async def _serve(body: Body, settings: ServerSettings, damping: float, *, nonlinear: bool) -> None:
+async def _serve(
+    body: Body,
+    settings: ServerSettings,
+    protection: Protection,
+    damping: float,
+    *,
+    nonlinear: bool,
+) -> None:
     served = ServedBody(body)
+    again: asyncio.Future[None] | None = None
     try:
         # First: the process gets ready while this one does, and hands need not wait for it.
         served.start()
-        server = CohapticServer(body, settings, served.solve)
+        server = CohapticServer(body, settings, served.solve, protection)
         if settings.allow_upload:
             take_uploads(server, served, damping, nonlinear=nonlinear)
         url = await server.start()
+        again = asyncio.ensure_future(reload_changed(protection.watched))
         await _run(server, url, settings, served.pump)
     finally:
+        if again is not None:
+            again.cancel()
         served.stop()
 
 
@@ -182,8 +198,8 @@ async def _run(
         logging.info("ticks take longer than they need: %s", describe("kernels"))
     if settings.allow_upload:
         logging.info("%s", in_words(UploadLimits()))
-    if settings.host not in LOOPBACK:
-        logging.warning("listening on %s without access control", settings.host)
+    for line in in_words_of(server.protection, settings.host):
+        logging.warning("%s", line)
     # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:

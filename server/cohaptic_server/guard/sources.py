@@ -7,6 +7,7 @@ heard of for longest are forgotten first.
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from cohaptic.errors import RemoteProtocolError
@@ -35,6 +36,22 @@ def source_of(host: str) -> str:
     if address.is_loopback:
         return str(address)
     return str(ipaddress.ip_network((address, 64), strict=False))
+
+
+def forwarded_source(said: Sequence[str], proxies: Collection[str]) -> str:
+    """Whom a connection of a proxy is counted with: the last address that is not a proxy's own.
+
+    What is before that anybody can have written.
+
+    Args:
+        said: Values of X-Forwarded-For, in their order.
+        proxies: Whose word is believed, as `source_of` names them.
+    """
+    for address in reversed(",".join(said[-8:])[-1024:].split(",")):
+        source = source_of(address.strip())
+        if source not in proxies:
+            return source
+    return UNKNOWN
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +98,16 @@ class Sources:
 
     def __len__(self) -> int:
         return len(self._known)
+
+    def enter_proxy(self, source: str, now: float) -> Refusal | None:
+        """Count a connection of a proxy, which is one of many people's, until it says whose."""
+        if self.open >= self.limits.open_in_all:
+            self.refused += 1
+            return Refusal(f"open connections: at most {self.limits.open_in_all}", 5.0)
+        known = self._known.get(source, _Source())
+        self.open += 1
+        self._keep(source, replace(known, open=known.open + 1), now)
+        return None
 
     def enter(self, source: str, now: float) -> Refusal | None:
         """Count a new connection, unless there are too many; `leave` has to follow if it is."""

@@ -6,19 +6,18 @@ messages themselves, and the closing of a connection, wait in the session of eac
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.protocol.watch_messages import Latency, SetLatency, Watch
-from cohaptic_server.guard.limits import Limits
-from cohaptic_server.guard.sources import Sources
+from cohaptic.protocol.watch_messages import Moderate, Watch
+from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
+from cohaptic_server.room.moderation import moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.set_latency import latencies, refusal, set_latency
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
@@ -31,15 +30,15 @@ class Lobby:
     Args:
         room: The users.
         audience: The watchers.
-        sources: Of whom an address may not let too many join.
+        entrance: Who may come in, and what for.
 
     Attributes:
         peers: In the order in which they connected.
     """
 
-    def __init__(self, room: Room, audience: Audience, sources: Sources | None = None) -> None:
+    def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
         self.room = room
-        self.sources = Sources(Limits()) if sources is None else sources
+        self.entrance = Entrance() if entrance is None else entrance
         self.audience = audience
         self.peers: list[Peer] = []
         self._ticked = 0.0
@@ -83,7 +82,15 @@ class Lobby:
         session.receive(data, now)
         if isinstance(session, Watcher):
             for change in session.events():
-                self._set_latency(peer, change, outcome)
+                if isinstance(change, Moderate):
+                    who = (self.room, self.peers, self.entrance.removed, peer)
+                    moderate(*who, change, now, to_wall, outcome)
+                    continue
+                error = refusal(peer, allowed=self.room.settings.allow_latency)
+                if error is None:
+                    set_latency(self.peers, self.audience.watchers, change, outcome)
+                else:
+                    session.fail(error)
             outcome.flush.append(peer)
             return outcome
         self._handle_events(peer, session, now, to_wall, outcome)
@@ -151,7 +158,7 @@ class Lobby:
         """Frame of the resting mesh for a new watcher; the room's latencies wait behind it."""
         peer.needs_mesh = False
         assert isinstance(peer.session, Watcher)
-        for latency in self._latencies():
+        for latency in latencies(self.peers):
             peer.session.tell_latency(latency)
         frames = self.room.frames
         return frames.shown_mesh() if peer.session.mesh == "quantised" else frames.rest_mesh()
@@ -237,8 +244,8 @@ class Lobby:
         outcome: Outcome,
     ) -> None:
         try:
-            self.sources.join(peer.source, now)
-            welcome, joined, replaced = self.room.join(hello, now, peer.source)
+            session_token = self.entrance.enter(peer, hello, now, to_wall)
+            welcome, joined, replaced = self.room.join(hello, now, peer.source, peer.guest)
         except ProtocolError as error:
             session.fail(error)
             return
@@ -251,7 +258,8 @@ class Lobby:
             self._tell_others(peer, left, outcome)
         peer.user = welcome.user
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
-        session.accept(welcome.model_copy(update={"to_wall": to_wall}), mesh)
+        changes = {"to_wall": to_wall, "session": session_token}
+        session.accept(welcome.model_copy(update=changes), mesh)
         outcome.say(f"{hello.name} joined with {hello.law.value}", peer.source)
         self._tell_others(peer, joined, outcome)
 
@@ -259,8 +267,8 @@ class Lobby:
         watcher = Watcher(watch, has_model=self.audience.model is not None)
         peer.session = watcher
         try:
-            self.sources.join(peer.source, now)
-            self.audience.enter(watcher, to_wall)
+            session_token = self.entrance.enter(peer, watch, now, to_wall)
+            self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
         except ProtocolError as error:
             watcher.fail(error)
             return
@@ -271,26 +279,6 @@ class Lobby:
             self.room.set_law(user, change)
         except ProtocolError as error:
             peer.session.fail(error)
-
-    def _set_latency(self, peer: Peer, change: SetLatency, outcome: Outcome) -> None:
-        if not self.room.settings.allow_latency:
-            limit = "none: start the server with --allow-latency to inject latency"
-            peer.session.fail(RemoteProtocolError("message", "SetLatency", limit))
-            return
-        latency = (change.delay, change.jitter)
-        for other in self.peers:
-            if other.user == change.user and other.latency != latency:
-                other.latency = latency
-                outcome.delayed.append(other)
-                news = Latency(user=change.user, delay=change.delay, jitter=change.jitter)
-                for watcher in self.audience.watchers:
-                    watcher.tell_latency(news)
-
-    def _latencies(self) -> Iterator[Latency]:
-        for peer in self.peers:
-            delay, jitter = peer.latency
-            if peer.user is not None and (delay, jitter) != (0.0, 0.0):
-                yield Latency(user=peer.user, delay=delay, jitter=jitter)
 
     def _tell_others(self, peer: Peer, news: ServerControl, outcome: Outcome) -> None:
         for other in self.peers:

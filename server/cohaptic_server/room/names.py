@@ -1,4 +1,4 @@
-"""Whose a name is: a client makes a secret of its own, and comes back with it.
+"""Whose a name is: a client makes a secret of its own, and comes back with it, or with its session.
 
 A name in use goes only to who says its secret, at once. Without one it may be taken over
 after a while of silence, from the same address. When a connection was lost, and not ended by either
@@ -24,16 +24,26 @@ class Claim:
     Args:
         key: Its secret; None without one.
         source: Whom its connection is counted with.
+        session: That the server has signed for it; empty without one.
     """
 
     key: str | None
     source: str
+    session: str = ""
+
+    @property
+    def is_secret(self) -> bool:
+        """Whether nobody else can make it."""
+        return self.key is not None or self.session != ""
 
     def is_of(self, other: Claim) -> bool:
         """Whether both are the same client, as far as can be known."""
-        if self.key is not None:
-            return other.key is not None and hmac.compare_digest(self.key, other.key)
-        return self.source == other.source
+        if not self.is_secret:
+            return self.source == other.source
+        if self.session and self.session == other.session:
+            return True
+        mine, its = self.key, other.key
+        return mine is not None and its is not None and hmac.compare_digest(mine, its)
 
 
 def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
@@ -44,7 +54,7 @@ def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
         silence: Since its last sample [s].
         other: Who wants it.
     """
-    return holder.is_of(other) and (holder.key is not None or silence >= REPLACE_AFTER)
+    return holder.is_of(other) and (holder.is_secret or silence >= REPLACE_AFTER)
 
 
 class KeptNames:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cohaptic.errors import one_line
+from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
 
@@ -21,6 +22,7 @@ class Peer:
         latency: Injected delay and jitter, each way [s].
         needs_mesh: Whether the resting mesh must be sent next.
         source: Whom its connection is counted with.
+        guest: Who it is, once its first message has said so.
     """
 
     session: ServerSession | Watcher
@@ -28,6 +30,7 @@ class Peer:
     latency: tuple[float, float] = (0.0, 0.0)
     needs_mesh: bool = False
     source: str = ""
+    guest: Guest = ANYBODY
 
     @property
     def watches(self) -> bool:

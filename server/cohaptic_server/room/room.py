@@ -6,7 +6,10 @@ go. Joining and leaving are events.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from cohaptic.control.law import Gains
 from cohaptic.errors import CloseCode, RemoteProtocolError
@@ -20,15 +23,19 @@ from cohaptic.protocol.messages import (
     Welcome,
 )
 from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.vec import norm
+from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.room.names import Claim, KeptNames, may_replace
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.world.force_limits import fair_cap
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.tick import advance
+from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
 
+RESET_AFTER = 2.0 * RELEASE_TIME  # s; by then every force has faded
 STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one
 
 
@@ -41,6 +48,8 @@ class Member:
         hello: Settings of the user, with its later changes.
         heard: Time of the newest message from it [s].
         claim: To its name.
+        max_force: Most of its force that the body gets, by its device and its token [N].
+        muted: Whether the body gets none of it.
 
     Attributes:
         touch: Newest sample; None before the first.
@@ -52,6 +61,8 @@ class Member:
     hello: Hello
     heard: float
     claim: Claim
+    max_force: float
+    muted: bool = False
     touch: Touch | None = None
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
@@ -75,6 +86,9 @@ class Room:
         patches: Of the last tick, by user.
         frames: Meshes of the body, encoded.
         next_user: Number of who comes next.
+        frozen: Whether the body takes nobody's force.
+        force_budget: Most of all forces together that the body gets [N]; None for no limit but the
+            world's.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -87,9 +101,12 @@ class Room:
         self.frames = BodyFrames(self.touched_body)
         self.next_user = first_user
         self._kept = KeptNames()
+        self.frozen = False
+        self.force_budget: float | None = None
+        self._reset_at: float | None = None
 
     def join(
-        self, hello: Hello, now: float, source: str = ""
+        self, hello: Hello, now: float, source: str = "", guest: Guest = ANYBODY
     ) -> tuple[Welcome, UserJoined, int | None]:
         """Add a user.
 
@@ -97,6 +114,7 @@ class Room:
             hello: Of the user.
             now: Time [s].
             source: Whom its connection is counted with.
+            guest: Who it is.
 
         Returns:
             Its welcome, the message for the others, and the number of the user of the same name
@@ -109,7 +127,7 @@ class Room:
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
         self.frames.check_geometry(hello.geometry)
-        claim = Claim(hello.key, source)
+        claim = Claim(hello.key, source, guest.session)
         if holder is None:
             self._kept.check(hello.name, claim, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
@@ -127,7 +145,9 @@ class Room:
         user = self.next_user
         self.next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
-        self.members[user] = Member(user, hello, now, claim)
+        most = guest.grants.max_force
+        cap = hello.max_force if most is None else min(hello.max_force, most)
+        self.members[user] = Member(user, hello, now, claim, cap)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -146,7 +166,7 @@ class Room:
             user,
             hello.law,
             hello.max_stiffness,
-            hello.max_force,
+            member.max_force,
             sample.probe,
             sample.force,
             sample.seq,
@@ -199,20 +219,49 @@ class Room:
             self._kept.keep(member.hello.name, member.claim, lost)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
+    def name_of(self, user: int) -> str:
+        """Of a user; its number for one who is not in the room."""
+        member = self.members.get(user)
+        return str(user) if member is None else member.hello.name
+
+    def reset(self, now: float) -> None:
+        """Put the body back to where it was at the beginning, once every force has faded."""
+        self._reset_at = now + RESET_AFTER
+
     def tick(self, now: float) -> dict[int, Patch]:
         """Advance the world by one period; returns the patch of each user by number.
 
         A user whose samples have stopped still gets patches, without force: it may be listening
         behind a stalled uplink.
         """
+        if self._reset_at is not None and now >= self._reset_at:
+            self.world, self._reset_at = WorldState(self.world.tick), None
+        released = self.frozen or self._reset_at is not None
+        # Who is muted lets go as one does whose samples have stopped: its force fades.
         touches = [
-            touch if now - member.heard <= STALE_AFTER else replace(touch, fresh=False)
+            replace(touch, fresh=False)
+            if released or member.muted or now - member.heard > STALE_AFTER
+            else touch
             for member in self.members.values()
             if (touch := member.touch) is not None
         ]
+        if self.force_budget is not None:
+            touches = within_budget(touches, self.force_budget)
         dt = self.settings.simulation_period
         self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
         return self.patches
+
+
+def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
+    """Samples of which the body takes no more than a budget together, shared fairly.
+
+    Args:
+        touches: Of all users.
+        budget: Most of their forces together [N].
+    """
+    demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
+    cap = fair_cap(demands, budget)
+    return [t if t.max_force <= cap else replace(t, max_force=cap) for t in touches]
 
 
 def _gains(fixed: FixedGains | None) -> Gains | None:

@@ -65,8 +65,8 @@ class Connection:
     @property
     def clear(self) -> bool:
         """Whether all that was written has left the process."""
-        transport = self.ws.transport
-        return self.ready and not transport.is_closing() and transport.get_write_buffer_size() == 0
+        ws = self.ws
+        return self.ready and not ws.transport.is_closing() and ws.unsent() == 0
 
     def apply_latency(self) -> None:
         """Delay messages in both directions by the peer's latency from now on."""

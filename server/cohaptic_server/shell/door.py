@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic_server.guard.sources import Refusal
-from cohaptic_server.shell.gate import Gate, source_of_peer
+from cohaptic_server.shell.gate import Gate, Taken, Turns, source_of_peer
 
 _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 # Connections that are taken, or turned away, before other events have their turn: 1 ms of each.
@@ -33,23 +33,38 @@ class Door(socket.socket):
         family: Of the address.
         gate: Knows whom there is a budget for.
         soon: Calls back once other events have had their turn.
+        tls: Whether connections begin with a handshake.
     """
 
     def __init__(
-        self, family: int, gate: Gate, soon: Callable[[Callable[[], None]], object]
+        self,
+        family: int,
+        gate: Gate,
+        soon: Callable[[Callable[[], None]], object],
+        *,
+        tls: bool = False,
     ) -> None:
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._gate = gate
         self._soon = soon
+        self._turns = Turns(soon) if tls else None
         self._taken = self._refused = 0  # since other events had their turn
         # A file to give up when there are no more: a connection that cannot be accepted could
         # not be closed either, and would be asked about again and again.
         self._spare: int | None = None
 
     @classmethod
-    def opened(cls, address: Any, family: int, gate: Gate, soon: Callable[..., object]) -> Door:
+    def opened(
+        cls,
+        address: Any,
+        family: int,
+        gate: Gate,
+        soon: Callable[..., object],
+        *,
+        tls: bool = False,
+    ) -> Door:
         """Listen; raises OSError."""
-        door = cls(family, gate, soon)
+        door = cls(family, gate, soon, tls=tls)
         try:
             if os.name == "posix":
                 door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -83,10 +98,12 @@ class Door(socket.socket):
                 self._turn_away_without_files(error)
                 continue
             source = source_of_peer(peer)
-            refusal = self._gate.sources.enter(source, self._gate.clock.now())
+            now, sources = self._gate.clock.now(), self._gate.sources
+            by_proxy = source in self._gate.proxies
+            refusal = sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
             if refusal is None:
                 self._taken += 1
-                return connection, peer
+                return self._counted(connection, source), peer
             self._refused += 1
             _turn_away(connection, refusal)
             self._gate.tell(source, f"a connection from {source} was refused: {refusal.why}")
@@ -97,6 +114,12 @@ class Door(socket.socket):
         if spare is not None:
             os.close(spare)
         super().close()
+
+    def _counted(self, connection: socket.socket, source: str) -> Taken:
+        taken = Taken(fileno=connection.detach())
+        taken.gate, taken.source, taken.turns = self._gate, source, self._turns
+        self._gate.taken[taken.fileno()] = taken
+        return taken
 
     def _go_on(self) -> None:
         self._taken = self._refused = 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import socket
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,12 +13,13 @@ from cohaptic.clock import Clock
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.log_lines import LogLines
 from cohaptic_server.guard.meter import Meter
-from cohaptic_server.guard.sources import UNKNOWN, Sources, source_of
+from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources, forwarded_source, source_of
 
 log = logging.getLogger("cohaptic.server")
 
 _MOST_FILES = 10**6
 _OWN_FILES = 40  # a server has 20 or so, and an upload and a process that starts some more
+_HANDSHAKES_AT_ONCE = 4  # 3 ms
 _REPORTED_AFTER = 10.0  # s since the first line that was left out
 
 
@@ -27,17 +30,28 @@ class Gate:
         limits: All budgets.
         clock: Of the server.
         simulation_hz: Its ticks per second.
+        proxies: Addresses whose word on where a connection comes from is believed.
 
     Attributes:
         limits: The same, with no more connections than the system has files for.
         clock: The same.
         sources: Of all addresses.
+        proxies: As given, as connections are counted.
+        taken: Connections that are open, by the number of their file.
     """
 
-    def __init__(self, limits: Limits, clock: Clock, simulation_hz: float = 60.0) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        clock: Clock,
+        simulation_hz: float = 60.0,
+        proxies: Sequence[str] = (),
+    ) -> None:
         self.limits = limits = replace(limits, open_in_all=min(limits.open_in_all, _files()))
         self.clock = clock
         self.sources = Sources(limits)
+        self.proxies = frozenset(source_of(address) for address in proxies)
+        self.taken: dict[int, Taken] = {}
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
         self._simulation_hz = simulation_hz
@@ -51,6 +65,28 @@ class Gate:
         if self._lines.pass_on(source, self.clock.now()):
             log.log(logging.WARNING if warning else logging.INFO, "%s", text)
 
+    def settle(self, file: int, said: Sequence[str], now: float) -> str | Refusal:
+        """Count a connection of a proxy with whom the proxy says it comes from.
+
+        Args:
+            file: Number of the connection's file.
+            said: Values of X-Forwarded-For, in their order.
+            now: Time [s].
+
+        Returns:
+            Whom it is counted with, or why it is not taken.
+        """
+        source = forwarded_source(said, self.proxies)
+        connection = self.taken.get(file)
+        if connection is None or connection.source == source:
+            return source
+        refusal = self.sources.enter(source, now)
+        if refusal is not None:
+            return refusal
+        self.sources.leave(connection.source)
+        connection.source = source
+        return source
+
     def report(self, after: float = _REPORTED_AFTER) -> None:
         """Tell how many lines were left out; called at every tick, and does nothing in most."""
         now = self.clock.now()
@@ -59,6 +95,61 @@ class Gate:
         self._next_report = now + 1.0
         for source, count in self._lines.left_out(now, after):
             log.warning("%d lines about %s were left out", count, source)
+
+
+class Turns:
+    """So many handshakes may go on before other events have their turn, and ticks among them.
+
+    A handshake takes 0.75 ms, and all that are ready at once would be served at once: 256 of one
+    address in 0.2 s. What is not read now is ready again in the next round.
+
+    Args:
+        soon: Calls back once other events have had their turn.
+    """
+
+    def __init__(self, soon: Callable[[Callable[[], None]], object]) -> None:
+        self._soon = soon
+        self._taken = 0
+
+    def take(self) -> bool:
+        """Whether one more may go on."""
+        if self._taken == 0:
+            self._soon(self._go_on)
+        self._taken += 1
+        return self._taken <= _HANDSHAKES_AT_ONCE
+
+    def _go_on(self) -> None:
+        self._taken = 0
+
+
+class Taken(socket.socket):
+    """A connection that is counted until its file is closed, whatever became of it.
+
+    One whose TLS handshake fails never has a protocol that could say that it has ended.
+
+    Attributes:
+        gate: That it is counted at; None once it is not any more.
+        source: Whom it is counted with.
+        turns: Of handshakes, while it shakes hands; None before and after, and without TLS.
+    """
+
+    gate: Gate | None = None
+    source = UNKNOWN
+    turns: Turns | None = None
+
+    def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
+        """As in the library, which reads TLS so; a handshake waits until it is its turn."""
+        if self.turns is not None and not self.turns.take():
+            raise BlockingIOError
+        return super().recv_into(buffer, nbytes, flags)
+
+    def close(self) -> None:
+        """End the connection."""
+        gate, self.gate = self.gate, None
+        if gate is not None:
+            gate.taken.pop(self.fileno(), None)
+            gate.sources.leave(self.source)
+        super().close()
 
 
 def _files() -> int:

@@ -15,6 +15,7 @@ from cohaptic.errors import one_line
 from cohaptic.protocol.upload_messages import CHUNK, MAX_UPLOAD_TEXT
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
 from cohaptic_server.http.page_files import load_page
@@ -80,6 +81,10 @@ class Web:
         # Before version 17 the library accepts GET alone, and its requests have no method.
         method = str(getattr(request, "method", "GET"))
         plain_request = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
+        assert isinstance(connection, Wire)
+        refusal = connection.come_from(headers.get_all("X-Forwarded-For"))
+        if refusal is not None:
+            return _refused(plain_request, refusal)
         origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
         if "Upgrade" in headers:
             if UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
@@ -118,24 +123,22 @@ class Web:
 
     def _refuse_upload(
         self,
-        connection: ServerConnection,
+        connection: Wire,
         request: Request,
         origins: Sequence[str],
         hosts: Sequence[str],
     ) -> Response | None:
         """None lets a connection bring a file."""
-        peer: Any = connection.remote_address
         if not self._settings.allow_upload:
             why = "this server takes no files; see --allow-upload\n"
         elif len(origins) > 1 or not may_upload(
             origins[0] if origins else None,
             hosts[0] if len(hosts) == 1 else None,
-            str(peer[0]) if peer else None,
+            connection.source,
             allowed=self._settings.allow_origins,
         ):
             why = "only the page of this server, on the same machine, may bring a file\n"
         else:
-            assert isinstance(connection, Wire)
             connection.allow(max(CHUNK, MAX_UPLOAD_TEXT))
             return None
         return _response(text(request, 403, "Forbidden", why))
@@ -145,16 +148,14 @@ class Web:
         """Number of Green's functions that are being solved or queued."""
         return 0 if self._blocks is None else self._blocks.waiting
 
-    def _counted(self, connection: ServerConnection, request: Request, answer: Answer) -> Response:
+    def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
         """The answer, unless too many bytes wait for the one who asks already."""
-        assert isinstance(connection, Wire)
         size = len(answer.body)
         refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
             connection.count_response(size)
             return _response(answer)
-        retry = ("Retry-After", str(int(refusal.retry) + 1))
-        return _response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
+        return _refused(request, refusal)
 
     def close(self) -> None:
         """Cancel the solves that are queued."""
@@ -166,6 +167,11 @@ def _own_address(connection: ServerConnection) -> str | None:
     """The address of this machine that a connection came to."""
     own: Any = connection.local_address
     return str(own[0]) if own and not isinstance(own, str) else None
+
+
+def _refused(request: Request, refusal: Refusal) -> Response:
+    retry = ("Retry-After", str(int(refusal.retry) + 1))
+    return _response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
 
 
 def _solver(source: GreenSource) -> Callable[[int], bytes]:

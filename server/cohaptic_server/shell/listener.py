@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import asyncio.sslproto
 import errno
 import socket
+import ssl
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import Any
@@ -21,8 +23,11 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.door import Door
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
-from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
+from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
+TLS_BUFFER = 16 * 1024
+# s, as for the request; and for the last word of one who goes, after which it is cut.
+TLS_OPTIONS = {"ssl_handshake_timeout": HEAD_TIMEOUT, "ssl_shutdown_timeout": 2.0}
 _ALL_INTERFACES = ("0.0.0.0", "::")
 
 
@@ -51,6 +56,7 @@ async def listen(
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
     gate: Gate,
+    tls: ssl.SSLContext | None = None,
 ) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
@@ -59,6 +65,7 @@ async def listen(
         process: Answers an HTTP request; None lets it become a websocket.
         settings: Of the server.
         gate: Who may come in.
+        tls: Of every connection; None without TLS.
 
     Raises:
         SettingError: The address or port cannot be had.
@@ -70,8 +77,12 @@ async def listen(
 
     host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
+    if tls is not None:
+        options |= TLS_OPTIONS
+        # asyncio keeps 256 KiB for each connection; a frame of TLS has 16.
+        asyncio.sslproto.SSLProtocol.max_size = TLS_BUFFER
     try:
-        doors = await _doors(host, port, gate)
+        doors = await _doors(host, port, gate, tls=tls is not None)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             free = "a free one: stop the other server, or choose with --port"
@@ -89,15 +100,18 @@ async def listen(
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
             create_connection=wire,
+            ssl=tls,
             **options,
         )
         for door in doors
     ]
     name = f"[{host}]" if ":" in host else host
-    return Listener(servers), f"ws://{name}:{doors[0].getsockname()[1]}"
+    return Listener(
+        servers
+    ), f"{'ws' if tls is None else 'wss'}://{name}:{doors[0].getsockname()[1]}"
 
 
-async def _doors(host: str, port: int, gate: Gate) -> list[Door]:
+async def _doors(host: str, port: int, gate: Gate, *, tls: bool) -> list[Door]:
     """Sockets that listen on all addresses of a name, on one port; raises OSError."""
     loop = asyncio.get_running_loop()
     found = await loop.getaddrinfo(
@@ -108,7 +122,7 @@ async def _doors(host: str, port: int, gate: Gate) -> list[Door]:
         for family, _, _, _, address in dict.fromkeys(found):
             if doors:  # the system chose the port of the first
                 address = (address[0], doors[0].getsockname()[1], *address[2:])
-            doors.append(Door.opened(address, family, gate, loop.call_soon))
+            doors.append(Door.opened(address, family, gate, loop.call_soon, tls=tls))
     except OSError:
         for door in doors:
             door.close()

@@ -20,6 +20,7 @@ from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
 from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick
@@ -32,6 +33,7 @@ from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
+from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -47,10 +49,12 @@ class CohapticServer:
         body: The deformable object.
         settings: Of the server.
         solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
+        protection: Who comes in and how it is secured; anybody and not if not given.
 
     Attributes:
         room: The users.
         audience: The watchers.
+        entrance: Who comes in, and what for.
         lobby: Both, as peers.
         gate: Who may come in, and how much they may ask for.
         meters: Of the ticks since the start, or since somebody put fresh ones here.
@@ -62,14 +66,18 @@ class CohapticServer:
         body: Body,
         settings: ServerSettings,
         solve: Callable[[int], bytes] | None = None,
+        protection: Protection | None = None,
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()
         self.room = Room(body, settings)
-        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz)
+        self.protection = protection or Protection()
+        proxies = self.protection.proxies
+        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, proxies)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.lobby = Lobby(self.room, self.audience, self.gate.sources)
+        self.entrance = Entrance(self.gate.sources, self.protection.admission)
+        self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
         self._connections: dict[Peer, Connection] = {}
@@ -90,7 +98,9 @@ class CohapticServer:
             SettingError: The address or port cannot be had.
         """
         self.room.frames.prepare()
-        self._listener, url = await listen(self._handle, self.web.process, self.settings, self.gate)
+        self._listener, url = await listen(
+            self._handle, self.web.process, self.settings, self.gate, self.protection.tls
+        )
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
@@ -165,7 +175,7 @@ class CohapticServer:
         self.web.serve(body, wanted.use(body))
         self.room = room
         self.audience = Audience(room, self.web.model)
-        self.lobby = Lobby(room, self.audience, self.gate.sources)
+        self.lobby = Lobby(room, self.audience, self.entrance)
 
     def tick(self) -> float:
         """Advance the world and write its patches; returns the time at which they have left [s]."""

@@ -19,7 +19,9 @@ from websockets.protocol import State
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.websocket_frames import begins_message, make_frame
+from cohaptic.runtime.transport import unsent_of
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_binary
 from cohaptic_server.shell.gate import Gate, source_of_peer
@@ -49,6 +51,7 @@ class Wire(ServerConnection):
         self.deliver: Callable[[bytes], None] | None = None
         self.dismiss: Callable[[ProtocolError], None] = self._close_for
         self.source = ""
+        self._unsent: Callable[[], int] | None = None
         self._gate = gate or Gate(Limits(), SystemClock())
         self._now = self._gate.clock.now
         self._meter = self._gate.meter()
@@ -68,6 +71,22 @@ class Wire(ServerConnection):
         """A response of so many bytes goes out, which `Sources.respond` has let pass."""
         self._unread += size
 
+    def come_from(self, said: Sequence[str]) -> Refusal | None:
+        """Count it with whom a proxy says; why it is not taken, if it is not.
+
+        Args:
+            said: Values of X-Forwarded-For. They count only where a proxy that is believed sent
+                them: anybody else may write what it likes.
+        """
+        if self.source not in self._gate.proxies:
+            return None
+        file = self.transport.get_extra_info("socket").fileno()
+        settled = self._gate.settle(file, said, self._now())
+        if isinstance(settled, str):
+            self.source = settled
+            return None
+        return settled
+
     def taken(self) -> None:
         """The handler is done with a message of `recv`."""
         self._waiting -= 1
@@ -77,9 +96,18 @@ class Wire(ServerConnection):
         if messages and self.state is State.OPEN:
             self.transport.write(b"".join(map(make_frame, messages)))
 
+    def unsent(self) -> int:
+        """Bytes that were written and have not left the process."""
+        if self._unsent is None:
+            self._unsent = unsent_of(self.transport)
+        return self._unsent()
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by the event loop at the beginning."""
         self.source = source_of_peer(transport.get_extra_info("peername"))
+        taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
+        if taken is not None:
+            taken.turns = None  # hands were shaken
         super().connection_made(transport)
         loop = asyncio.get_running_loop()
         self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
@@ -88,7 +116,6 @@ class Wire(ServerConnection):
         """Called by the event loop at the end."""
         if self._head_due is not None:
             self._head_due.cancel()
-        self._gate.sources.leave(self.source)
         self._gate.sources.taken(self.source, self._unread)
         self._unread = 0
         super().connection_lost(exc)
@@ -139,7 +166,7 @@ class Wire(ServerConnection):
                 texts += 1
         # Pieces of a file come as fast as its handler takes them, and no faster.
         texts = 0 if self._brings_files else texts
-        if beats and self.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
+        if beats and self.unsent() > MAX_UNREAD_BYTES:
             limit = f"at most {MAX_UNREAD_BYTES:,}"
             return RemoteProtocolError("bytes not read", "more", limit, CloseCode.TOO_SLOW)
         if in_head and self._stream.opened and self._head_due is not None:

@@ -26,6 +26,8 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
 MAX_TEXT = 4096  # characters of one control message
+MAX_WELCOME_TEXT = 8192  # characters of what a server says, a welcome to the fullest room
+MAX_TOKEN = 2048  # characters; the server's own have about 400
 MAX_BODY_NAME = 1024  # characters; a file's name, with room for its folders
 MIN_PERIOD, MAX_PERIOD = 0.005, 0.1  # s
 M = TypeVar("M")
@@ -37,7 +39,11 @@ Name = Annotated[
 ]
 
 # Printable ASCII, long enough that nobody guesses it.
+SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
 Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
+
+# A signed token; whether it is one the server says.
+Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~]+$")]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
 # Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
@@ -49,6 +55,15 @@ class ControlMessage(BaseModel):
     """Base of all control messages: frozen, without unknown fields and without infinities."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class WithSecrets(ControlMessage):
+    """A message with fields that are not on the wire where there is nothing to say in them."""
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = handler(self)
+        return {name: value for name, value in fields.items() if name not in SECRETS or value}
 
 
 class FixedGains(ControlMessage):
@@ -63,7 +78,7 @@ class FixedGains(ControlMessage):
     integral_gain: float = Field(default=0.0, ge=0.0, le=1e9)
 
 
-class Hello(ControlMessage):
+class Hello(WithSecrets):
     """First message of a client.
 
     Args:
@@ -80,6 +95,7 @@ class Hello(ControlMessage):
         fixed_gains: Instead of the server's choice; refused unless the server allows it.
         key: A secret that the client has made, with which it comes back to its name; the server
             tells it to nobody. Not on the wire if there is none.
+        token: Of an invitation, or of a session. Not on the wire if there is none.
     """
 
     type: Literal["hello"] = "hello"
@@ -93,13 +109,7 @@ class Hello(ControlMessage):
     friction: bool = False
     fixed_gains: FixedGains | None = None
     key: Key | None = Field(default=None, repr=False)
-
-    @model_serializer(mode="wrap")
-    def _without_a_key(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        fields: dict[str, Any] = handler(self)
-        if self.key is None:
-            del fields["key"]
-        return fields
+    token: Token | None = Field(default=None, repr=False)
 
 
 class SetLaw(ControlMessage):
@@ -137,7 +147,7 @@ class BodyInfo(ControlMessage):
     contact_radius: float = Field(gt=0.0, le=MAX_POSITION)
 
 
-class Welcome(ControlMessage):
+class Welcome(WithSecrets):
     """The server's answer to a hello it accepts.
 
     Args:
@@ -148,6 +158,7 @@ class Welcome(ControlMessage):
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: The body that everybody touches.
         users: Names of the users who joined before.
+        session: Token with which this client comes back. Not on the wire if it needs none.
     """
 
     type: Literal["welcome"] = "welcome"
@@ -158,6 +169,7 @@ class Welcome(ControlMessage):
     to_wall: float = 0.0
     body: BodyInfo
     users: tuple[str, ...]
+    session: Token | None = Field(default=None, repr=False)
 
 
 class UserJoined(ControlMessage):
@@ -214,7 +226,7 @@ def decode_client_control(text: str) -> ClientControl:
 
 def decode_server_control(text: str) -> ServerControl:
     """The message of the server; raises RemoteProtocolError for any invalid text."""
-    return decode_text(_SERVER, text)
+    return decode_text(_SERVER, text, MAX_WELCOME_TEXT)
 
 
 def wrong_version(theirs: object) -> RemoteProtocolError:
@@ -233,11 +245,12 @@ def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
         raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
     try:
         return adapter.validate_json(text)
-    except ValidationError as error:
+    except ValidationError as error:  # it has the whole text, secrets too
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "control message"
         if where.endswith("protocol"):
-            raise wrong_version(first["input"]) from error
+            raise wrong_version(first["input"]) from None
         # Both may quote the text itself: a field's name, an unknown type.
         subject, problem = one_line(where), one_line(str(first["msg"]))
-        raise RemoteProtocolError(subject, first["input"], problem) from error
+        value = "not shown" if first["loc"][-1:] and first["loc"][-1] in SECRETS else first["input"]
+        raise RemoteProtocolError(subject, value, problem) from None

@@ -1,7 +1,7 @@
 """Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
-client -> server    watch, first; set_view, set_latency
-server -> client    watching, first; latency; user_joined, user_left, error as everybody gets them
+client -> server    watch, first; set_view, set_latency, moderate
+server -> client    watching, first; latency, moderated; user_joined, user_left, error as to all
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
 that watch: the first message of a connection decides which kind it is.
@@ -22,8 +22,10 @@ from cohaptic.protocol.messages import (
     Name,
     Period,
     SetLaw,
+    Token,
     UserJoined,
     UserLeft,
+    WithSecrets,
     decode_text,
     wrong_version,
 )
@@ -35,12 +37,15 @@ MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
 EncodingName = Literal["frames", "forces"]
+ModerationName = Literal[
+    "mute", "unmute", "kick", "ban", "freeze", "unfreeze", "reset", "force_budget"
+]
 MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
 
-class Watch(ControlMessage):
+class Watch(WithSecrets):
     """First message of a connection that only watches.
 
     Args:
@@ -49,6 +54,7 @@ class Watch(ControlMessage):
             it of Green's functions. A body that has none is served as frames.
         rate: Scene frames at most [1/s].
         mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
+        token: As in a hello.
     """
 
     type: Literal["watch"] = "watch"
@@ -56,6 +62,7 @@ class Watch(ControlMessage):
     encoding: EncodingName = "frames"
     rate: Rate = 30.0
     mesh: MeshForm = "exact"
+    token: Token | None = Field(default=None, repr=False)
 
 
 class SetView(ControlMessage):
@@ -86,6 +93,22 @@ class SetLatency(ControlMessage):
     jitter: float = Field(default=0.0, ge=0.0, le=MAX_INJECTED_JITTER)
 
 
+class Moderate(ControlMessage):
+    """Administer the room; refused unless the token grants it (roomAdmin).
+
+    Args:
+        action: What is done.
+        user: Number of the user whom it is done to; ignored for one who is not in the room.
+        force: Of `force_budget`: most of all users' forces together that the body gets [N]; None
+            for no limit but the server's own.
+    """
+
+    type: Literal["moderate"] = "moderate"
+    action: ModerationName
+    user: int | None = Field(default=None, ge=1, lt=2**32)
+    force: float | None = Field(default=None, ge=0.0, le=1000.0)
+
+
 class WatchedUser(ControlMessage):
     """One user of the room.
 
@@ -98,7 +121,7 @@ class WatchedUser(ControlMessage):
     name: Name
 
 
-class Watching(ControlMessage):
+class Watching(WithSecrets):
     """The server's answer to a `watch` that it accepts; the rest mesh and scenes follow.
 
     Args:
@@ -112,6 +135,9 @@ class Watching(ControlMessage):
         allow_latency: Whether `set_latency` is allowed.
         allow_fixed_gains: Whether those who touch may choose their gains.
         allow_upload: Whether a page of this machine may bring an object of its own.
+        can_touch: Whether who has this token may touch as well.
+        room_admin: Whether it may send `moderate`.
+        session: As in a welcome.
     """
 
     type: Literal["watching"] = "watching"
@@ -124,6 +150,9 @@ class Watching(ControlMessage):
     allow_latency: bool
     allow_fixed_gains: bool
     allow_upload: bool = False
+    can_touch: bool = True
+    room_admin: bool = False
+    session: Token | None = Field(default=None, repr=False)
 
 
 class Latency(ControlMessage):
@@ -141,8 +170,23 @@ class Latency(ControlMessage):
     jitter: float
 
 
-ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency
-WatchControl = Watching | UserJoined | UserLeft | Latency | Error
+class Moderated(ControlMessage):
+    """The answer to `moderate`, once it was carried out, to who asked for it alone.
+
+    Args:
+        action: As asked for.
+        user: The same.
+        done: False where the user has left meanwhile.
+    """
+
+    type: Literal["moderated"] = "moderated"
+    action: ModerationName
+    user: int | None
+    done: bool
+
+
+ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
+WatchControl = Watching | UserJoined | UserLeft | Latency | Moderated | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
     Annotated[ClientMessage, Field(discriminator="type")]

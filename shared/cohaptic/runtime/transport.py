@@ -6,7 +6,9 @@ They are the same for every connection, at both ends, and explained in
 
 from __future__ import annotations
 
+import asyncio
 import socket
+from collections.abc import Callable
 from typing import Any
 
 WEBSOCKET_OPTIONS: dict[str, Any] = {
@@ -26,6 +28,19 @@ WEBSOCKET_OPTIONS: dict[str, Any] = {
 # stalled path; with this bound it is a few dozen, and the newest waits where it can be replaced.
 NOT_SENT_LOWAT = 4096
 USER_TIMEOUT_MS = 10_000
+
+
+def unsent_of(transport: asyncio.Transport) -> Callable[[], int]:
+    """How many bytes were written to a transport and have not left the process.
+
+    Under TLS asyncio's answer leaves out what the transport below still has, which may be 64 kB of
+    old patches: a path would look clear while it is stalled.
+    """
+    below = getattr(getattr(transport, "_ssl_protocol", None), "_transport", None)
+    if below is None:
+        return transport.get_write_buffer_size
+    above, under = transport.get_write_buffer_size, below.get_write_buffer_size
+    return lambda: above() + under()
 
 
 def tune(sock: socket.socket) -> None:

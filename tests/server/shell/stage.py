@@ -23,6 +23,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3, norm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 from tests.server.peers import hello_text, sample
 
@@ -125,9 +126,11 @@ class Serving:
 
 
 @contextlib.asynccontextmanager
-async def serving(body: Body, max_users: int = 64, **more: Any) -> AsyncGenerator[Serving]:
+async def serving(
+    body: Body, max_users: int = 64, protection: Protection | None = None, **more: Any
+) -> AsyncGenerator[Serving]:
     settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users, **more)
-    server = CohapticServer(body, settings)
+    server = CohapticServer(body, settings, protection=protection)
     url = await server.start()
     served = Serving(server, url, asyncio.ensure_future(server.run()))
     try:

@@ -27,6 +27,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.watch_messages import (
     Latency,
+    Moderate,
     SetLatency,
     SetView,
     Watch,
@@ -34,9 +35,9 @@ from cohaptic.protocol.watch_messages import (
     decode_client_message,
     decode_watch_control,
 )
+from tests.shared.protocol.control import CONTROL
 from tests.shared.protocol.vectors import (
     ACKS,
-    CONTROL,
     OF_SCENE,
     PATCHES,
     REST_MESHES,
@@ -114,7 +115,7 @@ def test_the_written_control_messages_are_those_we_send_and_understand() -> None
 
 def decoder(message: object) -> Callable[[str], object]:
     """Who reads a message of this type."""
-    if isinstance(message, Hello | SetLaw | Bye | Watch | SetView | SetLatency):
+    if isinstance(message, Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate):
         return decode_client_message
     return (
         decode_watch_control if isinstance(message, Watching | Latency) else decode_server_control

@@ -14,14 +14,6 @@ from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
-    BodyInfo,
-    Bye,
-    Error,
-    Hello,
-    SetLaw,
-    UserJoined,
-    UserLeft,
-    Welcome,
     encode_control,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
@@ -37,16 +29,8 @@ from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.traversal import Traversal
-from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.protocol.watch_messages import (
-    Latency,
-    SetLatency,
-    SetView,
-    Watch,
-    WatchedUser,
-    Watching,
-)
 from cohaptic.vec import ZERO
+from tests.shared.protocol.control import CONTROL
 from tests.strategies import as_surface, single
 
 SAMPLES = {
@@ -166,50 +150,6 @@ MESHES: dict[str, tuple[int, Faces]] = {
 }
 TRAVERSALS = {name: Traversal.of(n, faces) for name, (n, faces) in MESHES.items()}
 OF_SCENE = TRAVERSALS["octahedron"]
-CONTROL: dict[str, Any] = {
-    "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
-    "set_law": SetLaw(law=Law.PI),
-    "bye": Bye(),
-    "welcome": Welcome.model_validate(
-        {
-            "user": 2,
-            "name": "right",
-            "simulation_period": 0.0625,
-            "to_wall": 1.75e9,
-            "body": {
-                "name": "balloon",
-                "center": (0.0, 0.0, 0.0),
-                "radius": 0.1,
-                "contact_radius": 0.02,
-            },
-            "users": ("left",),
-        }
-    ),
-    "user_joined": UserJoined(user=2, name="right"),
-    "user_left": UserLeft(user=2, name="right", reason="bye"),
-    "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
-    "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
-    "set_view": SetView(encoding="forces", rate=60.0),
-    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
-    "watching": Watching(
-        simulation_period=0.0625,
-        to_wall=1.75e9,
-        body=BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02),
-        model="00112233445566778899aabbccddeeff",
-        users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
-        allow_latency=True,
-        allow_fixed_gains=False,
-    ),
-    "watching without a model": Watching(
-        simulation_period=0.0625,
-        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
-        model=None,
-        users=(),
-        allow_latency=False,
-        allow_fixed_gains=True,
-    ),
-    "latency": Latency(user=2, delay=0.125, jitter=0.03125),
-}
 
 
 def binary_vectors() -> dict[str, list[dict[str, Any]]]:

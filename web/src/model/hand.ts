@@ -32,6 +32,8 @@ export interface TouchSettings {
   readonly target: Vec3;
   /** The page's secret, with which it comes back to its name after a lost connection. */
   readonly key?: string;
+  /** Of an invitation or a session; without one where none is needed. */
+  readonly token?: string;
 }
 
 export type TouchPhase = "connecting" | "joined" | "closed";

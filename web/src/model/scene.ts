@@ -79,6 +79,10 @@ export interface WatchInfo {
   readonly allow_fixed_gains: boolean;
   /** Whether a page of the server's machine may bring an object. */
   readonly allow_upload: boolean;
+  /** Whether this visitor may touch as well. */
+  readonly can_touch: boolean;
+  /** Whether this visitor administers the room. */
+  readonly room_admin: boolean;
 }
 
 export type Encoding = "frames" | "forces";

@@ -191,6 +191,7 @@ export class Page {
     if (this.wish && this.store.info !== null) this.touch(true);
     if (this.store.mesh !== null) this.prepareTouch();
     this.upload.allow(this.store.info?.allow_upload === true);
+    this.dock.allowTouch(this.store.info?.can_touch !== false);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.announcer.news(this.store.events);
     this.write(performance.now() / 1000);

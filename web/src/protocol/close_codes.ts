@@ -7,6 +7,10 @@ export const ABNORMAL = 1006;
 
 /** A message broke the protocol. */
 export const BAD_MESSAGE = 4400;
+/** No token where one is needed, or one that is not valid. */
+export const UNAUTHENTICATED = 4401;
+/** The token is not for this room, or not for what was asked. */
+export const FORBIDDEN = 4403;
 /** The name is in use in this room. */
 export const NAME_TAKEN = 4409;
 /** The server has another object from now on. */

@@ -53,6 +53,8 @@ export type ClientControl =
       readonly fixed_gains: FixedGains | null;
       /** 16 to 64 printable characters; not sent if there is none. */
       readonly key?: string;
+      /** Of an invitation or a session; not sent if there is none. */
+      readonly token?: string;
     }
   | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
   | { readonly type: "bye" }
@@ -62,6 +64,7 @@ export type ClientControl =
       readonly encoding: Encoding;
       readonly rate: number;
       readonly mesh: "exact" | "quantised";
+      readonly token?: string;
     }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
   | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number };
@@ -75,6 +78,8 @@ export interface Welcome {
   readonly to_wall: number;
   readonly body: BodyInfo;
   readonly users: readonly string[];
+  /** Token with which this client comes back; not there for one who needs none. */
+  readonly session?: string;
 }
 
 export interface Watching {
@@ -88,6 +93,9 @@ export interface Watching {
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
   readonly allow_upload: boolean;
+  readonly can_touch: boolean;
+  readonly room_admin: boolean;
+  readonly session?: string;
 }
 
 export type ServerControl =
@@ -153,6 +161,7 @@ function welcome(f: Fields): Welcome {
       if (typeof name !== "string") throw new ProtocolError(`users.${i}`, name, "text");
       return name;
     }),
+    ...session(f),
   };
 }
 
@@ -171,7 +180,18 @@ function watching(f: Fields): Watching {
     allow_latency: flag(f, "allow_latency"),
     allow_fixed_gains: flag(f, "allow_fixed_gains"),
     allow_upload: flag(f, "allow_upload"),
+    can_touch: flag(f, "can_touch"),
+    room_admin: flag(f, "room_admin"),
+    ...session(f),
   };
+}
+
+/** It goes back as it came, and nowhere else. */
+function session(f: Fields): { readonly session?: string } {
+  if (f["session"] === undefined) return {};
+  const token = text(f, "session");
+  if (!/^[!-~]{1,2048}$/.test(token)) throw new ProtocolError("session", "not shown", "a token");
+  return { session: token };
 }
 
 function version(f: Fields): number {

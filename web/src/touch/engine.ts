@@ -56,6 +56,7 @@ export class TouchEngine {
   private taken_in = false;
   private object_gone = false;
   private leaving = false;
+  private token: string | undefined; // of the session, once there is one
   private trace: number[] = [];
   private periods = 0;
   private reported_at: number;
@@ -236,6 +237,7 @@ export class TouchEngine {
         JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
       if (!same) throw new AnotherObject(welcome.body.name);
     }
+    if (welcome.session !== undefined) this.token = welcome.session;
     const { max_force, passivity } = this.initial;
     this.welcome = welcome;
     this.taken_in = true;
@@ -250,7 +252,8 @@ export class TouchEngine {
 
   /** The settings with the law and friction that the user asks for now. */
   private get asked(): TouchSettings {
-    return { ...this.initial, law: this.requests.law, friction: this.requests.mu };
+    const token = this.token === undefined ? {} : { token: this.token };
+    return { ...this.initial, ...token, law: this.requests.law, friction: this.requests.mu };
   }
 
   /** The settings with the friction of this period; zero until the server sends the compliance that friction needs. */

@@ -110,6 +110,12 @@ export class Dock {
     this.laws.set(law);
   }
 
+  /** Whether this visitor may touch; one who may not watches. */
+  allowTouch(allowed: boolean): void {
+    this.button.disabled = !allowed;
+    this.button.title = allowed ? "" : "Your invitation lets you watch, not touch";
+  }
+
   allowPaper(allowed: boolean): void {
     this.laws.enable("paper", allowed);
   }

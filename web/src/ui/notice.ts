@@ -1,7 +1,7 @@
 /** The notices of the page in abnormal states: the cause and the remedy. */
 
 import type { WatchPhase } from "../model/scene";
-import { NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_MANY, TOO_SLOW, WRONG_VERSION } from "../protocol/close_codes";
+import { FORBIDDEN, NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_MANY, TOO_SLOW, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 
 export interface Notice {
   /** Changes when the matter does, so that a notice that was put away stays away. */
@@ -61,6 +61,8 @@ function ofWatch(c: NoticeFacts): Notice | null {
       "This page is older than the server and they no longer understand each other. Reloading brings the new page.", "reload");
   }
   const reason = sentence(c.reason);
+  if (c.phase === "refused" && c.code === UNAUTHENTICATED) return make("invitation", "bad", "You need an invitation", reason);
+  if (c.phase === "refused" && c.code === FORBIDDEN) return make("forbidden", "bad", "You may not come in", reason);
   switch (c.phase) {
     case "watching":
       return null;
@@ -88,6 +90,8 @@ function lostTitle(code: number): string {
 function ofTouch(c: NoticeFacts): Notice {
   const reason = sentence(c.touch);
   if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", reason, "dismiss");
+  if (c.touchCode === FORBIDDEN) return make("no-touch", "info", "You may not touch", reason, "dismiss");
+  if (c.touchCode === UNAUTHENTICATED) return make("no-token", "bad", "Your invitation is not valid any more", reason, "dismiss");
   if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${reason} Choose another name and touch again.`, "dismiss");
   return make(`touch-${c.touch}`, "bad", "You are not touching", reason, "dismiss");
 }

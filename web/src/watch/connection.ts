@@ -17,7 +17,8 @@ import type {
   WatchPhase,
   WatchStatus,
 } from "../model/scene";
-import { ABNORMAL, BAD_MESSAGE, NORMAL, WRONG_VERSION } from "../protocol/close_codes";
+import type { Pass } from "../model/pass";
+import { ABNORMAL, BAD_MESSAGE, FORBIDDEN, NORMAL, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { encodeControl } from "../protocol/messages";
 import { SUBPROTOCOL } from "../protocol/version";
@@ -27,7 +28,7 @@ import { Store } from "./store";
 import { Traffic } from "./traffic";
 
 const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
-const FINAL: readonly number[] = [BAD_MESSAGE, WRONG_VERSION]; // refusals that another attempt would not change
+const FINAL: readonly number[] = [BAD_MESSAGE, UNAUTHENTICATED, FORBIDDEN, WRONG_VERSION]; // refusals that another attempt would not change
 const OPEN = 1; // of a socket
 
 /** The services of the browser. */
@@ -67,6 +68,7 @@ export class Watch implements SceneStore {
     encoding: Encoding,
     rate: number,
     private readonly world: World,
+    private readonly pass: Pass | null = null,
   ) {
     const fetch = (model: string) => (vertex: number) => world.fetch(greenUrl(address, model, vertex));
     this.store = new Store(encoding, rate, fetch, () => world.now(), () => {
@@ -149,7 +151,7 @@ export class Watch implements SceneStore {
     socket.onopen = () => {
       const { encoding, rate } = this.store;
       this.asked = { encoding, rate };
-      socket.send(WatchSession.greeting(encoding, rate));
+      socket.send(WatchSession.greeting(encoding, rate, this.pass?.token));
     };
     socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
       this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
@@ -174,6 +176,7 @@ export class Watch implements SceneStore {
         this.lost(socket, event.message, event.code);
         return;
       }
+      if (event.type === "watching" && event.session !== undefined) this.pass?.keep(event.session);
       if (event.type === "rest_mesh") this.begin();
       this.notify();
     } catch (error) {
@@ -222,7 +225,9 @@ export class Watch implements SceneStore {
     const now = this.world.now();
     this.reason = reason;
     this.code = code;
-    if (FINAL.includes(code)) {
+    // Of a session that is too old, or of keys of before: the invitation may still be good.
+    const again = code === UNAUTHENTICATED && this.pass?.forget() === true;
+    if (FINAL.includes(code) && !again) {
       this.phase = "refused";
     } else {
       this.failures = this.phase === "watching" && now - this.opened_at > LASTED ? 1 : this.failures + 1;
@@ -244,7 +249,7 @@ export class Watch implements SceneStore {
 }
 
 /** Watch the room of the server at an address, http: or ws:. */
-export function openWatch(address: string, encoding: Encoding = "frames", rate = 30): SceneStore {
+export function openWatch(address: string, encoding: Encoding = "frames", rate = 30, pass: Pass | null = null): SceneStore {
   return new Watch(address, encoding, rate, {
     now: () => performance.now() / 1000,
     later: (seconds, action) => {
@@ -258,5 +263,5 @@ export function openWatch(address: string, encoding: Encoding = "frames", rate =
       if (!response.ok) throw new Error(`${url}: ${response.status}`);
       return response.arrayBuffer();
     },
-  });
+  }, pass);
 }

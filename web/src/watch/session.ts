@@ -33,8 +33,9 @@ export class WatchSession {
   private tick = 0;
 
   /** First message of the connection. */
-  static greeting(encoding: Encoding, rate: number): string {
-    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised" });
+  static greeting(encoding: Encoding, rate: number, token?: string): string {
+    const more = token === undefined ? {} : { token };
+    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised", ...more });
   }
 
   /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */

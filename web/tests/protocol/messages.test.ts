@@ -4,7 +4,7 @@ import { type ClientControl, decodeServerControl, encodeControl } from "../../sr
 import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
-const fromClient = new Set(["hello", "set_law", "bye", "watch", "set_view", "set_latency"]);
+const fromClient = new Set(["hello", "hello with a token", "set_law", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate"]);
 const SENT: ClientControl[] = [
   {
     type: "hello",
@@ -18,6 +18,11 @@ const SENT: ClientControl[] = [
     friction: false,
     fixed_gains: null,
   },
+  {
+    type: "hello", protocol: 3, name: "left", law: "predictive", max_stiffness: 1000, max_force: 10, damping_budget: 0,
+    geometry: "plane", friction: false, fixed_gains: null, key: "0123456789abcdef", token: "eyJh.eyJz.c2ln",
+  },
+  { type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
   { type: "set_law", law: "pi", fixed_gains: null },
   { type: "bye" },
   { type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "quantised" },
@@ -27,7 +32,8 @@ const SENT: ClientControl[] = [
 
 describe("golden vectors", () => {
   test.each(SENT)("we send $type", (message) => {
-    const text = written.find(({ name }) => name === message.type)?.text ?? "";
+    const name = "token" in message ? `${message.type} with a token` : message.type;
+    const text = written.find((vector) => vector.name === name)?.text ?? "";
     expect(JSON.parse(encodeControl(message))).toEqual(JSON.parse(text));
   });
 
@@ -53,6 +59,7 @@ test.each([
   ["another version", said.replace('"protocol":3', '"protocol":2'), "protocol version is 2; expected 3"],
   ["a period that is none", welcome({ simulation_period: 0.004 }), "simulation_period is 0.004; expected a number from 0.005 to 0.1"],
   ["a period without end", welcome({ simulation_period: 0.2 }), "simulation_period is 0.2"],
+  ["a session that is no token", welcome({ session: "a b" }), "session is \"not shown\"; expected a token"],
   ["a body far away", body({ center: [0, 0, 10.5] }), "center is "],
   ["a body without size", body({ radius: 0 }), "radius is 0; expected a number above 0, at most 10"],
   ["a finger without size", body({ contact_radius: 0 }), "contact_radius is 0"],

@@ -1,6 +1,7 @@
 /** A browser with a server at the other end of its sockets, for tests of the watching connection. */
 
 import type { Encoding } from "../../src/model/scene";
+import type { Pass } from "../../src/model/pass";
 import { Watch } from "../../src/watch/connection";
 import { MESH, meshFrame, N, WATCHING } from "./scenes";
 
@@ -58,7 +59,7 @@ export class Browser {
   private answers: (() => void)[] = [];
   readonly watch: Watch;
 
-  constructor(encoding: Encoding = "frames") {
+  constructor(encoding: Encoding = "frames", pass: Pass | null = null) {
     this.watch = new Watch("http://127.0.0.1:8765/room/?x=1#y", encoding, 30, {
       now: () => this.time,
       later: (seconds, action) => this.timers.push({ at: this.time + seconds, action }),
@@ -77,7 +78,7 @@ export class Browser {
           });
         });
       },
-    });
+    }, pass);
   }
 
   get line(): Line {

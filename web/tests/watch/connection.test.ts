@@ -206,3 +206,50 @@ describe("a surface from forces", () => {
     expect(browser.watch.status.encoding).toBe("frames");
   });
 });
+
+describe("one who has an invitation", () => {
+  function pass(): { token: string | undefined; kept: string[]; keep(session: string): void; forget(): boolean } {
+    return {
+      token: "invitation",
+      kept: [],
+      keep(session) { this.kept.push(session); this.token = session; },
+      forget() { const left = this.token === "session"; this.token = "invitation"; return left; },
+    };
+  }
+
+  test("says it first, and comes back with its session", () => {
+    const mine = pass();
+    const browser = new Browser("frames", mine);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "watch", token: "invitation" }]);
+    browser.line.say({ ...WATCHING, session: "session" });
+    expect(mine.kept).toEqual(["session"]);
+    browser.line.break();
+    browser.run(30);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "watch", token: "session" }]);
+  });
+
+  test("tries the invitation once more where the session is refused, and then gives up", () => {
+    const mine = pass();
+    mine.token = "session";
+    const browser = new Browser("frames", mine);
+    browser.line.onopen?.();
+    browser.line.break(4401, "the token ended 2 days ago");
+    expect(browser.watch.status.phase).toBe("waiting");
+    browser.run(30);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "watch", token: "invitation" }]);
+    browser.line.break(4401, "the token was used before");
+    expect(browser.watch.status).toMatchObject({ phase: "refused", code: 4401, reason: "the token was used before" });
+  });
+
+  test("is not asked again where it may not come in", () => {
+    const browser = new Browser("frames", pass());
+    browser.line.onopen?.();
+    browser.line.break(4403, "the token is for the room lab");
+    browser.run(60);
+    expect(browser.lines.length).toBe(1);
+    expect(browser.watch.status.phase).toBe("refused");
+  });
+});

@@ -125,4 +125,6 @@ export const WATCHING = {
   allow_latency: true,
   allow_fixed_gains: false,
   allow_upload: false,
+  can_touch: true,
+  room_admin: false,
 };

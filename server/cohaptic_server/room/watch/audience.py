@@ -8,6 +8,7 @@ from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
+from cohaptic_server.access.grants import OPEN, Grants
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.scene_encoder import SceneEncoder
@@ -41,8 +42,20 @@ class Audience:
         traversal = Traversal.of(self._vertices, room.body.mesh.faces)
         self._encoder = SceneEncoder(traversal, follows_records=model is not None)
 
-    def enter(self, watcher: Watcher, to_wall: float) -> None:
+    def enter(
+        self,
+        watcher: Watcher,
+        to_wall: float,
+        grants: Grants = OPEN,
+        session: str | None = None,
+    ) -> None:
         """Add a watcher.
+
+        Args:
+            watcher: Who has sent its first message.
+            to_wall: Offset of the server's clock to the wall's [s].
+            grants: What it may do.
+            session: Token with which it comes back; None if it needs none.
 
         Raises:
             RemoteProtocolError: There are too many watchers, or the body has too many vertices to
@@ -63,9 +76,12 @@ class Audience:
                 body=describe(self.room.body),
                 model=self.model,
                 users=tuple(WatchedUser(user=m.user, name=m.hello.name) for m in members),
-                allow_latency=settings.allow_latency,
+                allow_latency=settings.allow_latency and grants.can_inject_latency,
                 allow_fixed_gains=settings.allow_fixed_gains,
                 allow_upload=settings.allow_upload,
+                can_touch=grants.can_touch,
+                room_admin=grants.room_admin,
+                session=session,
             )
         )
 

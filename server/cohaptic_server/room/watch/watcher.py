@@ -17,6 +17,7 @@ from cohaptic.protocol.messages import ControlMessage, Error, encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
     MeshForm,
+    Moderate,
     SetLatency,
     SetView,
     Watch,
@@ -56,7 +57,7 @@ class Watcher:
         self._encoding, self._rate = watch.encoding, watch.rate
         self._wants = False
         self._accepted = False
-        self._events: list[SetLatency] = []
+        self._events: list[SetLatency | Moderate] = []
         self._latencies: dict[int, Latency] = {}
         self._in_flight: deque[int] = deque()  # ticks
         self._sent_tick = 0
@@ -75,9 +76,11 @@ class Watcher:
                 self._acknowledge(Ack.decode(data))
                 return
             message = decode_client_message(data)
-            if not isinstance(message, SetView | SetLatency):
+            if not isinstance(message, SetView | SetLatency | Moderate):
                 kind = type(message).__name__
-                raise RemoteProtocolError("message", kind, "Ack or SetView or SetLatency: watches")
+                raise RemoteProtocolError(
+                    "message", kind, "Ack, SetView, SetLatency or Moderate: watches"
+                )
         except ProtocolError as error:
             self.fail(error)
             return
@@ -87,7 +90,7 @@ class Watcher:
         else:
             self._events.append(message)
 
-    def events(self) -> list[SetLatency]:
+    def events(self) -> list[SetLatency | Moderate]:
         """Requests to the server since the last call."""
         events, self._events = self._events, []
         return events

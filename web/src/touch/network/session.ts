@@ -38,6 +38,7 @@ export class TouchSession {
       friction: settings.friction > 0,
       fixed_gains: null,
       ...(settings.key === undefined ? {} : { key: settings.key }),
+      ...(settings.token === undefined ? {} : { token: settings.token }),
     });
   }
 

@@ -1,0 +1,94 @@
+"""Where a server is, from what a person has: an address, or the link of an invitation."""
+
+from __future__ import annotations
+
+import ipaddress
+import ssl
+from dataclasses import dataclass, field
+from urllib.parse import parse_qs, urlsplit, urlunsplit
+
+from cohaptic.errors import SettingError
+
+_SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Of a server.
+
+    Args:
+        url: ws: or wss:.
+        token: That the link brought; empty for none.
+    """
+
+    url: str
+    token: str = field(default="", repr=False)
+
+
+def read_address(said: str) -> Address:
+    """The address in what a person gives; what is no address is left as it is.
+
+    Args:
+        said: `ws://HOST:PORT`, or a link such as `https://lab.example/#token=...`.
+    """
+    try:
+        parts = urlsplit(said)
+    except ValueError:
+        return Address(said)
+    scheme = _SCHEMES.get(parts.scheme)
+    if scheme is None:
+        return Address(said)
+    token = parse_qs(parts.fragment).get("token", [""])[0]
+    # Without a query and a fragment: both could end in a log.
+    return Address(urlunsplit((scheme, parts.netloc, parts.path, "", "")), token)
+
+
+def check_secrecy(url: str, *, insecure: bool) -> None:
+    """Raise SettingError if a token would go to another machine for all on the way to read."""
+    parts = urlsplit(url)
+    if parts.scheme == "wss" or insecure or _is_here(parts.hostname or ""):
+        return
+    limit = "wss://, or given with --insecure: who is on the way reads the token"
+    raise SettingError("address that a token goes to", f"{parts.scheme}://", limit)
+
+
+def _is_here(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
+    """Who may vouch for the server at an address; None where nobody does.
+
+    Args:
+        url: Of the server.
+        ca_file: Certificates; empty for those of the system.
+
+    Raises:
+        SettingError: There are no certificates in the file.
+    """
+    if not url.startswith("wss:"):
+        return None
+    try:
+        return ssl.create_default_context(cafile=ca_file or None)
+    except (OSError, ValueError) as error:
+        raise SettingError(
+            "--ca-file", ca_file, f"a file of certificates (PEM): {error}"
+        ) from error
+
+
+def why_not_trusted(error: ssl.SSLError, host: str) -> str:
+    """What is wrong with a server's certificate, or its TLS, and what to do."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        why = error.verify_message or "it cannot be verified"
+        if error.verify_code == 10:
+            return "the certificate of the server has expired; its owner has to renew it"
+        if error.verify_code in (62, 64):
+            return f"the certificate of the server is not for {host}: {why}"
+        return f"the certificate of the server is not trusted: {why}; name its issuer: --ca-file"
+    reason = getattr(error, "reason", None)
+    if reason in ("WRONG_VERSION_NUMBER", "HTTP_REQUEST", "RECORD_LAYER_FAILURE"):
+        return "the server speaks no TLS on this port; try ws:// in place of wss://"
+    return f"no secure connection to the server: {reason or error}"

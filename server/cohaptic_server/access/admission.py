@@ -1,0 +1,120 @@
+"""Who somebody is, by the token of its first message, and the token that it comes back with.
+
+An invitation begins a session. The token of the session is signed by the server, goes to this one
+client, and brings it back with the same grants, also when the invitation has ended meanwhile, or
+was good for one time.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cohaptic_server.access.denied import Denied, forbidden
+from cohaptic_server.access.grants import OPEN, Grants
+from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.tokens import LEEWAY, SESSION_AUDIENCE, Claims, Session, sign, verify
+from cohaptic_server.access.used_tokens import UsedTokens
+
+# s after which a session needs an invitation to come back, a long day in a lab. One that is
+# connected stays.
+SESSION_LIFE = 12 * 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Guest:
+    """Somebody who may come in.
+
+    Args:
+        grants: What for.
+        sub: Who it is, as its token says; empty for one without.
+        session: Name of its session; empty for one without a token.
+        invitation: Name of the invitation that it began with; empty for none.
+        since: When the session began, Unix time [s].
+    """
+
+    grants: Grants = OPEN
+    sub: str = ""
+    session: str = ""
+    invitation: str = ""
+    since: float = 0.0
+
+
+ANYBODY = Guest()
+
+
+class Admission:
+    """Whom one server takes in.
+
+    Args:
+        ring: Keys of tokens; None where nobody has one.
+        admits_anybody: Whether one without a token may come in.
+        single_use: Whether an invitation is good for one time.
+        draw: Makes names that nobody can guess.
+
+    Attributes:
+        ring: Keys that are accepted; another takes its place when keys are rotated.
+        admits_anybody: Whether one without a token may come in.
+    """
+
+    def __init__(
+        self,
+        ring: KeyRing | None = None,
+        *,
+        admits_anybody: bool = True,
+        single_use: bool = False,
+        draw: Callable[[], str] = lambda: secrets.token_hex(16),
+    ) -> None:
+        self.ring = ring
+        self.admits_anybody = admits_anybody
+        self._used = UsedTokens() if single_use else None
+        self._draw = draw
+
+    def admit(self, token: str | None, room: str, now: float) -> Guest:
+        """Who has this token.
+
+        Args:
+            token: Of the first message; None without one.
+            room: That it wants to come into.
+            now: Unix time [s].
+
+        Raises:
+            Denied: It may not come in.
+        """
+        # A client may have a token for every server, and one that asks for none has no use for it.
+        if self.ring is None or token is None:
+            if self.admits_anybody:
+                return ANYBODY
+            advice = "open the link of your invitation, or give --token or COHAPTIC_TOKEN"
+            raise Denied("this server takes in nobody without a token", advice)
+        claims = verify(token, self.ring, now)
+        grants = claims.haptic
+        if not grants.hold_in(room):
+            raise forbidden(f"the token is for the room {grants.room}, and this is {room}")
+        if not grants.room_join:
+            raise forbidden("the token does not let you join the room (roomJoin)")
+        session = claims.session
+        if session is not None:
+            if now >= session.began + SESSION_LIFE:
+                raise Denied(f"the session began more than {SESSION_LIFE / 3600:g} hours ago")
+            return Guest(grants, claims.sub, session.sid, session.invitation, session.began)
+        # Last, so that no token is used up by one who may not come in.
+        if self._used is not None:
+            self._used.use(claims.jti, claims.exp + LEEWAY, now)
+        return Guest(grants, claims.sub, self._draw(), claims.jti, now)
+
+    def session_token(self, guest: Guest, now: float) -> str | None:
+        """With which a guest comes back; None for one who needs none."""
+        ends = guest.since + SESSION_LIFE
+        if self.ring is None or not guest.session or ends <= now:
+            return None
+        claims = Claims(
+            sub=guest.sub,
+            jti=self._draw(),
+            iat=now,
+            exp=ends,
+            haptic=guest.grants,
+            session=Session(sid=guest.session, began=guest.since, invitation=guest.invitation),
+        )
+        return sign(claims, self.ring.signer, SESSION_AUDIENCE)

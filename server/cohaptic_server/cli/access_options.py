@@ -1,0 +1,121 @@
+"""Options of who may come in and how it is secured, and what a server makes of them."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohaptic.errors import SettingError
+from cohaptic_server.access.admission import Admission
+from cohaptic_server.access.exposure import Exposure
+from cohaptic_server.cli.option_groups import takes
+from cohaptic_server.credentials.certificate import Certificate
+from cohaptic_server.credentials.key_file import load_keys
+from cohaptic_server.credentials.reloading import Watched
+from cohaptic_server.shell.protection import Protection
+
+
+@dataclass(frozen=True, slots=True)
+class AccessOptions:
+    """The options as they were given; each field is one option of the command line."""
+
+    keys: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="COHAPTIC_KEYS",
+            help="Only who has a token of these keys comes in; `cohaptic key FILE` makes them.",
+        ),
+    ] = None
+    open: Annotated[
+        bool, typer.Option("--open", help="Anybody comes in, also from other machines.")
+    ] = False
+    single_use: Annotated[
+        bool, typer.Option("--single-use", help="An invitation is good for one time.")
+    ] = False
+    tls_cert: Annotated[
+        Path | None, typer.Option(help="Certificate (PEM), with those of its issuers behind it.")
+    ] = None
+    tls_key: Annotated[Path | None, typer.Option(help="Its key (PEM).")] = None
+    insecure: Annotated[
+        bool,
+        typer.Option("--insecure", help="Listen without TLS where other machines can connect."),
+    ] = False
+    trust_proxy: Annotated[
+        list[str] | None,
+        typer.Option(help="Address of a proxy whose X-Forwarded-For is believed: 127.0.0.1."),
+    ] = None
+
+    def protection(self, host: str) -> Protection:
+        """What these options ask for; reads the files.
+
+        Args:
+            host: That the server listens on.
+
+        Raises:
+            SettingError: They do not fit together, or a file cannot be used.
+        """
+        if (self.tls_cert is None) != (self.tls_key is None):
+            given = self.tls_cert or self.tls_key
+            raise SettingError("--tls-cert or --tls-key", given, "given together with the other")
+        if self.single_use and self.keys is None:
+            raise SettingError("--single-use", "given", "given with --keys, whose tokens it is of")
+        exposure = Exposure(
+            host,
+            keys=self.keys is not None,
+            open=self.open,
+            tls=self.tls_cert is not None,
+            insecure=self.insecure,
+            behind_proxy=bool(self.trust_proxy),
+        )
+        exposure.check()
+        watched: list[Watched] = []
+        admission = Admission(
+            None if self.keys is None else load_keys(self.keys),
+            admits_anybody=exposure.admits_anybody,
+            single_use=self.single_use,
+        )
+        if (keys := self.keys) is not None:
+
+            def load() -> None:
+                admission.ring = load_keys(keys)
+
+            watched.append(Watched("the key file", (keys,), load))
+        certificate = None
+        if self.tls_cert is not None and self.tls_key is not None:
+            certificate = Certificate(self.tls_cert, self.tls_key)
+            watched.append(Watched("the certificate", certificate.paths, certificate.load))
+        proxies = tuple(_proxy(said) for said in self.trust_proxy or ())
+        return Protection(admission, certificate, proxies, tuple(watched))
+
+
+def in_words_of(protection: Protection, host: str) -> list[str]:
+    """What the owner of a server should know, if it is not only of this machine.
+
+    Args:
+        protection: Of the server.
+        host: That it listens on.
+    """
+    lines: list[str] = []
+    exposed = Exposure(host, behind_proxy=bool(protection.proxies))
+    if not exposed.is_local or exposed.behind_proxy:
+        if protection.admission.admits_anybody:
+            lines.append(f"anybody who reaches {host} may touch")
+        if protection.certificate is None and not exposed.is_local:
+            lines.append(f"nothing on {host} is encrypted, tokens neither")
+    if protection.certificate is not None:
+        lines.append(f"the certificate is good until {protection.certificate.ends}")
+    return lines
+
+
+def _proxy(said: str) -> str:
+    try:
+        return str(ipaddress.ip_address(said.strip("[]")))
+    except ValueError as error:
+        raise SettingError("--trust-proxy", repr(said[:60]), "an address: 127.0.0.1") from error
+
+
+takes_access = takes(AccessOptions)

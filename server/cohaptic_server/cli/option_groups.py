@@ -1,0 +1,60 @@
+"""Options of the command line that belong together, written once for every command."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import MISSING, fields
+from typing import Any, get_type_hints
+
+Command = Callable[..., None]
+
+
+def takes(group: type[Any]) -> Callable[[Command], Command]:
+    """Give a command the options of a group, in place of its parameter of that type.
+
+    Typer reads the options of a command from its signature. The signature of the result has one
+    parameter for each field of the group; the command itself receives them as one value.
+
+    Args:
+        group: A dataclass, of which each field is an option; the command has exactly one parameter
+            of it.
+    """
+    return lambda command: _with_group(command, group)
+
+
+def _with_group(command: Command, group: type[Any]) -> Command:
+    hints = get_type_hints(command, include_extras=True)
+    (taken,) = [name for name, hint in hints.items() if hint is group]
+    option_hints = get_type_hints(group, include_extras=True)
+    options = [
+        _parameter(
+            f.name,
+            option_hints[f.name],
+            inspect.Parameter.empty if f.default is MISSING else f.default,
+        )
+        for f in fields(group)
+    ]
+    parameters: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name == taken:
+            parameters += options
+        else:
+            parameters.append(_parameter(name, hints[name], parameter.default))
+
+    @functools.wraps(command)
+    def with_options(**arguments: Any) -> None:
+        values = {option.name: arguments.pop(option.name) for option in options}
+        command(**arguments, **{taken: group(**values)})
+
+    result: Any = with_options  # of a type that has no signature to be set
+    result.__signature__ = inspect.Signature(parameters)
+    result.__annotations__ = {p.name: p.annotation for p in parameters}
+    return with_options
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    # Keywords only, so that a parameter without a default may follow one that has it.
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, kind, default=default, annotation=annotation)

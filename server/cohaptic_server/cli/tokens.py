@@ -1,0 +1,146 @@
+"""`cohaptic key`, `cohaptic token` and `cohaptic invite`."""
+
+from __future__ import annotations
+
+import re
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+from urllib.parse import urlsplit
+
+import typer
+from pydantic import ValidationError
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic_server.access.grants import MAIN_ROOM, Grants
+from cohaptic_server.access.keys import MOST_KEYS, KeyRing
+from cohaptic_server.access.tokens import Claims, sign
+from cohaptic_server.cli.option_groups import takes
+from cohaptic_server.credentials.key_file import load_keys, new_key, save_keys
+
+_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+_LONGEST = 400 * 86400.0  # s; a key is rotated sooner
+
+
+@dataclass(frozen=True, slots=True)
+class GrantOptions:
+    """What a token is for; each field is one option of the command line."""
+
+    keys: Annotated[
+        Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
+    ]
+    room: Annotated[str, typer.Option(help="Its name, or lab-* for all that begin so.")] = MAIN_ROOM
+    sub: Annotated[
+        str, typer.Option(help="Who it is for, without spaces.", show_default="a new one")
+    ] = ""
+    watch_only: Annotated[
+        bool, typer.Option("--watch-only", help="To watch, and not to touch.")
+    ] = False
+    max_force: Annotated[
+        float | None, typer.Option(help="Most of the force that the object gets [N].")
+    ] = None
+    latency: Annotated[
+        bool, typer.Option("--latency", help="Inject latency, if the server allows it.")
+    ] = False
+    admin: Annotated[
+        bool, typer.Option("--admin", help="Mute, remove and ban, freeze and reset.")
+    ] = False
+    record: Annotated[bool, typer.Option("--record", help="Record what others do.")] = False
+    create: Annotated[bool, typer.Option("--create", help="Make rooms.")] = False
+
+    def token(self, valid: str) -> str:
+        """The token.
+
+        Args:
+            valid: How long, as a person says it: 10m.
+
+        Raises:
+            SettingError: An option is out of its range.
+        """
+        clock = SystemClock()
+        now = clock.now() + clock.to_wall()
+        try:
+            claims = Claims(
+                sub=self.sub or f"guest-{secrets.token_hex(4)}",
+                jti=secrets.token_hex(16),
+                iat=now,
+                exp=now + _seconds(valid),
+                haptic=Grants(
+                    room=self.room,
+                    room_join=True,
+                    can_touch=not self.watch_only,
+                    can_view=True,
+                    room_create=self.create,
+                    room_admin=self.admin,
+                    room_record=self.record,
+                    can_inject_latency=self.latency,
+                    max_force=self.max_force,
+                ),
+            )
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            name = str(first["loc"][-1]).replace("maxForce", "--max-force")
+            limit = "as `cohaptic token --help` says: " + str(first["msg"])
+            raise SettingError(name, repr(first["input"])[:60], limit) from error
+        return sign(claims, load_keys(self.keys).signer)
+
+
+def key(
+    file: Annotated[Path, typer.Argument(help="Written with mode 0600.")],
+    rotate: Annotated[
+        bool, typer.Option("--rotate", help="Put a new key in front; the old ones stay accepted.")
+    ] = False,
+    keep: Annotated[
+        int | None,
+        typer.Option(help="With --rotate: how many old ones; 0 takes all of them out."),
+    ] = None,
+) -> None:
+    """Make a file with the key that invitations are signed with.
+
+    A server that runs reads the file again when it changes.
+    """
+    if keep is not None and (not rotate or not 0 <= keep < MOST_KEYS):
+        raise SettingError("--keep", keep, f"given with --rotate, from 0 to {MOST_KEYS - 1}")
+    fresh = new_key()
+    ring = KeyRing((fresh,))
+    if rotate:
+        ring = load_keys(file).rotated(fresh, MOST_KEYS - 1 if keep is None else keep)
+    save_keys(file, ring, replace=rotate)
+    typer.echo(f"key {fresh.kid} signs from now on; {len(ring.keys) - 1} more are accepted")
+
+
+@takes(GrantOptions)
+def token(
+    *, grants: GrantOptions, valid: Annotated[str, typer.Option(help="30s, 10m, 12h, 7d.")] = "10m"
+) -> None:
+    """Print a token, for `cohaptic touch` in COHAPTIC_TOKEN."""
+    typer.echo(grants.token(valid))
+
+
+@takes(GrantOptions)
+def invite(
+    url: Annotated[str, typer.Argument(help="Of the page: https://lab.example/.")],
+    *,
+    grants: GrantOptions,
+    valid: Annotated[str, typer.Option(help="30s, 10m, 12h, 7d.")] = "1d",
+) -> None:
+    """Print a link that a person can open, to touch or to watch.
+
+    Whoever has the link may come in until it ends: send it as you would send a password.
+    """
+    parts = urlsplit(url)
+    if parts.scheme not in ("http", "https") or not parts.hostname:
+        raise SettingError("address of the page", repr(url[:60]), "https://HOST/ or http://HOST/")
+    if parts.query or parts.fragment:
+        raise SettingError("address of the page", repr(url[:60]), "without ? and #")
+    typer.echo(f"{url if parts.path else url + '/'}#token={grants.token(valid)}")
+
+
+def _seconds(said: str) -> float:
+    match = re.fullmatch(r"([0-9]{1,6}(?:\.[0-9]{1,3})?)([smhd])", said)
+    seconds = float(match[1]) * _UNITS[match[2]] if match else 0.0
+    if not 1.0 <= seconds <= _LONGEST:
+        raise SettingError("--valid", repr(said[:60]), "from 1s to 400d: 30s, 10m, 12h, 7d")
+    return seconds

@@ -1,0 +1,77 @@
+"""The file of keys, which only its owner may read."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+from cohaptic.errors import SettingError
+from cohaptic_server.access.keys import LEAST_BYTES, Key, KeyRing, read_keys, write_keys
+
+_MOST_BYTES = 64 * 1024  # of a file; sixteen keys have 3 kB
+
+
+def new_key() -> Key:
+    """A key of the system's random numbers, with a name that nobody else has."""
+    return Key(secrets.token_hex(4), secrets.token_bytes(LEAST_BYTES))
+
+
+def load_keys(path: Path) -> KeyRing:
+    """The keys in a file.
+
+    Raises:
+        SettingError: It cannot be read, others may read it, or it holds no keys.
+    """
+    try:
+        with path.open("rb") as file:
+            about = os.fstat(file.fileno())
+            if sys.platform != "win32" and about.st_mode & 0o077:
+                mode = f"{path} with mode {stat.S_IMODE(about.st_mode):04o}"
+                limit = f"one that nobody else may read: chmod 600 {path}"
+                raise SettingError("key file", mode, limit)
+            text = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        limit = f"one that can be read ({error.strerror}); make one: cohaptic key {path}"
+        raise SettingError("key file", path, limit) from error
+    if len(text) > _MOST_BYTES:
+        raise SettingError("size of the key file", path, f"at most {_MOST_BYTES:,} bytes")
+    return read_keys(text)
+
+
+def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
+    """Write keys to a file that was never readable by others, in one step.
+
+    Args:
+        path: Of the file.
+        ring: The keys.
+        replace: Whether there may be a file of this name.
+
+    Raises:
+        SettingError: There is one, or it cannot be written.
+    """
+    try:
+        # `mkstemp` makes it with mode 0600, in the same folder, so that it can be moved.
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="ascii") as file:
+                file.write(write_keys(ring))
+                file.flush()
+                os.fsync(file.fileno())
+            if replace:
+                os.replace(name, path)
+            else:
+                os.link(name, path)  # fails where there is one
+        finally:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(name)
+    except FileExistsError as error:
+        limit = "a new file; to put another key in front of its keys: --rotate"
+        raise SettingError("key file", f"{path}, which exists", limit) from error
+    except OSError as error:
+        limit = f"one that can be written ({error.strerror})"
+        raise SettingError("key file", path, limit) from error

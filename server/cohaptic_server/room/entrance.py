@@ -1,0 +1,67 @@
+"""The entrance of one room: the budget of joins, the token, and what it allows. No I/O."""
+
+from __future__ import annotations
+
+from cohaptic.protocol.messages import Hello
+from cohaptic.protocol.watch_messages import Watch
+from cohaptic_server.access.admission import Admission
+from cohaptic_server.access.denied import forbidden
+from cohaptic_server.access.grants import MAIN_ROOM
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.sources import Sources
+from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.removed import Removed
+
+
+class Entrance:
+    """Who may come in.
+
+    Args:
+        sources: Of whom an address may not let too many join.
+        admission: Of the server; without one anybody comes in.
+        room: Name of the room.
+
+    Attributes:
+        removed: Who was put out.
+    """
+
+    def __init__(
+        self,
+        sources: Sources | None = None,
+        admission: Admission | None = None,
+        room: str = MAIN_ROOM,
+    ) -> None:
+        self.sources = Sources(Limits()) if sources is None else sources
+        self.admission = Admission() if admission is None else admission
+        self.room = room
+        self.removed = Removed()
+
+    def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:
+        """Learn who somebody is, and let it in.
+
+        Args:
+            peer: Who has sent its first message; its `guest` is set.
+            first: The message.
+            now: Time [s].
+            to_wall: Offset of that time to the machine's wall clock [s].
+
+        Returns:
+            Token with which it comes back; None for one who needs none.
+
+        Raises:
+            RemoteProtocolError: It may not come in.
+        """
+        # Counted before the token is looked at, so that a flood of wrong ones is bounded.
+        self.sources.join(peer.source, now)
+        wall = now + to_wall
+        guest = self.admission.admit(first.token, self.room, wall)
+        grants = guest.grants
+        if isinstance(first, Hello) and not grants.can_touch:
+            also = "you may watch" if grants.can_view else "ask the owner of the room for another"
+            raise forbidden("the token does not let you touch (canTouch)", also)
+        if isinstance(first, Watch) and not grants.can_view:
+            raise forbidden("the token does not let you watch (canView)")
+        name = first.name if isinstance(first, Hello) else ""
+        self.removed.check(guest, name, peer.source, now)
+        peer.guest = guest
+        return self.admission.session_token(guest, wall)

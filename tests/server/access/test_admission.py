@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import pytest
+
+from cohaptic.errors import CloseCode
+from cohaptic_server.access.admission import ANYBODY, SESSION_LIFE
+from cohaptic_server.access.denied import Denied
+from cohaptic_server.access.grants import Grants
+from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.tokens import LEEWAY
+from tests.server.access.some import ALL, KEY, NOW, OTHER, admission, token
+
+
+def test_who_has_no_token_comes_in_where_the_server_is_open_and_nowhere_else() -> None:
+    assert admission(None, admits_anybody=True).admit(None, "main", NOW) == ANYBODY
+    assert admission(admits_anybody=True).admit(None, "main", NOW) == ANYBODY
+    with pytest.raises(Denied, match="--token") as caught:
+        admission().admit(None, "main", NOW)
+    assert caught.value.code is CloseCode.UNAUTHENTICATED
+
+
+def test_a_server_without_keys_has_no_use_for_a_token() -> None:
+    assert admission(None, admits_anybody=True).admit("rubbish", "main", NOW) == ANYBODY
+
+
+def test_a_wrong_token_is_refused_also_where_anybody_comes_in() -> None:
+    """Else a token that has ended would quietly be worth less."""
+    with pytest.raises(Denied, match="ended"):
+        admission(admits_anybody=True).admit(token(), "main", NOW + 1000.0)
+
+
+def test_a_token_is_for_its_room() -> None:
+    with pytest.raises(Denied, match="the room main, and this is lab-2") as caught:
+        admission().admit(token(), "lab-2", NOW)
+    assert caught.value.code is CloseCode.FORBIDDEN
+    lab = token(ALL.model_copy(update={"room": "lab-*"}))
+    assert admission().admit(lab, "lab-2", NOW).sub == "anna"
+
+
+def test_one_who_may_not_join_is_refused() -> None:
+    with pytest.raises(Denied, match="roomJoin"):
+        admission().admit(token(Grants(room="main", can_touch=True)), "main", NOW)
+
+
+def test_a_session_comes_back_when_its_invitation_has_ended_or_was_for_one_time() -> None:
+    door = admission(single_use=True)
+    guest = door.admit(token(), "main", NOW)
+    session = door.session_token(guest, NOW)
+    assert session is not None
+    with pytest.raises(Denied, match="used before"):
+        door.admit(token(), "main", NOW + 1.0)
+    assert door.admit(session, "main", NOW + 1800.0) == guest
+    assert door.admit(session, "main", NOW + 1801.0) == guest
+    with pytest.raises(Denied, match="ended"):
+        door.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
+
+
+def test_a_session_ends_however_often_it_comes_back() -> None:
+    door = admission()
+    guest, session = door.admit(token(), "main", NOW), None
+    for now in (NOW, NOW + 0.5 * SESSION_LIFE, NOW + SESSION_LIFE - 1.0):
+        session = door.session_token(guest, now)
+        assert session is not None
+        assert door.admit(session, "main", now) == guest
+    assert door.session_token(guest, NOW + SESSION_LIFE) is None
+    with pytest.raises(Denied):
+        door.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
+
+
+def test_a_session_is_for_its_room_and_its_keys() -> None:
+    door = admission()
+    session = door.session_token(door.admit(token(), "main", NOW), NOW)
+    with pytest.raises(Denied, match="this is other"):
+        door.admit(session, "other", NOW)
+    with pytest.raises(Denied, match="no key"):
+        admission(KeyRing((OTHER,))).admit(session, "main", NOW)
+    assert (
+        admission(KeyRing((OTHER, KEY))).admit(session, "main", NOW).session == "name-000000000001"
+    )
+
+
+def test_two_invitations_begin_two_sessions_and_one_invitation_too() -> None:
+    door = admission()
+    guests = [door.admit(token(), "main", NOW) for _ in range(2)]
+    assert guests[0].session != guests[1].session
+    assert guests[0].invitation == guests[1].invitation == "one"
+
+
+def test_nobody_without_a_token_gets_one() -> None:
+    assert admission(admits_anybody=True).session_token(ANYBODY, NOW) is None
+    assert admission(None).session_token(ANYBODY, NOW) is None
+
+
+def test_a_token_for_one_time_is_not_used_up_by_one_who_may_not_come_in() -> None:
+    door = admission(single_use=True)
+    with pytest.raises(Denied, match="this is other"):
+        door.admit(token(), "other", NOW)
+    assert door.admit(token(), "main", NOW).sub == "anna"

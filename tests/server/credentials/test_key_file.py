@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from cohaptic.errors import SettingError
+from cohaptic_server.credentials.key_file import load_keys, new_key, save_keys
+from tests.server.access.some import RING
+
+
+def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
+    save_keys(tmp_path / "keys", RING, replace=False)
+    assert load_keys(tmp_path / "keys") == RING
+    save_keys(tmp_path / "keys", RING.rotated(new_key()), replace=True)
+    assert len(load_keys(tmp_path / "keys").keys) == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o666, 0o620])
+def test_a_file_that_others_may_read_or_write_is_refused(mode: int, tmp_path: Path) -> None:
+    save_keys(tmp_path / "keys", RING, replace=False)
+    (tmp_path / "keys").chmod(mode)
+    with pytest.raises(SettingError, match=f"0{mode:o}; it must be one that nobody else"):
+        load_keys(tmp_path / "keys")
+
+
+def test_what_is_no_file_or_too_large_is_a_sentence(tmp_path: Path) -> None:
+    for path in (tmp_path / "none", tmp_path):
+        with pytest.raises(SettingError, match="cohaptic key"):
+            load_keys(path)
+    large = tmp_path / "large"
+    large.write_bytes(b"x" * 100_000)
+    large.chmod(0o600)
+    with pytest.raises(SettingError, match="at most"):
+        load_keys(large)
+
+
+def test_no_two_keys_are_alike() -> None:
+    assert len({new_key().secret for _ in range(20)}) == len({new_key().kid for _ in range(20)})

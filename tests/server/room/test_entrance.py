@@ -1,0 +1,220 @@
+"""Tokens at the entrance of a room: who touches, who watches, who comes back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cohaptic.errors import CloseCode
+from cohaptic.protocol.messages import Error, Hello, Welcome, decode_server_control, encode_control
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.protocol.watch_messages import SetLatency, Watch, Watching, decode_watch_control
+from cohaptic_server.access.admission import Admission
+from cohaptic_server.access.grants import Grants
+from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.guard.budget import Budget
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.sources import Sources
+from cohaptic_server.room.entrance import Entrance
+from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.world.state import Touch
+from tests.server.access.some import ALL, NOW, OTHER, RING, admission, token
+from tests.server.peers import sample
+
+
+def lobby(body: Balloon, door: Admission | None = None, **settings: Any) -> Lobby:
+    room = Room(body, ServerSettings(**settings))
+    limits = Limits(joins=Budget(1.0, 5.0))
+    entrance = Entrance(Sources(limits), admission() if door is None else door)
+    return Lobby(room, Audience(room, model=None), entrance)
+
+
+def say(
+    there: Lobby, said: Hello | Watch | SetLatency, peer: Peer | None = None, source: str = ""
+) -> Peer:
+    """What somebody says first, or next."""
+    if peer is None:
+        peer = there.connect(0.0, SUBPROTOCOL, SUBPROTOCOL, source)
+    there.receive(peer, encode_control(said), 0.0, NOW)
+    return peer
+
+
+def hello(name: str = "left", **said: Any) -> Hello:
+    return Hello(protocol=PROTOCOL_VERSION, name=name, **said)
+
+
+def watch(**said: Any) -> Watch:
+    return Watch(protocol=PROTOCOL_VERSION, **said)
+
+
+def welcome(peer: Peer) -> Welcome:
+    message = decode_server_control(str(peer.session.take(clear=True)[0]))
+    assert isinstance(message, Welcome)
+    return message
+
+
+def watching(peer: Peer) -> Watching:
+    message = decode_watch_control(str(peer.session.take(clear=True)[0]))
+    assert isinstance(message, Watching)
+    return message
+
+
+def refused(peer: Peer, code: CloseCode) -> str:
+    """The words with which somebody was refused, in the error and in the close."""
+    message = decode_server_control(str(peer.session.take(clear=True)[-1]))
+    assert isinstance(message, Error)
+    assert peer.session.close is not None
+    assert message.code == code.value == peer.session.close[0]
+    return message.message
+
+
+def test_who_has_an_invitation_touches_and_gets_a_session(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    peer = say(there, hello(token=token()))
+    session = welcome(peer).session
+    assert session is not None
+    assert peer.guest.sub == "anna"
+    assert session not in repr(peer)
+
+
+@pytest.mark.parametrize("first", [hello(), watch(), hello(token="rubbish"), watch(token="x.y.z")])
+def test_who_has_none_gets_nothing_and_hears_what_to_do(
+    small_balloon: Balloon, first: Hello | Watch
+) -> None:
+    there = lobby(small_balloon)
+    assert ": " in refused(say(there, first), CloseCode.UNAUTHENTICATED)
+    assert not there.room.members
+    assert not there.audience.watchers
+
+
+def test_who_may_not_touch_may_watch(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    only = token(Grants(room="main", room_join=True, can_view=True))
+    assert "you may watch" in refused(say(there, hello(token=only)), CloseCode.FORBIDDEN)
+    peer = say(there, watch(token=only))
+    heard = watching(peer)
+    assert not heard.can_touch
+    assert not heard.room_admin
+    assert heard.session is not None
+
+
+def test_who_may_touch_alone_does_not_watch(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    only = token(Grants(room="main", room_join=True, can_touch=True))
+    assert "canView" in refused(say(there, watch(token=only)), CloseCode.FORBIDDEN)
+    welcome(say(there, hello(token=only)))
+
+
+def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    for name, most, device, expected in [
+        ("soft", 2.0, 10.0, 2.0),
+        ("weak", 5.0, 1.0, 1.0),
+        ("free", None, 10.0, 10.0),
+        ("none", 0.0, 10.0, 0.0),
+    ]:
+        some = token(ALL.model_copy(update={"max_force": most}))
+        peer = say(there, hello(name, max_force=device, token=some))
+        there.receive(peer, sample(1).encode(), 0.0, NOW)
+        assert peer.user is not None
+        touch = there.room.members[peer.user].touch
+        assert isinstance(touch, Touch)
+        assert touch.max_force == expected
+    for k in range(1, 60):
+        there.tick(k / 60.0)
+        for name, most in [("soft", 2.0), ("weak", 1.0), ("none", 0.0)]:
+            number = next(n for n, m in there.room.members.items() if m.hello.name == name)
+            assert there.room.world.users[number].force <= most + 1e-9
+
+
+@pytest.mark.parametrize("granted", [True, False])
+@pytest.mark.parametrize("allowed", [True, False])
+def test_latency_takes_the_owners_option_and_the_grant(
+    small_balloon: Balloon, granted: bool, allowed: bool
+) -> None:
+    there = lobby(small_balloon, allow_latency=allowed)
+    some = token(ALL.model_copy(update={"can_inject_latency": granted}))
+    peer = say(there, watch(token=some))
+    assert watching(peer).allow_latency == (granted and allowed)
+    say(there, SetLatency(user=1, delay=0.1), peer)
+    if not allowed:
+        assert "--allow-latency" in refused(peer, CloseCode.BAD_MESSAGE)
+    elif not granted:
+        assert "canInjectLatency" in refused(peer, CloseCode.FORBIDDEN)
+    else:
+        assert peer.session.close is None
+
+
+def test_a_session_gets_its_name_again_at_once_and_nobody_else_does(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon)
+    first = say(there, hello(token=token()), source="a")
+    session = welcome(first).session
+    # The same invitation, the same address, and no secret: another session.
+    thief = say(there, hello(token=token()), source="a")
+    refused(thief, CloseCode.NAME_TAKEN)
+    again = say(there, hello(token=session), source="b")
+    assert welcome(again).name == "left"
+    assert first.session.close is not None
+    assert list(there.room.members) == [again.user]
+
+
+def test_watch_and_touch_of_a_page_are_one_session_with_a_token_for_one_time(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(single_use=True))
+    watcher = say(there, watch(token=token()))
+    session = watching(watcher).session
+    toucher = say(there, hello(token=session))
+    assert toucher.guest == watcher.guest
+    assert "used before" in refused(say(there, watch(token=token())), CloseCode.UNAUTHENTICATED)
+
+
+def test_a_key_that_was_taken_out_lets_nobody_in_and_puts_nobody_out(
+    small_balloon: Balloon,
+) -> None:
+    door = admission(RING)
+    there = lobby(small_balloon, door)
+    inside = say(there, hello(token=token()))
+    door.ring = KeyRing((OTHER,))
+    refused(say(there, hello("right", token=token())), CloseCode.UNAUTHENTICATED)
+    assert inside.session.close is None
+
+
+def test_a_flood_of_wrong_tokens_spends_the_joins_of_its_address(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    codes = [say(there, hello(token="eyJ" + "x" * 2000), source="a") for _ in range(7)]
+    closes = [peer.session.close[0] for peer in codes if peer.session.close]
+    assert closes == [CloseCode.UNAUTHENTICATED.value] * 5 + [CloseCode.TOO_MANY.value] * 2
+    welcome(say(there, hello(token=token()), source="b"))
+
+
+def test_no_log_and_no_error_tells_a_token(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    whole = token()
+    for text in [
+        encode_control(hello(token=whole)).replace("left", "left\\n"),
+        encode_control(hello(token=whole)).replace('"token"', '"tokne"'),
+        encode_control(hello(token=whole))[:-1],
+        '{"token": "' + whole + '"',
+        '{"type": "' + whole + '"}',
+        encode_control(hello()).replace("left", whole),
+        encode_control(hello(token=whole + "x")),
+        encode_control(hello(token=whole)).replace(whole, whole + "\\u00e4"),
+        encode_control(hello(token=whole)).replace(whole, whole * 9),
+    ]:
+        peer = there.connect(0.0, SUBPROTOCOL, SUBPROTOCOL)
+        there.receive(peer, text, 0.0, NOW)
+        error = str(peer.session.take(clear=True))
+        lines = [line.text for line in there.disconnect(peer, "").log]
+        for part in whole.split("."):
+            assert part[:12] not in error
+            assert all(part[:12] not in line for line in lines)
+    assert not there.room.members

@@ -1,0 +1,198 @@
+"""What an administrator does, and what becomes of those it is done to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import CloseCode
+from cohaptic.protocol.watch_messages import Moderate
+from cohaptic.vec import norm
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.peer import Outcome, Peer
+from cohaptic_server.room.removed import KICKED_FOR
+from cohaptic_server.room.room import RESET_AFTER, within_budget
+from tests.server.access.some import ALL, NOW, admission, token
+from tests.server.peers import sample
+from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome
+
+PERIOD = 1.0 / 60.0
+ADMIN = ALL.model_copy(update={"room_admin": True})
+
+
+def ordered(there: Lobby, admin: Peer, now: float = 0.0, **wish: Any) -> Outcome:
+    return there.receive(admin, Moderate(**wish).model_dump_json(), now, NOW)
+
+
+def room(body: Balloon) -> tuple[Lobby, Peer, Peer]:
+    """A room with an administrator who watches, and one who presses."""
+    there = lobby(body)
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    assert watching(admin).room_admin
+    user = say(there, hello(token=token()))
+    return there, admin, user
+
+
+def press(there: Lobby, users: list[Peer], start: float, seconds: float) -> list[float]:
+    """Forces of the first that the body carries, tick by tick, while all press."""
+    felt: list[float] = []
+    for k in range(int(seconds / PERIOD)):
+        now = start + k * PERIOD
+        for i, user in enumerate(users):
+            x = 0.09 * (-1.0) ** i
+            frame = sample(1 + round(now / PERIOD), (x, 0.0, 0.0), (100 * x / 4.5, 0.0, 0.0))
+            there.receive(user, frame.encode(), now, NOW)
+        there.tick(now)
+        state = there.room.world.users.get(users[0].user or 0)
+        felt.append(0.0 if state is None else state.force)
+    return felt
+
+
+def test_one_who_is_no_administrator_is_refused_and_nothing_is_done(
+    small_balloon: Balloon,
+) -> None:
+    there, _, user = room(small_balloon)
+    guest = say(there, watch(token=token(jti="guest")))
+    wishes: list[dict[str, Any]] = [
+        {"action": "freeze"}, {"action": "ban", "user": user.user}, {"action": "reset"},
+    ]  # fmt: skip
+    for wish in wishes:
+        ordered(there, guest, **wish)
+        assert "roomAdmin" in refused(guest, CloseCode.FORBIDDEN)
+        guest = say(there, watch(token=token(jti="guest")), source=str(wish))
+    assert not there.room.frozen
+    assert len(there.entrance.removed) == 0
+    assert user.session.close is None
+
+
+def test_who_is_muted_fades_smoothly_keeps_its_patches_and_comes_back(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, user = room(small_balloon)
+    before = press(there, [user], 0.0, 1.0)
+    assert before[-1] > 1.0
+    ordered(there, admin, action="mute", user=user.user)
+    felt = [before[-1], *press(there, [user], 1.0, 1.0)]
+    assert felt[-1] < 1e-3
+    assert max(abs(np.diff(felt))) < 0.25 * before[-1]
+    assert user.user in there.room.patches
+    ordered(there, admin, action="unmute", user=user.user)
+    assert press(there, [user], 2.0, 1.0)[-1] == pytest.approx(before[-1], rel=0.01)
+
+
+@pytest.mark.parametrize("ban", [False, True])
+def test_who_is_put_out_hears_why_and_comes_back_refused(small_balloon: Balloon, ban: bool) -> None:
+    there, admin, user = room(small_balloon)
+    session = welcome(user).session
+    page = say(there, watch(token=session))
+    other = say(there, hello("other", token=token(jti="other")))
+    ordered(there, admin, action="ban" if ban else "kick", user=user.user)
+    # All connections of its session, and nobody else's.
+    for peer in (user, page):
+        assert "this room" in refused(peer, CloseCode.FORBIDDEN)
+        there.disconnect(peer, "")
+    assert other.session.close is None
+    assert admin.session.close is None
+    assert list(there.room.members) == [other.user]
+    refused(say(there, hello("another", token=session)), CloseCode.FORBIDDEN)
+    refused(say(there, watch(token=session), source="b"), CloseCode.FORBIDDEN)
+    refused(say(there, hello("left", token=token(jti="new")), source="c"), CloseCode.FORBIDDEN)
+    # A ban takes the invitation with it.
+    again = say(there, hello("fresh", token=token()), source="d")
+    assert (again.session.close is not None) == ban
+    welcome(say(there, hello("honest", token=token(jti="honest")), source="e"))
+
+
+def test_who_was_kicked_may_come_back_later_and_who_was_banned_may_not(
+    small_balloon: Balloon,
+) -> None:
+    for action, code in (("kick", None), ("ban", CloseCode.FORBIDDEN)):
+        there, admin, user = room(small_balloon)
+        session = welcome(user).session
+        ordered(there, admin, action=action, user=user.user)
+        there.disconnect(user, "")
+        peer = there.connect(KICKED_FOR, "cohaptic.v3", None, "z")
+        there.receive(peer, hello(token=session).model_dump_json(), KICKED_FOR, NOW - KICKED_FOR)
+        if code is None:
+            welcome(peer)
+        else:
+            assert "banned" in refused(peer, code)
+
+
+def test_of_a_ban_nobody_suffers_who_came_before_with_the_same_invitation(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission())
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    friend = say(there, hello("friend", token=token()))
+    session = welcome(friend).session
+    villain = say(there, hello("villain", token=token()), source="v")
+    there.receive(admin, Moderate(action="ban", user=villain.user).model_dump_json(), 1.0, NOW)
+    assert friend.session.close is None
+    assert welcome(say(there, hello("friend", token=session))).name == "friend"
+
+
+def test_a_frozen_body_takes_nobodys_force_and_comes_back(small_balloon: Balloon) -> None:
+    there, admin, user = room(small_balloon)
+    before = press(there, [user], 0.0, 1.0)[-1]
+    ordered(there, admin, action="freeze")
+    assert press(there, [user], 1.0, 1.0)[-1] < 1e-3
+    ordered(there, admin, action="unfreeze")
+    assert press(there, [user], 2.0, 1.0)[-1] == pytest.approx(before, rel=0.01)
+
+
+def test_a_reset_fades_all_forces_first_and_ticks_go_on(small_balloon: Balloon) -> None:
+    there, admin, user = room(small_balloon)
+    before = press(there, [user], 0.0, 1.0)
+    tick = there.room.world.tick
+    ordered(there, admin, now=1.0, action="reset")
+    felt = [before[-1], *press(there, [user], 1.0, RESET_AFTER + 1.0)]
+    assert min(felt) < 1e-3
+    assert max(abs(np.diff(felt))) < 0.25 * before[-1]
+    assert felt[-1] == pytest.approx(before[-1], rel=0.05)
+    assert there.room.world.tick == tick + len(felt) - 1
+
+
+def test_all_together_give_no_more_than_the_rooms_budget_and_the_strong_one_pays(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, user = room(small_balloon)
+    other = say(there, hello("right", token=token(jti="other")))
+    ordered(there, admin, action="force_budget", force=1.5)
+    press(there, [user, other], 0.0, 2.0)
+    forces = [state.force for state in there.room.world.users.values()]
+    assert sum(forces) <= 1.5 + 1e-6
+    assert min(forces) > 0.5
+    ordered(there, admin, action="force_budget")
+    press(there, [user, other], 2.0, 2.0)
+    assert sum(state.force for state in there.room.world.users.values()) > 3.0
+
+
+def test_within_a_budget_nothing_is_cut(small_balloon: Balloon) -> None:
+    there, _, user = room(small_balloon)
+    press(there, [user], 0.0, 0.1)
+    assert user.user is not None
+    touch = there.room.members[user.user].touch
+    assert touch is not None
+    assert within_budget([touch], norm(touch.force) + 1.0) == [touch]
+    assert within_budget([touch], 0.5)[0].max_force == pytest.approx(0.5)
+    assert within_budget([], 1.0) == []
+
+
+def test_one_who_has_left_is_passed_over_and_a_wish_without_one_is_refused(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, _ = room(small_balloon)
+    ordered(there, admin, action="kick", user=99)
+    assert admin.session.close is None
+    ordered(there, admin, action="kick")
+    assert "the number of the user to kick" in refused(admin, CloseCode.BAD_MESSAGE)
+
+
+def test_the_log_says_who_did_what_to_whom(small_balloon: Balloon) -> None:
+    there, admin, user = room(small_balloon)
+    lines = ordered(there, admin, action="mute", user=user.user).log
+    assert [line.text for line in lines] == ["anna: mute of left"]

@@ -1,0 +1,88 @@
+"""Control messages of the golden vectors, by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cohaptic.control.law import Law
+from cohaptic.protocol.messages import (
+    BodyInfo,
+    Bye,
+    Error,
+    Hello,
+    SetLaw,
+    UserJoined,
+    UserLeft,
+    Welcome,
+)
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import (
+    Latency,
+    Moderate,
+    SetLatency,
+    SetView,
+    Watch,
+    WatchedUser,
+    Watching,
+)
+
+CONTROL: dict[str, Any] = {
+    "hello": Hello(protocol=PROTOCOL_VERSION, name="left"),
+    "hello with a token": Hello(
+        protocol=PROTOCOL_VERSION, name="left", key="0123456789abcdef", token="eyJh.eyJz.c2ln"
+    ),
+    "set_law": SetLaw(law=Law.PI),
+    "bye": Bye(),
+    "welcome": Welcome.model_validate(
+        {
+            "user": 2,
+            "name": "right",
+            "simulation_period": 0.0625,
+            "to_wall": 1.75e9,
+            "body": {
+                "name": "balloon",
+                "center": (0.0, 0.0, 0.0),
+                "radius": 0.1,
+                "contact_radius": 0.02,
+            },
+            "users": ("left",),
+        }
+    ),
+    "welcome with a session": Welcome(
+        user=3,
+        name="up",
+        simulation_period=0.0625,
+        users=(),
+        session="eyJh.eyJz.c2Vz",
+        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
+    ),
+    "user_joined": UserJoined(user=2, name="right"),
+    "user_left": UserLeft(user=2, name="right", reason="bye"),
+    "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
+    "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
+    "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
+    "set_view": SetView(encoding="forces", rate=60.0),
+    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
+    "moderate": Moderate(action="kick", user=2),
+    "watching": Watching(
+        simulation_period=0.0625,
+        to_wall=1.75e9,
+        body=BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02),
+        model="00112233445566778899aabbccddeeff",
+        users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
+        allow_latency=True,
+        allow_fixed_gains=False,
+    ),
+    "watching without a model": Watching(
+        simulation_period=0.0625,
+        body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
+        model=None,
+        users=(),
+        allow_latency=False,
+        allow_fixed_gains=True,
+        can_touch=False,
+        room_admin=True,
+        session="eyJh.eyJz.c2Vz",
+    ),
+    "latency": Latency(user=2, delay=0.125, jitter=0.03125),
+}

@@ -1,0 +1,89 @@
+/**
+ * The invitation in the link: `#token=...`, which no browser sends to a server.
+ *
+ * It is taken out of the address bar at once, so that nobody reads or copies it there, and kept for this tab, so that
+ * the page can be reloaded. The token of the session that it begins takes its place.
+ */
+
+import type { Pass } from "../model/pass";
+
+const INVITATION = "cohaptic.invitation";
+const SESSION = "cohaptic.session";
+const TOKEN = /^[!-~]{1,2048}$/;
+
+/** What is needed of the browser. */
+export interface Place {
+  readonly location: Pick<Location, "hash" | "pathname" | "search">;
+  readonly history: Pick<History, "replaceState">;
+  /** Of this tab; null where a visitor forbids it. */
+  readonly storage: Pick<Storage, "getItem" | "setItem" | "removeItem"> | null;
+}
+
+export class Invitation implements Pass {
+  private invitation: string | undefined;
+  private session: string | undefined;
+
+  constructor(private readonly place: Place) {
+    this.invitation = this.recall(INVITATION);
+    this.session = this.recall(SESSION);
+    this.read();
+  }
+
+  get token(): string | undefined {
+    return this.session ?? this.invitation;
+  }
+
+  /** Take a token out of the address bar; whether there was one. */
+  read(): boolean {
+    const { location, history } = this.place;
+    const fields = new URLSearchParams(location.hash.slice(1));
+    const found = fields.get("token");
+    if (found === null) return false;
+    fields.delete("token");
+    const rest = fields.toString();
+    history.replaceState(null, "", location.pathname + location.search + (rest === "" ? "" : `#${rest}`));
+    if (!TOKEN.test(found)) return false;
+    // Another invitation begins another session.
+    if (found !== this.invitation) this.store(SESSION, (this.session = undefined));
+    this.store(INVITATION, (this.invitation = found));
+    return true;
+  }
+
+  keep(session: string): void {
+    this.store(SESSION, (this.session = session));
+  }
+
+  forget(): boolean {
+    const left = this.session !== undefined && this.invitation !== undefined;
+    this.store(SESSION, (this.session = undefined));
+    return left;
+  }
+
+  private recall(key: string): string | undefined {
+    try {
+      return this.place.storage?.getItem(key) ?? undefined;
+    } catch {
+      return undefined;
+    }
+  }
+
+  private store(key: string, value: string | undefined): void {
+    try {
+      if (value === undefined) this.place.storage?.removeItem(key);
+      else this.place.storage?.setItem(key, value);
+    } catch {
+      // The tab forgets it when it is reloaded.
+    }
+  }
+}
+
+/** This browser's; throws nothing where storage is forbidden. */
+export function here(): Place {
+  let storage: Storage | null = null;
+  try {
+    storage = sessionStorage;
+  } catch {
+    // A visitor may forbid it.
+  }
+  return { location, history, storage };
+}

@@ -1,0 +1,77 @@
+import { describe, expect, it } from "vitest";
+import { Invitation, type Place } from "../../src/page/invitation";
+
+const SECRET = "eyJhbGciOiJIUzI1NiJ9.eyJzdWIiOiJhIn0.c2lnbmF0dXJl";
+
+function tab(hash: string, kept: Record<string, string> = {}): Place & { shown: string; kept: Record<string, string> } {
+  const place = {
+    shown: "",
+    kept,
+    location: { hash, pathname: "/r/two", search: "?x=1" },
+    history: {
+      replaceState: (_data: unknown, _title: string, url?: string | URL | null): void => { place.shown = String(url); },
+    },
+    storage: {
+      getItem: (key: string): string | null => kept[key] ?? null,
+      setItem: (key: string, value: string): void => { kept[key] = value; },
+      removeItem: (key: string): void => { kept[key] = ""; Reflect.deleteProperty(kept, key); },
+    },
+  };
+  return place;
+}
+
+describe("an invitation in the link", () => {
+  it("is read and taken out of the address bar", () => {
+    const place = tab(`#token=${SECRET}`);
+    expect(new Invitation(place).token).toBe(SECRET);
+    expect(place.shown).toBe("/r/two?x=1");
+  });
+
+  it("leaves what else is behind the #", () => {
+    const place = tab(`#view=top&token=${SECRET}`);
+    expect(new Invitation(place).token).toBe(SECRET);
+    expect(place.shown).toBe("/r/two?x=1#view=top");
+  });
+
+  it("changes nothing where there is none", () => {
+    const place = tab("#view=top");
+    expect(new Invitation(place).token).toBeUndefined();
+    expect(place.shown).toBe("");
+  });
+
+  it.each(["", "a b", "\u00e4", "x".repeat(2049)])("is none of rubbish, which leaves the address bar too", (text) => {
+    const place = tab(`#token=${encodeURIComponent(text)}`);
+    expect(new Invitation(place).token).toBeUndefined();
+    expect(place.shown).toBe("/r/two?x=1");
+    expect(place.kept).toEqual({});
+  });
+
+  it("outlives a reload of the tab, and its session takes its place", () => {
+    const kept = {};
+    const first = new Invitation(tab(`#token=${SECRET}`, kept));
+    first.keep("session");
+    expect(first.token).toBe("session");
+    const again = new Invitation(tab("", kept));
+    expect(again.token).toBe("session");
+    expect(again.forget()).toBe(true);
+    expect(again.token).toBe(SECRET);
+    expect(again.forget()).toBe(false);
+  });
+
+  it("begins another session where it is another one", () => {
+    const kept = {};
+    new Invitation(tab("#token=one", kept)).keep("session of one");
+    expect(new Invitation(tab("#token=one", kept)).token).toBe("session of one");
+    expect(new Invitation(tab("#token=two", kept)).token).toBe("two");
+  });
+
+  it("works where nothing may be stored", () => {
+    const place = tab(`#token=${SECRET}`);
+    const fail = (): never => { throw new Error("forbidden"); };
+    const strict = { ...place, storage: { getItem: fail, setItem: fail, removeItem: fail } };
+    const invitation = new Invitation(strict);
+    invitation.keep("session");
+    expect(invitation.token).toBe("session");
+    expect(new Invitation({ ...place, storage: null }).token).toBe(SECRET);
+  });
+});
