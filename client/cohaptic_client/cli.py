@@ -18,6 +18,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import FixedGains, GeometryName
+from cohaptic.room_address import room_url
 from cohaptic.runtime.interrupt import run
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
@@ -48,6 +49,9 @@ _GEOMETRY: dict[Shape, GeometryName] = {
 # Long, because each option of the command is a parameter.
 def touch(
     url: Annotated[str, typer.Argument(help="Of the server.")] = "ws://127.0.0.1:8765",
+    room: Annotated[
+        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
+    ] = "",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
     device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
@@ -137,7 +141,7 @@ def touch(
 
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
     settings = ClientSettings(
-        url=url,
+        url=room_url(url, room),
         name=name,
         law=law,
         fixed_gains=_fixed_gains(k_h, integral_gain),

@@ -23,6 +23,7 @@ class CloseCode(Enum):
     """WebSocket close codes of cohaptic, in the range that RFC 6455 leaves to applications."""
 
     BAD_MESSAGE = 4400
+    NO_ROOM = 4404
     HELLO_TIMEOUT = 4408
     NAME_TAKEN = 4409
     OBJECT_CHANGED = 4410

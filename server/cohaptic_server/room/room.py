@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from cohaptic.control.law import Gains
+from cohaptic.control.law import Gains, Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
@@ -24,6 +24,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.room.names import Claim, KeptNames, may_replace
+from cohaptic_server.room.seating import Seating
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
@@ -75,6 +76,8 @@ class Room:
         patches: Of the last tick, by user.
         frames: Meshes of the body, encoded.
         next_user: Number of who comes next.
+        seats: Of users.
+        watch_seats: Of watchers.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -86,6 +89,8 @@ class Room:
         self.patches: dict[int, Patch] = {}
         self.frames = BodyFrames(self.touched_body)
         self.next_user = first_user
+        self.seats = Seating(settings.max_users, "users", "; you can watch on the page meanwhile")
+        self.watch_seats = Seating(settings.max_watchers, "watchers")
         self._kept = KeptNames()
 
     def join(
@@ -108,6 +113,7 @@ class Room:
         """
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
+        self._check_law(hello.law)
         self.frames.check_geometry(hello.geometry)
         claim = Claim(hello.key, source)
         if holder is None:
@@ -117,11 +123,8 @@ class Room:
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
-        if holder is None and len(self.members) >= self.settings.max_users:
-            limit = f"at most {self.settings.max_users}"
-            raise RemoteProtocolError(
-                "number of users", len(self.members) + 1, limit, CloseCode.ROOM_FULL
-            )
+        if holder is None:
+            self.seats.check(len(self.members))
         if holder is not None:
             self.leave(holder.user)
         user = self.next_user
@@ -165,9 +168,11 @@ class Room:
         """Change the control law of a user's local model.
 
         Raises:
-            RemoteProtocolError: It asks for gains that this server does not let users choose.
+            RemoteProtocolError: It asks for gains that this server does not let users choose, or
+                for a law that the room does not have.
         """
         self._check_gains(change.fixed_gains)
+        self._check_law(change.law)
         member = self.members[user]
         member.hello = member.hello.model_copy(
             update={"law": change.law, "fixed_gains": change.fixed_gains}
@@ -183,6 +188,11 @@ class Room:
                 f"{gains.k_h:g} N/m",
                 "none: start the server with --allow-fixed-gains to choose gains yourself",
             )
+
+    def _check_law(self, law: Law) -> None:
+        if law not in self.settings.laws:
+            known = " or ".join(other.value for other in self.settings.laws)
+            raise RemoteProtocolError("law", law.value, f"{known}, as this room has it")
 
     def leave(self, user: int, reason: str = "left", lost: float | None = None) -> UserLeft | None:
         """Remove a user, whose force then fades in the world; None if it is not in the room.

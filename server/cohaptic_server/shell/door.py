@@ -88,7 +88,7 @@ class Door(socket.socket):
                 self._taken += 1
                 return connection, peer
             self._refused += 1
-            _turn_away(connection, refusal)
+            turn_away(connection, refusal)
             self._gate.tell(source, f"a connection from {source} was refused: {refusal.why}")
 
     def close(self) -> None:
@@ -112,11 +112,11 @@ class Door(socket.socket):
             self._spare = None
             with contextlib.suppress(OSError):
                 connection, _ = super().accept()
-                _turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
+                turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
         self._gate.tell("no files", f"connections are refused: {error.strerror}", warning=True)
 
 
-def _turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
+def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
     """Tell why, as far as that goes without waiting, and close."""
     phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
     text = f"{refusal.why}\n".encode()

@@ -51,6 +51,7 @@ async def listen(
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
     gate: Gate,
+    door: socket.socket | None = None,
 ) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
@@ -59,24 +60,28 @@ async def listen(
         process: Answers an HTTP request; None lets it become a websocket.
         settings: Of the server.
         gate: Who may come in.
+        door: Accepts connections in place of the port.
 
     Raises:
         SettingError: The address or port cannot be had.
     """
+    doors = await open_doors(settings, gate) if door is None else [door]
+    return await serve_doors(handle, process, doors, gate), url_of(settings.host, doors[0])
+
+
+async def serve_doors(
+    handle: Callable[[Wire], Awaitable[None]],
+    process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
+    doors: Sequence[socket.socket],
+    gate: Gate,
+) -> Listener:
+    """Serve whoever comes through some doors; arguments as for `listen`."""
 
     async def handle_wire(connection: ServerConnection) -> None:
         assert isinstance(connection, Wire)
         await handle(connection)
 
-    host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
-    try:
-        doors = await _doors(host, port, gate)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            free = "a free one: stop the other server, or choose with --port"
-            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
-        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
     wire: Any = partial(Wire, gate=gate)  # the library asks for a class, and calls it
     servers = [
         await serve(
@@ -93,8 +98,26 @@ async def listen(
         )
         for door in doors
     ]
+    return Listener(servers)
+
+
+async def open_doors(settings: ServerSettings, gate: Gate) -> list[Door]:
+    """Sockets that listen on all addresses of a server; raises SettingError."""
+    host, port = settings.host, settings.port
+    try:
+        return await _doors(host, port, gate)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = "a free one: stop the other server, or choose with --port"
+            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
+        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
+
+
+def url_of(host: str, door: socket.socket) -> str:
+    """Address of a server that listens at a door; without a port if it is handed connections."""
     name = f"[{host}]" if ":" in host else host
-    return Listener(servers), f"ws://{name}:{doors[0].getsockname()[1]}"
+    address = door.getsockname()
+    return f"ws://{name}:{address[1]}" if isinstance(address, tuple) else f"ws://{name}"
 
 
 async def _doors(host: str, port: int, gate: Gate) -> list[Door]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import logging
+import socket
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from functools import partial
 
@@ -18,6 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
+from cohaptic.room_address import split_path
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
@@ -32,6 +34,7 @@ from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
+from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -83,14 +86,19 @@ class CohapticServer:
         """Of all peers."""
         return self._connections.values()
 
-    async def start(self) -> str:
+    async def start(self, door: socket.socket | None = None) -> str:
         """Listen; returns the URL.
+
+        Args:
+            door: Accepts connections in place of the port of the settings.
 
         Raises:
             SettingError: The address or port cannot be had.
         """
         self.room.frames.prepare()
-        self._listener, url = await listen(self._handle, self.web.process, self.settings, self.gate)
+        self._listener, url = await listen(
+            self._handle, self.web.process, self.settings, self.gate, door
+        )
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
@@ -163,6 +171,7 @@ class CohapticServer:
         room = Room(body, self.settings, self.room.next_user)
         room.frames.prepare()
         self.web.serve(body, wanted.use(body))
+        room.seats, room.watch_seats = self.room.seats, self.room.watch_seats
         self.room = room
         self.audience = Audience(room, self.web.model)
         self.lobby = Lobby(room, self.audience, self.gate.sources)
@@ -220,6 +229,10 @@ class CohapticServer:
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
+        room = split_path(ws.request.path)[0] if ws.request else None
+        if room not in (None, self.settings.room):
+            await refuse(ws, CloseCode.NO_ROOM, f"there is no room {one_line(room)} here")
+            return
         if ws.subprotocol == UPLOAD and self.take_upload is not None:
             await self.take_upload(ws)
             return

@@ -7,6 +7,8 @@ export const ABNORMAL = 1006;
 
 /** A message broke the protocol. */
 export const BAD_MESSAGE = 4400;
+/** The address names no room of this server. */
+export const NO_ROOM = 4404;
 /** The name is in use in this room. */
 export const NAME_TAKEN = 4409;
 /** The server has another object from now on. */
