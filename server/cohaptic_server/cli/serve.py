@@ -20,6 +20,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
+from cohaptic_server.cli.rooms import serve_rooms
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.http.origins import LOOPBACK
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
@@ -72,6 +73,13 @@ Limit = Annotated[
         " 5 a second and 100 at once. All: docs/protocol.md."
     ),
 ]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        help="Serve the rooms of this TOML file, each in a process of its own, in place of one;"
+        " no other option goes with it but --quiet."
+    ),
+]
 AllowUpload = Annotated[
     bool,
     typer.Option(
@@ -101,6 +109,7 @@ def serve(
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
     limit: Limit = None,
+    config: Config = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -116,6 +125,9 @@ def serve(
         datefmt="%H:%M:%S",
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
+    if config is not None:
+        serve_rooms(config, quiet=quiet, lifeline=lifeline)
+        return
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
