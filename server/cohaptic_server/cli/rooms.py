@@ -13,7 +13,7 @@ from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
-import click
+import typer
 
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic_server.bodies.body import Body
@@ -37,27 +37,30 @@ _WITH_CONFIG = ("config", "quiet", "lifeline")
 _ENDED_AT_ONCE = 130  # exit status, as a shell gives it for Ctrl-C
 
 
-def serve_rooms(path: Path, *, quiet: bool, lifeline: bool) -> None:
+def serve_rooms(context: typer.Context, path: Path, *, quiet: bool, lifeline: bool) -> None:
     """Serve the rooms of a configuration until interrupted.
+
+    Args:
+        context: Of the command, which says what was given.
+        path: Of the configuration.
+        quiet: Whether to log warnings only.
+        lifeline: Whether to end as well when standard input closes.
 
     Raises:
         CohapticError: The configuration is wrong, the port cannot be had, or no room can be opened.
     """
-    _refuse_other_options()
+    _refuse_other_options(context)
     config = load_config(path)
     _check_objects(path, config)
     level = logging.WARNING if quiet else logging.INFO
     asyncio.run(_serve(config, level, lifeline=lifeline))
 
 
-def _refuse_other_options() -> None:
-    context = click.get_current_context(silent=True)
-    if context is None:
-        return
+def _refuse_other_options(context: typer.Context) -> None:
     for parameter in context.command.params:
         name = parameter.name or ""
         source = context.get_parameter_source(name)
-        if name not in _WITH_CONFIG and source is click.core.ParameterSource.COMMANDLINE:
+        if name not in _WITH_CONFIG and source is not None and source.name == "COMMANDLINE":
             limit = "left out beside --config: its file says it, or the environment"
             raise SettingError(f"--{name.replace('_', '-')}", "given", limit)
 

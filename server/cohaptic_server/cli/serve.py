@@ -92,6 +92,7 @@ AllowUpload = Annotated[
 # Above 60 lines: every option of the command is a parameter.
 @takes_object
 def serve(
+    context: typer.Context,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: SimulationHz = 60.0,
@@ -126,7 +127,7 @@ def serve(
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
     if config is not None:
-        serve_rooms(config, quiet=quiet, lifeline=lifeline)
+        serve_rooms(context, config, quiet=quiet, lifeline=lifeline)
         return
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,

@@ -126,7 +126,7 @@ _STYLE = (
 _HASH = base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()
 # Nothing is loaded and nothing runs; the one style is named by its hash.
 POLICY = (
-    f"default-src 'none'; style-src 'sha256-{_HASH}'; base-uri 'none'; form-action 'none';"
+    f"default-src 'none'; style-src 'sha256-{_HASH}'; img-src data:; base-uri 'none'; form-action 'none';"
     " frame-ancestors 'none'"
 )
 
@@ -137,6 +137,7 @@ def as_page(rooms: Sequence[RoomState]) -> bytes:
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<link rel="icon" href="data:,">'
         f"<title>Rooms - cohaptic</title><style>{_STYLE}</style></head>"
         f"<body><h1>Rooms</h1><ul>{items}</ul></body></html>\n"
     ).encode()
