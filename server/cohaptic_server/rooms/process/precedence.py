@@ -25,10 +25,10 @@ class Precedence:
         self._calm_since: float | None = None
 
     def see(self, share: float, now: float) -> bool:
-        """Take in the share of a core that its ticks took lately; returns whether `first` changed.
+        """Take in what its ticks took lately; returns whether `first` changed.
 
         Args:
-            share: Time in ticks over all time, of the last second or so.
+            share: Of a core that its ticks want: processor time of one over their period.
             now: Time [s].
         """
         before = self.first

@@ -162,20 +162,23 @@ class _Room:
 
     async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
         precedence = Precedence()
-        used, since = _processor_time(), self.clock.now()
+        used, done = _processor_time(), _ticks_done(server)
         while True:
             for _ in range(_MEASURED_OVER):
                 channel.tell_newest(self._report(server))
                 await asyncio.sleep(REPORT_EVERY)
             before, used = used, _processor_time()
-            start, since = since, self.clock.now()
-            share = (used - before) / max(since - start, 1e-3)
-            if precedence.see(share, since):
+            done_before, done = done, _ticks_done(server)
+            if done <= done_before:
+                continue
+            # Of the ticks that were done: a room that is kept waiting would seem to want little.
+            share = (used - before) / (done - done_before) * self.settings.simulation_hz
+            if precedence.see(share, self.clock.now()):
                 if precedence.first:
                     prefer_this_process(SERVER_PRIORITY)
                 else:
                     be_ordinary()
-                    log.warning("the room takes %.0f %% of a core: others go first", 100.0 * share)
+                    log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
 
     def _report(self, server: CohapticServer) -> Report:
         room, meters = server.room, server.meters
@@ -190,6 +193,10 @@ class _Room:
             ticks=meters.ticks,
             missed=meters.missed,
         )
+
+
+def _ticks_done(server: CohapticServer) -> int:
+    return server.meters.ticks - server.meters.left_out
 
 
 def _processor_time() -> float:
