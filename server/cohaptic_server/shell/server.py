@@ -19,7 +19,6 @@ from websockets.exceptions import ConnectionClosed
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
-from cohaptic.room_address import split_path
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.latency import Data
@@ -34,7 +33,7 @@ from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
-from cohaptic_server.shell.refusal import refuse
+from cohaptic_server.shell.refusal import refuse_other_room
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -229,9 +228,7 @@ class CohapticServer:
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
-        room = split_path(ws.request.path)[0] if ws.request else None
-        if room not in (None, self.settings.room):
-            await refuse(ws, CloseCode.NO_ROOM, f"there is no room {one_line(room)} here")
+        if await refuse_other_room(ws, self.settings.room):
             return
         if ws.subprotocol == UPLOAD and self.take_upload is not None:
             await self.take_upload(ws)
