@@ -35,7 +35,7 @@ from cohaptic_server.room.pace import TickMeters, is_missed, next_tick
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
+from cohaptic_server.shell.uploads.upload_desk import UploadDesk, take_uploads
 from object_start import memory
 from tick_waits import Waits
 from upload_visitors import NAMES, file_of

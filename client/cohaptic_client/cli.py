@@ -18,6 +18,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import FixedGains, GeometryName
+from cohaptic.room_address import room_url
 from cohaptic.runtime.interrupt import run
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
@@ -51,6 +52,9 @@ def touch(
     url: Annotated[
         str, typer.Argument(help="Of the server, or the link of an invitation.")
     ] = "ws://127.0.0.1:8765",
+    room: Annotated[
+        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
+    ] = "",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
     device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
@@ -156,7 +160,7 @@ def touch(
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
     address = read_address(url)
     settings = ClientSettings(
-        url=address.url,
+        url=room_url(address.url, room),
         token=address.token or token,
         ca_file=str(ca_file or ""),
         insecure=insecure,

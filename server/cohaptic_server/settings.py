@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
+from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
+from cohaptic.room_address import MAIN
 from cohaptic_server.guard.limits import Limits
 
 
@@ -28,6 +30,8 @@ class ServerSettings:
         allow_hosts: Further names under which browsers may reach this server, such as
             `lab.example`; loopback names and the addresses it listens on need not be said.
         limits: How much a connection and an address may ask for.
+        laws: Control laws that users may have.
+        room: Name in its address; None for what several rooms have in common.
 
     Raises:
         SettingError: A value is out of its range.
@@ -45,6 +49,8 @@ class ServerSettings:
     allow_upload: bool = False
     allow_hosts: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)
+    laws: tuple[Law, ...] = tuple(Law)
+    room: str | None = MAIN
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:

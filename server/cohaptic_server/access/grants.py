@@ -11,7 +11,6 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.alias_generators import to_camel
 
-MAIN_ROOM = "main"  # of a server with one room
 MAX_ROOM = 64  # characters of a name
 ROOM_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 _PATTERN = r"^(\*|[A-Za-z0-9][A-Za-z0-9._-]{0,63}\*?)$"

@@ -21,6 +21,7 @@ from cohaptic_server.cli.access_options import AccessOptions, in_words_of, takes
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
+from cohaptic_server.cli.rooms import serve_rooms
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
@@ -30,7 +31,7 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.shell.upload_desk import take_uploads
+from cohaptic_server.shell.uploads.upload_desk import take_uploads
 from cohaptic_server.upload.limits import UploadLimits, in_words
 
 SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
@@ -74,6 +75,13 @@ Limit = Annotated[
         " 5 a second and 100 at once. All: docs/protocol.md."
     ),
 ]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        help="Serve the rooms of this TOML file, each in a process of its own, in place of one;"
+        " no other option goes with it but --quiet."
+    ),
+]
 AllowUpload = Annotated[
     bool,
     typer.Option(
@@ -87,6 +95,7 @@ AllowUpload = Annotated[
 @takes_access
 @takes_object
 def serve(
+    context: typer.Context,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 8765,
     simulation_hz: SimulationHz = 60.0,
@@ -105,6 +114,7 @@ def serve(
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
     limit: Limit = None,
+    config: Config = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -120,6 +130,9 @@ def serve(
         datefmt="%H:%M:%S",
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
+    if config is not None:
+        serve_rooms(context, config, quiet=quiet, lifeline=lifeline)
+        return
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),

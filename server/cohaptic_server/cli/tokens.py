@@ -14,7 +14,8 @@ from pydantic import ValidationError
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
-from cohaptic_server.access.grants import MAIN_ROOM, Grants
+from cohaptic.room_address import MAIN
+from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.keys import MOST_KEYS, KeyRing
 from cohaptic_server.access.tokens import Claims, sign
 from cohaptic_server.cli.option_groups import takes
@@ -31,7 +32,7 @@ class GrantOptions:
     keys: Annotated[
         Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
     ]
-    room: Annotated[str, typer.Option(help="Its name, or lab-* for all that begin so.")] = MAIN_ROOM
+    room: Annotated[str, typer.Option(help="Its name, or lab-* for all that begin so.")] = MAIN
     sub: Annotated[
         str, typer.Option(help="Who it is for, without spaces.", show_default="a new one")
     ] = ""

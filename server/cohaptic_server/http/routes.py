@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cohaptic_server.http.page_files import INDEX, PageFile
 
@@ -124,6 +124,28 @@ class Site:
             message = f"there is no vertex {vertex}; the last is {self._vertices - 1}\n"
             return text(request, 404, "Not Found", message)
         return BlockNeeded(vertex)
+
+
+def page(request: Request, kind: str, body: bytes, policy: str | None = None) -> Answer:
+    """A response that is not cached.
+
+    Args:
+        request: That is answered.
+        kind: Media type.
+        body: Content.
+        policy: Content-Security-Policy in place of the page's.
+    """
+    whole = _answer(request, 200, "OK", kind, body, ("Cache-Control", "no-store"))
+    if policy is None:
+        return whole
+    named = "Content-Security-Policy"
+    headers = tuple((name, policy if name == named else value) for name, value in whole.headers)
+    return replace(whole, headers=headers)
+
+
+def moved(request: Request, location: str) -> Answer:
+    """A redirection that is not remembered."""
+    return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:

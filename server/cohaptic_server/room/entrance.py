@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from cohaptic.protocol.messages import Hello
 from cohaptic.protocol.watch_messages import Watch
+from cohaptic.room_address import MAIN
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.denied import forbidden
-from cohaptic_server.access.grants import MAIN_ROOM
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.peer import Peer
@@ -19,7 +19,7 @@ class Entrance:
     Args:
         sources: Of whom an address may not let too many join.
         admission: Of the server; without one anybody comes in.
-        room: Name of the room.
+        room: Name of the room; that of the only one if not given.
 
     Attributes:
         removed: Who was put out.
@@ -29,11 +29,11 @@ class Entrance:
         self,
         sources: Sources | None = None,
         admission: Admission | None = None,
-        room: str = MAIN_ROOM,
+        room: str | None = None,
     ) -> None:
         self.sources = Sources(Limits()) if sources is None else sources
         self.admission = Admission() if admission is None else admission
-        self.room = room
+        self.room = room or MAIN
         self.removed = Removed()
 
     def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:

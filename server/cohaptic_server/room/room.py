@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from cohaptic.control.law import Gains
+from cohaptic.control.law import Gains, Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
@@ -29,6 +29,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.room.names import Claim, KeptNames, may_replace
+from cohaptic_server.room.seating import Seating
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.force_limits import fair_cap
 from cohaptic_server.world.state import Touch
@@ -89,6 +90,8 @@ class Room:
         frozen: Whether the body takes nobody's force.
         force_budget: Most of all forces together that the body gets [N]; None for no limit but the
             world's.
+        seats: Of users.
+        watch_seats: Of watchers.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -100,6 +103,8 @@ class Room:
         self.patches: dict[int, Patch] = {}
         self.frames = BodyFrames(self.touched_body)
         self.next_user = first_user
+        self.seats = Seating(settings.max_users, "users", "; you can watch on the page meanwhile")
+        self.watch_seats = Seating(settings.max_watchers, "watchers")
         self._kept = KeptNames()
         self.frozen = False
         self.force_budget: float | None = None
@@ -126,6 +131,7 @@ class Room:
         """
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
+        self._check_law(hello.law)
         self.frames.check_geometry(hello.geometry)
         claim = Claim(hello.key, source, guest.session)
         if holder is None:
@@ -135,11 +141,8 @@ class Room:
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
-        if holder is None and len(self.members) >= self.settings.max_users:
-            limit = f"at most {self.settings.max_users}"
-            raise RemoteProtocolError(
-                "number of users", len(self.members) + 1, limit, CloseCode.ROOM_FULL
-            )
+        if holder is None:
+            self.seats.check(len(self.members))
         if holder is not None:
             self.leave(holder.user)
         user = self.next_user
@@ -185,9 +188,11 @@ class Room:
         """Change the control law of a user's local model.
 
         Raises:
-            RemoteProtocolError: It asks for gains that this server does not let users choose.
+            RemoteProtocolError: It asks for gains that this server does not let users choose, or
+                for a law that the room does not have.
         """
         self._check_gains(change.fixed_gains)
+        self._check_law(change.law)
         member = self.members[user]
         member.hello = member.hello.model_copy(
             update={"law": change.law, "fixed_gains": change.fixed_gains}
@@ -203,6 +208,11 @@ class Room:
                 f"{gains.k_h:g} N/m",
                 "none: start the server with --allow-fixed-gains to choose gains yourself",
             )
+
+    def _check_law(self, law: Law) -> None:
+        if law not in self.settings.laws:
+            known = " or ".join(other.value for other in self.settings.laws)
+            raise RemoteProtocolError("law", law.value, f"{known}, as this room has it")
 
     def leave(self, user: int, reason: str = "left", lost: float | None = None) -> UserLeft | None:
         """Remove a user, whose force then fades in the world; None if it is not in the room.

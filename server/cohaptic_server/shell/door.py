@@ -98,14 +98,14 @@ class Door(socket.socket):
                 self._turn_away_without_files(error)
                 continue
             source = source_of_peer(peer)
-            now, sources = self._gate.clock.now(), self._gate.sources
-            by_proxy = source in self._gate.proxies
-            refusal = sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
+            taken = Taken(fileno=connection.detach())
+            taken.turns = self._turns
+            refusal = self._gate.enter(taken, source)
             if refusal is None:
                 self._taken += 1
-                return self._counted(connection, source), peer
+                return taken, peer
             self._refused += 1
-            _turn_away(connection, refusal)
+            turn_away(taken, refusal)
             self._gate.tell(source, f"a connection from {source} was refused: {refusal.why}")
 
     def close(self) -> None:
@@ -114,12 +114,6 @@ class Door(socket.socket):
         if spare is not None:
             os.close(spare)
         super().close()
-
-    def _counted(self, connection: socket.socket, source: str) -> Taken:
-        taken = Taken(fileno=connection.detach())
-        taken.gate, taken.source, taken.turns = self._gate, source, self._turns
-        self._gate.taken[taken.fileno()] = taken
-        return taken
 
     def _go_on(self) -> None:
         self._taken = self._refused = 0
@@ -135,11 +129,11 @@ class Door(socket.socket):
             self._spare = None
             with contextlib.suppress(OSError):
                 connection, _ = super().accept()
-                _turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
+                turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
         self._gate.tell("no files", f"connections are refused: {error.strerror}", warning=True)
 
 
-def _turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
+def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
     """Tell why, as far as that goes without waiting, and close."""
     phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
     text = f"{refusal.why}\n".encode()

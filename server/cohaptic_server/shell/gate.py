@@ -65,6 +65,24 @@ class Gate:
         if self._lines.pass_on(source, self.clock.now()):
             log.log(logging.WARNING if warning else logging.INFO, "%s", text)
 
+    def enter(self, connection: Taken, source: str) -> Refusal | None:
+        """Count a connection until it is closed.
+
+        Args:
+            connection: That has come.
+            source: Address of the peer; that of a proxy is settled when it says whom it brings.
+
+        Returns:
+            Why it is not taken.
+        """
+        now, sources = self.clock.now(), self.sources
+        by_proxy = source in self.proxies
+        refusal = sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
+        if refusal is None:
+            connection.gate, connection.source = self, source
+            self.taken[connection.fileno()] = connection
+        return refusal
+
     def settle(self, file: int, said: Sequence[str], now: float) -> str | Refusal:
         """Count a connection of a proxy with whom the proxy says it comes from.
 
@@ -143,11 +161,17 @@ class Taken(socket.socket):
             raise BlockingIOError
         return super().recv_into(buffer, nbytes, flags)
 
-    def close(self) -> None:
-        """End the connection."""
+    def keep_counted(self) -> None:
+        """Its end is no end of the count: it goes on elsewhere, and whoever sent it there knows."""
         gate, self.gate = self.gate, None
         if gate is not None:
             gate.taken.pop(self.fileno(), None)
+
+    def close(self) -> None:
+        """End the connection."""
+        gate = self.gate
+        self.keep_counted()
+        if gate is not None:
             gate.sources.leave(self.source)
         super().close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -14,12 +15,21 @@ from websockets.http11 import Response
 from cohaptic.errors import one_line
 from cohaptic.protocol.upload_messages import CHUNK, MAX_UPLOAD_TEXT
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
+from cohaptic.room_address import split_path
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
 from cohaptic_server.http.page_files import load_page
-from cohaptic_server.http.routes import Answer, BlockNeeded, Request, Site, green_block, text
+from cohaptic_server.http.routes import (
+    Answer,
+    BlockNeeded,
+    Request,
+    Site,
+    green_block,
+    moved,
+    text,
+)
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.green_blocks import GreenBlocks
@@ -28,6 +38,47 @@ from cohaptic_server.shell.wire import Wire
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
 _PATIENCE = 4.0  # s for a block to be solved, after which the page must ask again
 _ALIVE = 2.0  # s since the last tick, within which the server counts as healthy
+
+
+class HostCheck:
+    """Whether a request comes from a page that may use this server, and under one of its names.
+
+    Args:
+        settings: Of the server.
+    """
+
+    def __init__(self, settings: ServerSettings) -> None:
+        self._origins = settings.allow_origins
+        # Whoever has a page that may connect also has its name in hand.
+        names = (urlsplit(origin).hostname for origin in settings.allow_origins)
+        self._hosts = (*settings.allow_hosts, *(name for name in names if name))
+
+    def __call__(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
+        """The refusal of a request; None lets it pass."""
+        origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
+        own = _own_address(connection)
+        if "Upgrade" in request.headers:
+            if len(origins) <= 1 and may_connect(
+                origins[0] if origins else None,
+                hosts[0] if len(hosts) == 1 else None,
+                own=own,
+                hosts=self._hosts,
+                allowed=self._origins,
+            ):
+                return None
+            message = (
+                "a page from elsewhere may not use this server; see --allow-origin, and"
+                " --allow-host for another name of this one\n"
+            )
+            return response(text(plain(request), 403, "Forbidden", message))
+        # A page of a name that was made to point here may read no file of ours either.
+        if request.path == "/healthz" or (
+            len(hosts) == 1 and is_own_host(hosts[0], own, self._hosts)
+        ):
+            return None
+        name = one_line(", ".join(hosts) or "(none)", 60)
+        message = f"this server is not known as {name}; see --allow-host\n"
+        return response(text(plain(request), 421, "Misdirected Request", message))
 
 
 class Web:
@@ -54,9 +105,7 @@ class Web:
         self._gate, self._clock = gate, gate.clock
         self.ticked = self._clock.now()
         self._settings = settings
-        # Whoever has a page that may connect also has its name in hand.
-        names = (urlsplit(origin).hostname for origin in settings.allow_origins)
-        self._hosts = (*settings.allow_hosts, *(name for name in names if name))
+        self._check = HostCheck(settings)
         self._page = load_page()
         self._blocks: GreenBlocks | None = None
         self.serve(body, solve)
@@ -77,38 +126,26 @@ class Web:
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Answer a request; None lets it become a websocket."""
-        headers = request.headers
-        # Before version 17 the library accepts GET alone, and its requests have no method.
-        method = str(getattr(request, "method", "GET"))
-        plain_request = Request(method, request.path, ", ".join(headers.get_all("Accept-Encoding")))
+        plain_request, headers = plain(request), request.headers
         assert isinstance(connection, Wire)
         refusal = connection.come_from(headers.get_all("X-Forwarded-For"))
         if refusal is not None:
             return _refused(plain_request, refusal)
-        origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
-        if "Upgrade" in headers:
-            if UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
-                return self._refuse_upload(connection, plain_request, origins, hosts)
-            if len(origins) <= 1 and may_connect(
-                origins[0] if origins else None,
-                hosts[0] if len(hosts) == 1 else None,
-                own=_own_address(connection),
-                hosts=self._hosts,
-                allowed=self._settings.allow_origins,
-            ):
-                return None
-            message = (
-                "a page from elsewhere may not use this server; see --allow-origin, and"
-                " --allow-host for another name of this one\n"
-            )
-            return _response(text(plain_request, 403, "Forbidden", message))
-        # A page of a name that was made to point here may read no file of ours either.
-        if request.path != "/healthz" and not (
-            len(hosts) == 1 and is_own_host(hosts[0], _own_address(connection), self._hosts)
-        ):
-            name = one_line(", ".join(hosts) or "(none)", 60)
-            message = f"this server is not known as {name}; see --allow-host\n"
-            return _response(text(plain_request, 421, "Misdirected Request", message))
+        if "Upgrade" in headers and UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
+            origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
+            return self._refuse_upload(connection, plain_request, origins, hosts)
+        refused = self._check(connection, request)
+        if refused is not None or "Upgrade" in headers:
+            return refused
+        room, path = split_path(request.path)
+        if room is not None:
+            if room != self._settings.room:
+                message = f"there is no room {one_line(room, 60)} here\n"
+                return response(text(plain_request, 404, "Not Found", message))
+            if not path:  # relative addresses of the page begin behind the last slash
+                query = request.path.partition("?")[1:]
+                return response(moved(plain_request, f"{room}/{''.join(query)}"))
+            plain_request = replace(plain_request, target=path)
         # The library waits this long for the peer to take the whole response.
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
@@ -141,7 +178,7 @@ class Web:
         else:
             connection.allow(max(CHUNK, MAX_UPLOAD_TEXT))
             return None
-        return _response(text(request, 403, "Forbidden", why))
+        return response(text(request, 403, "Forbidden", why))
 
     @property
     def waiting(self) -> int:
@@ -154,7 +191,7 @@ class Web:
         refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
             connection.count_response(size)
-            return _response(answer)
+            return response(answer)
         return _refused(request, refusal)
 
     def close(self) -> None:
@@ -171,12 +208,20 @@ def _own_address(connection: ServerConnection) -> str | None:
 
 def _refused(request: Request, refusal: Refusal) -> Response:
     retry = ("Retry-After", str(int(refusal.retry) + 1))
-    return _response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
+    return response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
 
 
 def _solver(source: GreenSource) -> Callable[[int], bytes]:
     return lambda vertex: encode_block(source.green(vertex))
 
 
-def _response(answer: Answer) -> Response:
+def plain(request: HttpRequest) -> Request:
+    """What of a request determines the response."""
+    # Before version 17 the library accepts GET alone, and its requests have no method.
+    method = str(getattr(request, "method", "GET"))
+    return Request(method, request.path, ", ".join(request.headers.get_all("Accept-Encoding")))
+
+
+def response(answer: Answer) -> Response:
+    """An answer as the library sends it."""
     return Response(answer.status, answer.phrase, Headers(answer.headers), answer.body)

@@ -57,6 +57,7 @@ async def listen(
     settings: ServerSettings,
     gate: Gate,
     tls: ssl.SSLContext | None = None,
+    door: socket.socket | None = None,
 ) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
@@ -66,28 +67,35 @@ async def listen(
         settings: Of the server.
         gate: Who may come in.
         tls: Of every connection; None without TLS.
+        door: Accepts connections in place of the port.
 
     Raises:
         SettingError: The address or port cannot be had.
     """
+    secure = tls is not None
+    doors = await open_doors(settings, gate, tls=secure) if door is None else [door]
+    listener = await serve_doors(handle, process, doors, gate, tls)
+    return listener, url_of(settings.host, doors[0], tls=secure)
+
+
+async def serve_doors(
+    handle: Callable[[Wire], Awaitable[None]],
+    process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
+    doors: Sequence[socket.socket],
+    gate: Gate,
+    tls: ssl.SSLContext | None = None,
+) -> Listener:
+    """Serve whoever comes through some doors; arguments as for `listen`."""
 
     async def handle_wire(connection: ServerConnection) -> None:
         assert isinstance(connection, Wire)
         await handle(connection)
 
-    host, port = settings.host, settings.port
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
     if tls is not None:
         options |= TLS_OPTIONS
         # asyncio keeps 256 KiB for each connection; a frame of TLS has 16.
         asyncio.sslproto.SSLProtocol.max_size = TLS_BUFFER
-    try:
-        doors = await _doors(host, port, gate, tls=tls is not None)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            free = "a free one: stop the other server, or choose with --port"
-            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
-        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
     wire: Any = partial(Wire, gate=gate)  # the library asks for a class, and calls it
     servers = [
         await serve(
@@ -105,10 +113,27 @@ async def listen(
         )
         for door in doors
     ]
+    return Listener(servers)
+
+
+async def open_doors(settings: ServerSettings, gate: Gate, *, tls: bool = False) -> list[Door]:
+    """Sockets that listen on all addresses of a server; raises SettingError."""
+    host, port = settings.host, settings.port
+    try:
+        return await _doors(host, port, gate, tls=tls)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = "a free one: stop the other server, or choose with --port"
+            raise SettingError("port", f"{port}, which is in use on {host}", free) from error
+        raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
+
+
+def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
+    """Address of a server that listens at a door; without a port if it is handed connections."""
     name = f"[{host}]" if ":" in host else host
-    return Listener(
-        servers
-    ), f"{'ws' if tls is None else 'wss'}://{name}:{doors[0].getsockname()[1]}"
+    address = door.getsockname()
+    scheme = "wss" if tls else "ws"
+    return f"{scheme}://{name}:{address[1]}" if isinstance(address, tuple) else f"{scheme}://{name}"
 
 
 async def _doors(host: str, port: int, gate: Gate, *, tls: bool) -> list[Door]:

@@ -8,8 +8,8 @@ tick has been written.
 from __future__ import annotations
 
 import asyncio
-import gc
 import logging
+import socket
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from functools import partial
 
@@ -20,6 +20,7 @@ from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.process_memory import keep_what_there_is
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
@@ -34,6 +35,7 @@ from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
 from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.refusal import refuse_other_room
 from cohaptic_server.shell.wire import Wire
 
 log = logging.getLogger("cohaptic.server")
@@ -76,7 +78,7 @@ class CohapticServer:
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, proxies)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.entrance = Entrance(self.gate.sources, self.protection.admission)
+        self.entrance = Entrance(self.gate.sources, self.protection.admission, settings.room)
         self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
@@ -91,15 +93,18 @@ class CohapticServer:
         """Of all peers."""
         return self._connections.values()
 
-    async def start(self) -> str:
+    async def start(self, door: socket.socket | None = None) -> str:
         """Listen; returns the URL.
+
+        Args:
+            door: Accepts connections in place of the port of the settings.
 
         Raises:
             SettingError: The address or port cannot be had.
         """
         self.room.frames.prepare()
         self._listener, url = await listen(
-            self._handle, self.web.process, self.settings, self.gate, self.protection.tls
+            self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door
         )
         return url
 
@@ -110,7 +115,7 @@ class CohapticServer:
             before_tick: Called before each tick, to deliver results that were computed beside it;
                 it must not take time.
         """
-        _collect_garbage()
+        keep_what_there_is()
         period = self.settings.simulation_period
         pace = Pace(period)
         due = self.clock.now()
@@ -173,6 +178,7 @@ class CohapticServer:
         room = Room(body, self.settings, self.room.next_user)
         room.frames.prepare()
         self.web.serve(body, wanted.use(body))
+        room.seats, room.watch_seats = self.room.seats, self.room.watch_seats
         self.room = room
         self.audience = Audience(room, self.web.model)
         self.lobby = Lobby(room, self.audience, self.entrance)
@@ -230,6 +236,8 @@ class CohapticServer:
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
+        if await refuse_other_room(ws, self.settings.room):
+            return
         if ws.subprotocol == UPLOAD and self.take_upload is not None:
             await self.take_upload(ws)
             return
@@ -290,10 +298,3 @@ class CohapticServer:
                 await asyncio.wait_for(self._listener.wait_closed(), CLOSE_TIMEOUT)
             except TimeoutError:
                 log.warning("some clients did not answer the close")
-
-
-def _collect_garbage() -> None:
-    """Objects that exist now stay; a garbage collection that scans them would cost ticks."""
-    gc.unfreeze()
-    gc.collect()
-    gc.freeze()

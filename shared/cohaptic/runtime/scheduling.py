@@ -31,6 +31,17 @@ def prefer_this_process(priority: int) -> str:
     return _niceness()
 
 
+def be_ordinary() -> None:
+    """Give up what `prefer_this_process` was granted, as far as other processes are kept waiting.
+
+    Of the calling thread, and of those that it starts from now on; on other systems than Linux,
+    where no priority stops others for good, nothing.
+    """
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
 def stand_back(pid: int = 0) -> None:
     """Lower the priority of a process below all others, where the system allows it.
 

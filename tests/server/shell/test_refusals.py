@@ -244,7 +244,7 @@ def test_a_full_room_is_told_as_that(small_balloon: Balloon) -> None:
 
     assert asyncio.run(play()) == (
         CloseCode.ROOM_FULL.value,
-        "number of users is 2; expected at most 1",
+        "number of users is 2; expected at most 1; you can watch on the page meanwhile",
     )
 
 
@@ -271,3 +271,17 @@ def test_only_a_page_of_this_machine_may_use_a_visitors_browser(
             return refused.response.status_code
 
     assert stage.during(come(), patches=2) == (101 if welcome else 403)
+
+
+def test_who_asks_for_another_room_is_told_that_it_is_not_here(stage: Stage) -> None:
+    async def other() -> tuple[int, str]:
+        async with visit(f"{stage.url}/r/other") as client:
+            return (await client.end())[:2]
+
+    async def own() -> int:
+        async with visit(f"{stage.url}/r/main/") as client:
+            return await client.join("by_name")
+
+    code, reason = stage.runner.run(other())
+    assert (code, reason) == (CloseCode.NO_ROOM.value, "there is no room other here")
+    assert stage.runner.run(own()) > 0

@@ -11,6 +11,8 @@ export const BAD_MESSAGE = 4400;
 export const UNAUTHENTICATED = 4401;
 /** The token is not for this room, or not for what was asked. */
 export const FORBIDDEN = 4403;
+/** The address names no room of this server. */
+export const NO_ROOM = 4404;
 /** The name is in use in this room. */
 export const NAME_TAKEN = 4409;
 /** The server has another object from now on. */

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cohaptic.errors import CloseCode, LocalProtocolError, RemoteProtocolError
+from cohaptic.errors import LocalProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
@@ -62,9 +62,7 @@ class Audience:
                 be shown.
         """
         settings = self.room.settings
-        if len(self.watchers) >= settings.max_watchers:
-            number, limit = len(self.watchers) + 1, f"at most {settings.max_watchers}"
-            raise RemoteProtocolError("number of watchers", number, limit, CloseCode.ROOM_FULL)
+        self.room.watch_seats.check(len(self.watchers))
         self.room.frames.check_watchable()
         self.watchers.add(watcher)
         self.came += 1

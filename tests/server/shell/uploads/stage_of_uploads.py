@@ -26,7 +26,7 @@ from cohaptic.protocol.upload_messages import (
 from cohaptic.protocol.version import SUBPROTOCOL as TOUCH
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.upload_desk import UploadDesk, take_uploads
+from cohaptic_server.shell.uploads.upload_desk import UploadDesk, take_uploads
 from cohaptic_server.upload.limits import UploadLimits
 from tests.server.shell.stage import Client, Serving, serving
 

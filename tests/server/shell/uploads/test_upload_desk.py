@@ -24,10 +24,10 @@ from cohaptic.protocol.upload_messages import (
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.shell.upload_desk import UploadDesk
+from cohaptic_server.shell.uploads.upload_desk import UploadDesk
 from cohaptic_server.upload.limits import UploadLimits
 from tests.server.shell.stage import PATIENCE, names, serving, visit
-from tests.server.shell.uploads import (
+from tests.server.shell.uploads.stage_of_uploads import (
     LONG,
     begin,
     bring,

@@ -26,7 +26,7 @@ from cohaptic.protocol.upload_messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.server.shell.stage import names
-from tests.server.shell.uploads import (
+from tests.server.shell.uploads.stage_of_uploads import (
     LONG,
     after_progress,
     begin,

@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, ProtocolError, RemoteProtocolError, one_line
-from cohaptic.protocol.messages import Error, encode_control
+from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.upload_messages import (
     BeginUpload,
     Prepared,
@@ -33,10 +33,16 @@ from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import KINDS
-from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.shell.upload_talk import Caller, ChoiceRefused, follow, next_request, pass_on
+from cohaptic_server.shell.uploads.upload_talk import (
+    Caller,
+    ChoiceRefused,
+    follow,
+    next_request,
+    pass_on,
+)
 from cohaptic_server.shell.wire import Wire
 from cohaptic_server.upload.kept_files import kind_of
 from cohaptic_server.upload.limits import UploadLimits
@@ -86,12 +92,12 @@ class UploadDesk:
             await self._serve(ws)
             await ws.close(1000)
         except ProtocolError as error:
-            await _refuse(ws, error.code, str(error))
+            await refuse(ws, error.code, str(error))
         except TimeoutError:
-            await _refuse(ws, CloseCode.UPLOAD_FAILED, "the time of this upload is over")
+            await refuse(ws, CloseCode.UPLOAD_FAILED, "the time of this upload is over")
         except CohapticError as error:
             log.info("an upload came to nothing: %s", one_line(str(error), 200))
-            await _refuse(ws, CloseCode.UPLOAD_FAILED, str(error))
+            await refuse(ws, CloseCode.UPLOAD_FAILED, str(error))
         except ConnectionClosed:
             pass
         finally:
@@ -180,12 +186,6 @@ class UploadDesk:
                 return source
             break
         raise UploadFailed("what reads it says nothing that can be understood")
-
-
-async def _refuse(ws: Wire, code: CloseCode, why: str) -> None:
-    with contextlib.suppress(ConnectionClosed):
-        await ws.send(encode_control(Error(code=code.value, message=why)))
-        await ws.close(*close_frame(code.value, why))
 
 
 def take_uploads(

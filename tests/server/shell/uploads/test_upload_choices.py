@@ -19,10 +19,10 @@ from cohaptic.protocol.upload_messages import (
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.upload_desk import take_uploads
+from cohaptic_server.shell.uploads.upload_desk import take_uploads
 from cohaptic_server.upload.limits import UploadLimits
 from tests.server.shell.stage import names, serving, visit
-from tests.server.shell.uploads import (
+from tests.server.shell.uploads.stage_of_uploads import (
     after_progress,
     begin,
     bring,

@@ -1,0 +1,90 @@
+"""What is wrong with a configuration, as sentences that name every key at fault."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from cohaptic.errors import CohapticError, one_line
+
+
+class ConfigError(CohapticError):
+    """A configuration cannot be used.
+
+    Args:
+        path: Of its file.
+        problems: What is wrong, each with its key.
+    """
+
+    def __init__(self, path: Path, problems: Sequence[str]) -> None:
+        super().__init__(path, tuple(problems))
+        self.path = path
+        self.problems = tuple(problems)
+
+    def __str__(self) -> str:
+        if len(self.problems) == 1:
+            return f"{self.path}: {self.problems[0]}"
+        listed = "".join(f"\n  {problem}" for problem in self.problems)
+        return f"{self.path}: {len(self.problems)} keys are wrong:{listed}"
+
+
+class KeyProblem(ValueError):
+    """One value of a table whose keys are no fields of a model.
+
+    Args:
+        key: In the table.
+        value: As it was given.
+        limit: What it must be.
+    """
+
+    def __init__(self, key: str, value: str, limit: str) -> None:
+        super().__init__(key, value, limit)
+        self.key, self.value, self.limit = key, value, limit
+
+
+def problems_of(
+    error: ValidationError, prefix: str, divider: str, environment: Mapping[str, str]
+) -> list[str]:
+    """One sentence for each key at fault.
+
+    Args:
+        error: Of the library.
+        prefix: Of environment variables.
+        divider: Between the parts of their names.
+        environment: Where a value may come from instead of the file.
+    """
+    names = {name.upper() for name in environment}
+    found: dict[str, str] = {}
+    for one in error.errors(include_url=False):
+        parts = [str(part) for part in one["loc"] if part != "[key]"]
+        # A value that may be of several kinds fails once for each, and its key ends with the kind.
+        while parts and ("[" in parts[-1] or parts[-1] in _KINDS):
+            parts.pop()
+        cause = one.get("ctx", {}).get("error")
+        if isinstance(cause, KeyProblem):
+            parts.append(cause.key)
+        key = ".".join(parts) or "the file"
+        variable = prefix + divider.join(parts).upper()
+        source = f" (environment variable {variable})" if variable in names else ""
+        found.setdefault(key, f"{key}{source} {_words(dict(one))}")
+    return list(found.values())
+
+
+_KINDS = ("float", "int", "str", "bool")
+
+
+def _words(one: dict[str, Any]) -> str:
+    kind, value = one["type"], one_line(repr(one["input"]), 60)
+    cause = one.get("ctx", {}).get("error")
+    if isinstance(cause, KeyProblem):
+        return f"is {one_line(repr(cause.value), 60)}; it must be {cause.limit}"
+    if kind == "missing":
+        return "is missing"
+    if kind == "extra_forbidden":
+        return "is no key that is known; see docs/how-to/serve-many-rooms.md"
+    said = str(one["msg"])
+    said = said.removeprefix("Input should be ").removeprefix("Value error, ")
+    return f"is {value}; it must be {said}" if said != one["msg"] else f"is {value}: {said}"

@@ -1,0 +1,276 @@
+"""Keeps the process of one room alive: starts it, hands connections to it, and starts it again."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import multiprocessing
+import secrets
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from cohaptic.clock import Clock
+from cohaptic_server.rooms.directory import Directory, Lease, LeaseError
+from cohaptic_server.rooms.process.channel import Channel, open_channel
+from cohaptic_server.rooms.process.handing_over import hand_over, handing_pair
+from cohaptic_server.rooms.process.reports import Allow, Failed, Left, Line, Ready, Report, Stop
+from cohaptic_server.rooms.process.room_process import REPORT_EVERY, Build, Protect, run_room
+from cohaptic_server.rooms.restarts import Restarts
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.protection import Protection
+
+log = logging.getLogger("cohaptic.server")
+
+# s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
+_WAIT_FOR_START = 3.0
+# s by which a look at a lease may be late before it says more about this process than about others.
+_HELD_UP = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class House:
+    """What the keepers of all rooms share.
+
+    Args:
+        directory: Who owns each room.
+        clock: Of this process.
+        left: Called with the source of each connection that has ended.
+        changed: Called with a room that has begun, ended or reported.
+        make_process: As from `room_processes`.
+        level: Of the log.
+        protect: As for `Supervisor`.
+    """
+
+    directory: Directory
+    clock: Clock
+    left: Callable[[str], None]
+    changed: Callable[[Keeper], None]
+    make_process: Callable[..., BaseProcess]
+    level: int = logging.INFO
+    protect: Protect = Protection
+
+
+class Keeper:
+    """Of one room.
+
+    Args:
+        settings: Of the room.
+        build: Makes its body, in its process.
+        house: What all rooms share.
+
+    Attributes:
+        name: Of the room.
+        state: starting, open, broken (it could not be opened, and will be tried again) or stopped.
+        problem: Why it is broken.
+        report: Newest of its process; None before the first.
+        lease: Of its process; None without one.
+        restarts: Ends of its process so far.
+        process: The newest; None before the first.
+        first: Set once it is open, or broken, for the first time.
+    """
+
+    def __init__(self, settings: ServerSettings, build: Build, house: House) -> None:
+        assert settings.room is not None
+        self.name = settings.room
+        self.settings = settings
+        self.state, self.problem = "starting", ""
+        self.report: Report | None = None
+        self.lease: Lease | None = None
+        self.restarts = Restarts()
+        self.process: BaseProcess | None = None
+        self.first = asyncio.Event()
+        self._build, self._house = build, house
+        self._stopping = asyncio.Event()
+        self._channel: Channel | None = None
+        self._door: socket.socket | None = None
+        self._handed: dict[int, str] = {}
+        self._started = 0.0
+        self._ready: float | None = None
+        self._heard = 0.0
+
+    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+        """Hand a connection to the room; returns whether it takes it."""
+        now = self._house.clock.now()
+        waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
+        if self._door is None or not (self.state == "open" or waits):
+            return False
+        if not hand_over(self._door, connection, number):
+            return False
+        self._handed[number] = source
+        return True
+
+    def allow(self, allow: Allow) -> None:
+        """Tell the room how many it may seat."""
+        if self._channel is not None:
+            self._channel.tell(allow)
+
+    async def keep(self) -> None:
+        """Run the room until it is stopped."""
+        while not self._stopping.is_set():
+            self._ready = None
+            await self._live()
+            now = self._house.clock.now()
+            self.restarts = self.restarts.ended(self._ready, now)
+            if self._stopping.is_set():
+                break
+            pause = self.restarts.pause
+            told = f", {self.problem}" if self.problem else ""
+            log.warning(
+                "room %s has ended%s; it is started again%s",
+                self.name, told, f" in {pause:g} s" if pause else "",
+            )  # fmt: skip
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._stopping.wait(), pause or 1e-3)
+        self.state = "stopped"
+        self.first.set()
+
+    def stop(self) -> None:
+        """Let the room tell everybody and end; `keep` returns when it has."""
+        self._stopping.set()
+        if self._channel is not None:
+            self._channel.tell(Stop())
+
+    def kill(self) -> None:
+        """End its process now."""
+        self._stopping.set()
+        if self.process is not None and self.process.pid is not None:
+            with contextlib.suppress(OSError, ValueError):
+                self.process.kill()
+
+    async def _live(self) -> None:
+        """One process, from its start to its end."""
+        house = self._house
+        # A room that was broken says so until it is open.
+        self.state = "broken" if self.problem else "starting"
+        self._started = self._heard = house.clock.now()
+        holder = f"{self.name}.{secrets.token_hex(8)}"
+        self.lease = await house.directory.claim(self.name, holder, self._started)
+        control, their_control = socket.socketpair()
+        self._door, their_door = handing_pair()
+        gone = asyncio.Event()
+        try:
+            self.process = house.make_process(
+                target=run_room,
+                args=(
+                    self.settings,
+                    self._build,
+                    their_control,
+                    their_door,
+                    house.level,
+                    house.protect,
+                ),
+                name=f"room {self.name}",
+            )
+            await asyncio.to_thread(_start, self.process)
+            their_control.close()
+            their_door.close()
+            self._channel = await open_channel(control, self._hear, gone.set)
+            house.changed(self)
+            if self._stopping.is_set():
+                self._channel.tell(Stop())
+            await self._watch(gone)
+        except OSError as error:
+            self.problem = f"its process cannot be started: {error.strerror}"
+        finally:
+            if self._channel is None:
+                control.close()
+            await self._end(their_control, their_door)
+
+    async def _watch(self, gone: asyncio.Event) -> None:
+        """Return when the process has gone, or has said nothing for as long as its lease."""
+        house = self._house
+        assert self.lease is not None
+        while not gone.is_set():
+            before = house.clock.now()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(gone.wait(), REPORT_EVERY)
+            now = house.clock.now()
+            if now - before > REPORT_EVERY + _HELD_UP:
+                self._heard = now  # it is this process that was held up
+            elif self._ready is None:
+                self._heard = now  # to open a room may take minutes
+            try:
+                self.lease = await house.directory.renew(self.lease, self._heard)
+            except LeaseError:
+                if self._heard == now:
+                    await house.directory.release(self.lease)
+                    holder = self.lease.holder
+                    self.lease = await house.directory.claim(self.name, holder, now)
+                    continue
+            if now >= self.lease.until:
+                log.warning("room %s says nothing for %.1f s", self.name, now - self._heard)
+                return
+
+    async def _end(self, *ends: socket.socket) -> None:
+        """Whatever is left of the process goes, before another one may own the room."""
+        house, process = self._house, self.process
+        if process is not None and process.pid is not None:
+            process.kill()
+            await asyncio.to_thread(process.join)
+        if self._channel is not None:
+            self._channel.abort()
+        for end in (*ends, self._door):
+            if end is not None:
+                end.close()
+        self._channel = self._door = self.report = None
+        self.state = "broken" if self.problem else "starting"
+        handed, self._handed = self._handed, {}
+        for source in handed.values():
+            house.left(source)
+        if self.lease is not None:
+            await house.directory.release(self.lease)
+            self.lease = None
+        house.changed(self)
+
+    def _hear(self, line: Line) -> None:
+        house = self._house
+        match line:
+            case Left():
+                for number in line.numbers:
+                    source = self._handed.pop(number, None)
+                    if source is not None:
+                        house.left(source)
+            case Ready():
+                self.state, self.problem = "open", ""
+                self._ready = self._heard = house.clock.now()
+                took = self._ready - self._started
+                pid = self.process.pid if self.process is not None else None
+                log.info("room %s is open, process %s, after %.1f s", self.name, pid, took)
+                self.first.set()
+                house.changed(self)
+            case Report():
+                self._heard = house.clock.now()
+                self.report = line
+                house.changed(self)
+            case Failed():
+                self.state, self.problem = "broken", line.why
+                self.first.set()
+                house.changed(self)
+            case _:
+                pass
+
+
+def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
+    """How rooms are started: forked, where that can be, from a process that has imported all.
+
+    Args:
+        preload: Further modules that it imports.
+    """
+    ways = multiprocessing.get_all_start_methods()
+    way = "forkserver" if "forkserver" in ways else "spawn"
+    context: Any = multiprocessing.get_context(way)  # each kind has a type of its own
+    if "forkserver" in ways:
+        context.set_forkserver_preload(
+            ["__main__", "cohaptic_server.rooms.process.preloaded", *preload]
+        )
+    make: Callable[..., BaseProcess] = context.Process
+    return make
+
+
+def _start(process: BaseProcess) -> None:
+    # Not daemonic: a room has a process of its own for columns.
+    process.start()

@@ -1,0 +1,154 @@
+"""The rooms of a server, as JSON and as a page to choose one. No I/O."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cohaptic.room_address import MAIN, room_path, split_path
+from cohaptic_server.http.routes import Answer, Request, page, text
+
+LIST, CHOICE, HEALTH = "/rooms", "/rooms.html", "/healthz"
+
+
+@dataclass(frozen=True, slots=True)
+class RoomState:
+    """What is told of a room.
+
+    Args:
+        name: Of the room.
+        title: For people.
+        state: open, full, starting, broken or stopped.
+        users, max_users: Who touches, and who may at once.
+        watchers, max_watchers: Who watches, and who may at once.
+    """
+
+    name: str
+    title: str
+    state: str
+    users: int
+    max_users: int
+    watchers: int
+    max_watchers: int
+
+
+def room_of(target: str, rooms: Sequence[str]) -> str | None:
+    """The room that a request is for; None for one that the server itself answers.
+
+    Args:
+        target: Path and query.
+        rooms: Names of all rooms.
+    """
+    name, path = split_path(target)
+    if name is not None:
+        return name if name in rooms else None
+    if path in (LIST, CHOICE, HEALTH):
+        return None
+    if len(rooms) == 1:
+        return rooms[0]
+    return MAIN if MAIN in rooms else None
+
+
+def answer(request: Request, rooms: Sequence[RoomState]) -> Answer:
+    """The response to a request that is for no room, or for one that takes nobody now.
+
+    Args:
+        request: From any client.
+        rooms: All of them.
+    """
+    if request.method not in ("GET", "HEAD"):
+        message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
+        return text(request, 405, "Method Not Allowed", message, ("Allow", "GET, HEAD"))
+    name, path = split_path(request.target)
+    if name is not None:
+        return _of_room(request, name, rooms)
+    if path == LIST:
+        return page(request, "application/json", as_json(rooms))
+    if path in ("/", CHOICE):
+        return page(request, "text/html; charset=utf-8", as_page(rooms), POLICY)
+    if path == HEALTH:
+        return _health(request, rooms)
+    return text(request, 404, "Not Found", "there is nothing of this name here\n")
+
+
+def why_not(name: str, rooms: Sequence[RoomState]) -> str:
+    """Why nobody comes into a room at present; empty if there is none of this name."""
+    states = {room.name: room.state for room in rooms}
+    if name not in states:
+        return ""
+    if states[name] in ("open", "full"):
+        return f"the room {name} takes nobody at present; try again"
+    return f"the room {name} is {states[name]}; try again in a moment"
+
+
+def _of_room(request: Request, name: str, rooms: Sequence[RoomState]) -> Answer:
+    why = why_not(name, rooms)
+    if why:
+        retry = ("Retry-After", "1")
+        return text(request, 503, "Service Unavailable", f"{why}\n", retry)
+    return text(request, 404, "Not Found", f"there is no such room; see {LIST}\n")
+
+
+def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
+    # Of this process: whoever asks would restart all rooms because of one.
+    bad = [f"{room.name}: {room.state}\n" for room in rooms if room.state not in ("open", "full")]
+    return text(request, 200, "OK", "ok\n" + "".join(bad))
+
+
+def as_json(rooms: Sequence[RoomState]) -> bytes:
+    """The list for programs."""
+    told = [
+        {
+            "name": room.name,
+            "title": room.title,
+            "path": room_path(room.name),
+            "state": room.state,
+            "users": room.users,
+            "max_users": room.max_users,
+            "watchers": room.watchers,
+            "max_watchers": room.max_watchers,
+        }
+        for room in rooms
+    ]
+    return json.dumps({"rooms": told}, indent=1).encode() + b"\n"
+
+
+_STYLE = (
+    ":root{color-scheme:light dark;font:16px/1.5 system-ui,sans-serif}"
+    "body{max-width:40rem;margin:3rem auto;padding:0 1rem}"
+    "ul{list-style:none;padding:0}li{padding:.6rem 0;border-bottom:1px solid #8886}"
+    "a{font-weight:600}small{display:block}"
+)
+_HASH = base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()
+# Nothing is loaded and nothing runs; the one style is named by its hash.
+POLICY = (
+    f"default-src 'none'; style-src 'sha256-{_HASH}'; img-src data:; base-uri 'none';"
+    " form-action 'none'; frame-ancestors 'none'"
+)
+
+
+def as_page(rooms: Sequence[RoomState]) -> bytes:
+    """The page for people, on which they choose a room."""
+    items = "".join(_item(room) for room in rooms)
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<link rel="icon" href="data:,">'
+        f"<title>Rooms - cohaptic</title><style>{_STYLE}</style></head>"
+        f"<body><h1>Rooms</h1><ul>{items}</ul></body></html>\n"
+    ).encode()
+
+
+def _item(room: RoomState) -> str:
+    title = html.escape(room.title or room.name)
+    said = {
+        "open": f"{room.users} of {room.max_users} touch it, {room.watchers} watch",
+        "full": f"full: {room.users} touch it. You can watch",
+    }.get(room.state, room.state)
+    # Relative, so that the page may stand behind a path of a proxy.
+    link = f'<a href=".{room_path(room.name)}/">{title}</a>'
+    return f"<li>{link}<small>{html.escape(said)}</small></li>"

@@ -1,0 +1,215 @@
+"""The process of one room: the ordinary server, whose connections are handed to it."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import socket
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CohapticError, one_line
+from cohaptic.runtime.scheduling import (
+    SERVER_PRIORITY,
+    be_ordinary,
+    prefer_this_process,
+)
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.credentials.reloading import reload_changed
+from cohaptic_server.rooms.process.channel import Channel, open_channel
+from cohaptic_server.rooms.process.handing_over import HandedDoor
+from cohaptic_server.rooms.process.precedence import Precedence
+from cohaptic_server.rooms.process.reports import (
+    NO_SEATS,
+    Allow,
+    Failed,
+    Left,
+    Line,
+    Ready,
+    Report,
+    Stop,
+)
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.server import CohapticServer
+
+REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
+_MEASURED_OVER = 4  # reports: the system counts time in hundredths of a second
+_SWITCH_INTERVAL = 5e-4  # s, as `cohaptic serve`
+_NOT_PREPARED = 2  # exit status
+log = logging.getLogger("cohaptic.server")
+
+Build = Callable[[ServerSettings], Body]
+Protect = Callable[[], Protection]
+
+
+def run_room(
+    settings: ServerSettings,
+    build: Build,
+    control: socket.socket,
+    door: socket.socket,
+    level: int,
+    protect: Protect = Protection,
+) -> None:
+    """Main function of the process.
+
+    Args:
+        settings: Of the room.
+        build: Makes its body; a function of a module, which the process can import.
+        control: One end of the channel to the supervisor.
+        door: Where connections come out.
+        level: Of the log.
+        protect: Makes what says who comes in; reads the files of keys.
+    """
+    logging.basicConfig(
+        stream=sys.stderr,
+        level=level,
+        format=f"%(asctime)s [{settings.room}] %(message)s",
+        datefmt="%H:%M:%S",
+        force=True,
+    )
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the supervisor's: it ends the rooms in order
+    # Threads of one room would wait for those of another.
+    with threadpool_limits(limits=1):
+        failed = asyncio.run(_Room(settings, build, door, protect).live(control))
+    logging.shutdown()
+    # Threads that are left of a start (a solve, a build) would keep the process as long as they go.
+    os._exit(_NOT_PREPARED if failed else 0)
+
+
+@dataclass
+class _Room:
+    """What lives in the process.
+
+    Args:
+        settings: Of the room.
+        build: As above.
+        door: The same.
+        protect: The same.
+    """
+
+    settings: ServerSettings
+    build: Build
+    door: socket.socket
+    protect: Protect = Protection
+    clock: SystemClock = field(default_factory=SystemClock)
+    server: CohapticServer | None = None
+    channel: Channel | None = None
+    allowed: Allow = NO_SEATS
+    stopping: asyncio.Event = field(default_factory=asyncio.Event)
+
+    async def live(self, control: socket.socket) -> bool:
+        """Open the room, serve until it is to stop; returns whether it could not be opened."""
+        channel = self.channel = await open_channel(control, self._hear, self.stopping.set)
+        loop = asyncio.get_running_loop()
+
+        def asked(_number: int, _frame: object) -> None:
+            loop.call_soon_threadsafe(self.stopping.set)
+
+        signal.signal(signal.SIGTERM, asked)
+        stopping = asyncio.ensure_future(self.stopping.wait())
+        work = asyncio.ensure_future(self._serve(channel))
+        await asyncio.wait({stopping, work}, return_when=asyncio.FIRST_COMPLETED)
+        stopping.cancel()
+        work.cancel()
+        (outcome,) = await asyncio.gather(work, return_exceptions=True)
+        failed = isinstance(outcome, Exception)
+        if isinstance(outcome, CohapticError | MemoryError | OSError):
+            channel.tell(Failed(why=one_line(str(outcome) or type(outcome).__name__, 2000)))
+        elif isinstance(outcome, Exception):
+            log.error("the room ends", exc_info=outcome)
+            channel.tell(Failed(why=one_line(repr(outcome), 2000)))
+        channel.close()
+        await asyncio.sleep(0)  # the last lines leave
+        return failed
+
+    async def _serve(self, channel: Channel) -> None:
+        # In a thread: whatever it takes, the room can be stopped meanwhile.
+        body = await asyncio.to_thread(self.build, self.settings)
+        served = ServedBody(body)
+        protection = self.protect()
+        again = asyncio.ensure_future(reload_changed(protection.watched))
+        try:
+            await asyncio.to_thread(served.start)
+            server = self.server = CohapticServer(body, self.settings, served.solve, protection)
+            door = HandedDoor(
+                self.door, server.gate, lambda number: channel.tell(Left(numbers=[number]))
+            )
+            self._allow()
+            await server.start(door)
+            channel.tell(Ready())
+            reporting = asyncio.ensure_future(self._keep_reporting(channel, server))
+            sys.setswitchinterval(_SWITCH_INTERVAL)
+            prefer_this_process(SERVER_PRIORITY)
+            try:
+                await server.run(served.pump)
+            finally:
+                reporting.cancel()
+        finally:
+            again.cancel()
+            served.stop()
+
+    def _hear(self, line: Line) -> None:
+        if isinstance(line, Stop):
+            self.stopping.set()
+        elif isinstance(line, Allow):
+            self.allowed = line
+            self._allow()
+
+    def _allow(self) -> None:
+        if self.server is not None:
+            room = self.server.room
+            room.seats.allow(self.allowed.users, len(room.members))
+            room.watch_seats.allow(self.allowed.watchers, len(self.server.audience.watchers))
+
+    async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
+        precedence = Precedence()
+        used, done = _processor_time(), _ticks_done(server)
+        while True:
+            for _ in range(_MEASURED_OVER):
+                channel.tell_newest(self._report(server))
+                await asyncio.sleep(REPORT_EVERY)
+            before, used = used, _processor_time()
+            done_before, done = done, _ticks_done(server)
+            if done <= done_before:
+                continue
+            # Of the ticks that were done: a room that is kept waiting would seem to want little.
+            share = (used - before) / (done - done_before) * self.settings.simulation_hz
+            if precedence.see(share, self.clock.now()):
+                if precedence.first:
+                    prefer_this_process(SERVER_PRIORITY)
+                else:
+                    be_ordinary()
+                    log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
+
+    def _report(self, server: CohapticServer) -> Report:
+        room, meters = server.room, server.meters
+        users, watchers = len(room.members), len(server.audience.watchers)
+        return Report(
+            users=users,
+            watchers=watchers,
+            held_users=room.seats.give_back(users),
+            held_watchers=room.watch_seats.give_back(watchers),
+            users_serial=self.allowed.users_serial,
+            watchers_serial=self.allowed.watchers_serial,
+            ticks=meters.ticks,
+            missed=meters.missed,
+        )
+
+
+def _ticks_done(server: CohapticServer) -> int:
+    return server.meters.ticks - server.meters.left_out
+
+
+def _processor_time() -> float:
+    """Time of processors that this process has taken so far [s]."""
+    times = os.times()
+    return times.user + times.system

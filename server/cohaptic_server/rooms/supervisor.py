@@ -1,0 +1,186 @@
+"""A server with many rooms: its doors, the processes of its rooms, and the seats they share."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Mapping, Sequence
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic_server.rooms.config import RoomsConfig, is_plain_balloon
+from cohaptic_server.rooms.directory import LocalDirectory
+from cohaptic_server.rooms.front import Front, Place
+from cohaptic_server.rooms.keeper import House, Keeper, room_processes
+from cohaptic_server.rooms.listing import RoomState, room_of
+from cohaptic_server.rooms.process.handing_over import CAN_HAND_OVER
+from cohaptic_server.rooms.process.reports import Allow
+from cohaptic_server.rooms.process.room_process import Build, Protect
+from cohaptic_server.rooms.seats import SeatPool
+from cohaptic_server.rooms.site import Site
+from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.listener import open_doors, url_of
+from cohaptic_server.shell.protection import Protection
+
+log = logging.getLogger("cohaptic.server")
+
+_SHARE_EVERY = 0.25  # s between two looks at how the seats are shared
+
+
+class Supervisor:
+    """All of it.
+
+    Args:
+        config: Of the server.
+        builds: What makes the body of each room, in its process.
+        level: Of the log of the rooms.
+        protect: Makes what says who comes into a room, in its process.
+
+    Attributes:
+        keepers: By room.
+        users, watchers: Seats of all rooms together.
+    """
+
+    def __init__(
+        self,
+        config: RoomsConfig,
+        builds: Mapping[str, Build],
+        level: int = logging.INFO,
+        protect: Protect = Protection,
+    ) -> None:
+        if not CAN_HAND_OVER:
+            limit = "left out here: this system hands no sockets over; start a server for each room"
+            raise SettingError("--config", "given", limit)
+        self.config = config
+        clock = SystemClock()
+        proxies = config.access.trust_proxy
+        self.gate = Gate(config.front.limits, clock, proxies=proxies)
+        directory = LocalDirectory(config.lease)
+        make = room_processes(_preload(config))
+        house = House(
+            directory, clock, self.gate.sources.leave, self._changed, make, level, protect
+        )
+        self.keepers = {
+            name: Keeper(config.settings_of(name), builds[name], house) for name in config.rooms
+        }
+        rooms = config.rooms.items()
+        self.users = SeatPool(config.max_users, {name: room.max_users for name, room in rooms})
+        self.watchers = SeatPool(
+            config.max_watchers, {name: room.max_watchers for name, room in rooms}
+        )
+        self._begun: set[str] = set()  # rooms whose process was told its seats
+        self._names = list(config.rooms)
+        inner = Gate(config.front.limits, clock, proxies=proxies)
+        self._site = Site(config.front, inner, self.states, self.gate.sources.leave)
+        self._front: Front | None = None
+        self._keeping: list[asyncio.Task[None]] = []
+        self._sharing: asyncio.Task[None] | None = None
+
+    async def start(self) -> str:
+        """Listen, and open every room; returns the URL once each of them is open or broken.
+
+        Raises:
+            SettingError: The address or port cannot be had.
+        """
+        doors = await open_doors(self.config.front, self.gate)
+        url = url_of(self.config.host, doors[0])
+        await self._site.start()
+        self._front = Front(doors, self.gate, self._places)
+        self._front.open()
+        self._keeping = [asyncio.ensure_future(keeper.keep()) for keeper in self.keepers.values()]
+        self._sharing = asyncio.ensure_future(self._keep_sharing())
+        await asyncio.gather(*(keeper.first.wait() for keeper in self.keepers.values()))
+        return url
+
+    async def run(self) -> None:
+        """Return when a keeper fails, which is a fault of this program; until then never."""
+        await asyncio.gather(*self._keeping)
+
+    def states(self) -> list[RoomState]:
+        """What is told of each room."""
+        return [self._state(keeper) for keeper in self.keepers.values()]
+
+    async def drain(self) -> None:
+        """Let nobody in any more, let the rooms end, and end those that have not in time."""
+        front, self._front = self._front, None
+        if front is not None:
+            front.close()
+        for keeper in self.keepers.values():
+            keeper.stop()
+        waiting = [task for task in self._keeping if not task.done()]
+        if waiting:
+            await asyncio.wait(waiting, timeout=self.config.drain)
+        late = [name for name, keeper in self.keepers.items() if keeper.state != "stopped"]
+        if late and waiting:
+            log.warning("ended after %g s: %s", self.config.drain, ", ".join(late))
+        self.kill()
+        if waiting:
+            await asyncio.wait(waiting, timeout=self.config.drain)
+        if self._sharing is not None:
+            self._sharing.cancel()
+        self._site.stop()
+        self.gate.report(after=0.0)
+
+    def kill(self) -> None:
+        """End all processes now."""
+        for keeper in self.keepers.values():
+            keeper.kill()
+
+    def _places(self, target: str) -> Sequence[Place]:
+        name = room_of(target, self._names)
+        return (self._site,) if name is None else (self.keepers[name], self._site)
+
+    def _state(self, keeper: Keeper) -> RoomState:
+        table, report = self.config.rooms[keeper.name], keeper.report
+        users = report.users if report is not None else 0
+        state = keeper.state
+        if state == "open" and report is not None and report.users_serial:
+            state = "full" if users >= min(table.max_users, report.held_users) else state
+        return RoomState(
+            keeper.name, table.title, state, users, table.max_users,
+            report.watchers if report is not None else 0, table.max_watchers,
+        )  # fmt: skip
+
+    def _changed(self, keeper: Keeper) -> None:
+        """A room has begun, ended, or reported."""
+        name, report = keeper.name, keeper.report
+        if keeper.lease is None:
+            self._begun.discard(name)
+        if report is not None:
+            self.users.report(name, report.held_users, report.users, report.users_serial)
+            self.watchers.report(
+                name, report.held_watchers, report.watchers, report.watchers_serial
+            )
+        elif name not in self._begun:
+            self.users.lose(name)
+            self.watchers.lose(name)
+            if keeper.lease is not None:
+                self._begun.add(name)
+                self._share()
+
+    def _share(self) -> None:
+        changed = {*self.users.share(), *self.watchers.share()}
+        for name in changed:
+            users, watchers = self.users[name], self.watchers[name]
+            self.keepers[name].allow(
+                Allow(
+                    users=users.wanted,
+                    watchers=watchers.wanted,
+                    users_serial=users.serial,
+                    watchers_serial=watchers.serial,
+                )
+            )
+
+    async def _keep_sharing(self) -> None:
+        while True:
+            with contextlib.suppress(KeyError):
+                self._share()
+            self.gate.report()
+            await asyncio.sleep(_SHARE_EVERY)
+
+
+def _preload(config: RoomsConfig) -> list[str]:
+    """Modules with what several rooms, or the later processes of one, have in common."""
+    has_balloon = any(is_plain_balloon(room) for room in config.rooms.values())
+    return ["cohaptic_server.rooms.process.prebuilt"] if has_balloon else []

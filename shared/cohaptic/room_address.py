@@ -1,0 +1,68 @@
+"""Rooms in addresses: `ws://HOST:PORT/r/NAME`, and the page of the room at `/r/NAME/`."""
+
+from __future__ import annotations
+
+import re
+from urllib.parse import urlsplit, urlunsplit
+
+from cohaptic.errors import SettingError
+
+MAIN = "main"  # the room at `/`, where there is one of this name
+# Lower case, since names are typed and are part of names of environment variables, whose parts two
+# underscores divide.
+_NAME = re.compile(r"(?!.*__)[a-z0-9](?:[a-z0-9_-]{0,62}[a-z0-9])?")
+_PATH = re.compile(r"/r/([^/?#]*)([^?#]*)")
+NAMES = (
+    "1 to 64 lower-case letters, digits, '-' and '_', with a letter or a digit at both ends"
+    " and no two '_' together"
+)
+
+
+def is_room_name(name: str) -> bool:
+    """Whether a room may be called so."""
+    return _NAME.fullmatch(name) is not None
+
+
+def room_path(name: str) -> str:
+    """Path of a room, without a slash at its end."""
+    return f"/r/{name}"
+
+
+def split_path(target: str) -> tuple[str | None, str]:
+    """The room that a path of a request names, and the path within it.
+
+    Args:
+        target: Path, with or without a query.
+
+    Returns:
+        Name as it was given, None for a path outside of `/r/`; and the rest: empty for `/r/NAME`,
+        else from its slash on.
+    """
+    path = target.partition("?")[0].partition("#")[0]
+    match = _PATH.fullmatch(path)
+    return (match[1], match[2]) if match is not None else (None, path)
+
+
+def room_url(url: str, room: str) -> str:
+    """Address of a room of a server.
+
+    Args:
+        url: Of the server, or already of this room.
+        room: Its name; empty leaves the address as it is.
+
+    Raises:
+        SettingError: No room can be called so, or the address is that of another room.
+    """
+    if not room:
+        return url
+    if not is_room_name(room):
+        raise SettingError("--room", repr(room), NAMES)
+    parts = urlsplit(url)
+    before, given, _ = parts.path.rpartition("/r/")
+    if given:
+        other = parts.path[len(before) + len("/r/") :].strip("/")
+        if other != room:
+            raise SettingError("--room", room, f"{other}, as the address {url} says, or left out")
+        return url
+    path = parts.path.rstrip("/") + room_path(room)
+    return urlunsplit((parts.scheme, parts.netloc, path, "", ""))

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.room_address import room_path
+from cohaptic_server.http.routes import Request
+from cohaptic_server.rooms.listing import POLICY, RoomState, answer, room_of, why_not
+
+ROOMS = [
+    RoomState("main", "", "open", 1, 16, 2, 100),
+    RoomState("liver", "<b>A liver", "full", 4, 4, 0, 10),
+    RoomState("torn", "", "broken", 0, 4, 0, 10),
+]
+
+
+def get(target: str, method: str = "GET") -> tuple[int, str]:
+    found = answer(Request(method, target), ROOMS)
+    return found.status, found.body.decode()
+
+
+@pytest.mark.parametrize(
+    ("target", "rooms", "room"),
+    [
+        ("/", ["a", "main"], "main"),
+        ("/assets/x.js", ["a", "main"], "main"),
+        ("/", ["a"], "a"),
+        ("/", ["a", "b"], None),
+        ("/r/a", ["a", "b"], "a"),
+        ("/r/a/", ["a", "b"], "a"),
+        ("/r/a/v1/models/0/green/1?x", ["a", "b"], "a"),
+        ("/r/c", ["a", "main"], None),
+        ("/r/", ["a", "main"], None),
+        ("/r/A", ["a"], None),
+        ("/r/%61", ["a"], None),
+        ("/rooms", ["a"], None),
+        ("/rooms?x=1", ["main"], None),
+        ("/rooms.html", ["main"], None),
+        ("/healthz", ["main"], None),
+        ("", ["main"], "main"),
+    ],
+)
+def test_a_request_goes_to_its_room(target: str, rooms: list[str], room: str | None) -> None:
+    assert room_of(target, rooms) == room
+
+
+@given(st.text(max_size=40))
+def test_any_target_goes_to_a_room_that_exists_or_to_none(target: str) -> None:
+    assert room_of(target, ["main", "a"]) in ("main", "a", None)
+    assert answer(Request("GET", target), ROOMS).status in (200, 404, 503)
+
+
+def test_the_list_has_every_room_with_its_state() -> None:
+    status, body = get("/rooms")
+    told = json.loads(body)["rooms"]
+    assert status == 200
+    assert [room["name"] for room in told] == ["main", "liver", "torn"]
+    assert told[1] == {
+        "name": "liver", "title": "<b>A liver", "path": room_path("liver"), "state": "full",
+        "users": 4, "max_users": 4, "watchers": 0, "max_watchers": 10,
+    }  # fmt: skip
+
+
+def test_the_page_links_every_room_offers_to_watch_a_full_one_and_quotes_titles() -> None:
+    found = answer(Request("GET", "/"), ROOMS)
+    body = found.body.decode()
+    for room in ROOMS:
+        assert f'href="./r/{room.name}/"' in body
+    assert "You can watch" in body
+    assert "<b>" not in body
+    assert dict(found.headers)["Content-Security-Policy"] == POLICY
+    assert "script" not in POLICY
+
+
+def test_what_cannot_be_had_says_why() -> None:
+    assert get("/r/none") == (404, "there is no such room; see /rooms\n")
+    assert get("/r/torn")[0] == 503
+    assert "torn is broken" in get("/r/torn/")[1]
+    assert get("/none")[0] == 404
+    assert get("/rooms", "POST")[0] == 405
+    assert why_not("none", ROOMS) == ""
+    # One room that cannot be opened is no reason to restart the others.
+    assert get("/healthz") == (200, "ok\ntorn: broken\n")

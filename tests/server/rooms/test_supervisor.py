@@ -1,0 +1,249 @@
+"""A server with several rooms, whose processes are stopped, killed and slow."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import AsyncGenerator, Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+
+from cohaptic.control.law import Law
+from cohaptic.errors import CloseCode
+from cohaptic_server.rooms.config import RoomsConfig, RoomTable
+from cohaptic_server.rooms.process.room_process import Build
+from cohaptic_server.rooms.supervisor import Supervisor
+from tests.server.peers import hello_text
+from tests.server.rooms.bodies import slow, small, torn
+from tests.server.shell.stage import Client, names, visit
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over")
+
+PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
+PRESSING = (0.09, 0.0, 0.0)
+
+
+@dataclass
+class Served:
+    """A server with rooms that are open or broken."""
+
+    supervisor: Supervisor
+    url: str
+
+    def at(self, room: str) -> str:
+        return f"{self.url}/r/{room}"
+
+    def pid(self, room: str) -> int:
+        process = self.supervisor.keepers[room].process
+        assert process is not None
+        assert process.pid is not None
+        return process.pid
+
+    def signal(self, room: str, number: signal.Signals) -> None:
+        os.kill(self.pid(room), number)
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        async with asyncio.timeout(PATIENCE):
+            while not condition():
+                await asyncio.sleep(0.02)
+
+
+@contextlib.asynccontextmanager
+async def served(
+    rooms: Mapping[str, Build], tables: dict[str, dict[str, Any]] | None = None, **more: Any
+) -> AsyncGenerator[Served]:
+    own = tables or {}
+    table = {name: RoomTable(body="balloon", **own.get(name, {})) for name in rooms}
+    config = RoomsConfig(port=0, rooms=table, **more)
+    supervisor = Supervisor(config, rooms)
+    try:
+        async with asyncio.timeout(PATIENCE):
+            url = await supervisor.start()
+        yield Served(supervisor, url)
+    finally:
+        await supervisor.drain()
+
+
+@dataclass
+class Visitor:
+    """One who presses in a room, and comes back whenever the connection is lost.
+
+    Attributes:
+        ticks: Times of all patches so far [s], on the clock of the room.
+        closed: Codes and reasons of the connections that have ended.
+    """
+
+    url: str
+    name: str = field(default_factory=lambda: next(names))
+    ticks: list[float] = field(default_factory=list[float])
+    closed: list[tuple[int | None, str]] = field(default_factory=list[tuple[int | None, str]])
+
+    async def live(self) -> None:
+        while True:
+            with contextlib.suppress(OSError, InvalidHandshake, TimeoutError):
+                async with visit(self.url) as client:
+                    with contextlib.suppress(ConnectionClosed):
+                        await self._press(client)
+                    self.closed.append((client.ws.close_code, client.ws.close_reason or ""))
+            await asyncio.sleep(0.05)
+
+    async def _press(self, client: Client) -> None:
+        await client.join(self.name)
+        client.probe, client.force = PRESSING, (2.0, 0.0, 0.0)
+        while True:
+            self.ticks += [patch.t_server for patch in await client.play(1)]
+
+
+@contextlib.asynccontextmanager
+async def visitors(house: Served, *rooms: str) -> AsyncGenerator[list[Visitor]]:
+    there = [Visitor(house.at(room)) for room in rooms]
+    living = [asyncio.ensure_future(visitor.live()) for visitor in there]
+    try:
+        for visitor in there:
+            await house.until(lambda visitor=visitor: len(visitor.ticks) > 10)  # type: ignore[misc]
+        yield there
+    finally:
+        for task in living:
+            task.cancel()
+        await asyncio.gather(*living, return_exceptions=True)
+
+
+async def ticks_and_missed(house: Served, room: str, stretch: float) -> tuple[int, int]:
+    """Of a stretch of time [s], as the room reports them."""
+    keeper = house.supervisor.keepers[room]
+    before = keeper.report
+    await asyncio.sleep(stretch)
+    after = keeper.report
+    assert before is not None
+    assert after is not None
+    return after.ticks - before.ticks, after.missed - before.missed
+
+
+def test_a_slow_room_and_a_stopped_one_cost_a_third_no_tick() -> None:
+    async def main() -> None:
+        rooms = {"slow": slow, "stopped": small, "third": small}
+        async with served(rooms, lease=30.0) as house, visitors(house, "third"):
+            alone, missed_alone = await ticks_and_missed(house, "third", 3.0)
+            async with visitors(house, "stopped", "slow"):
+                house.signal("stopped", signal.SIGSTOP)
+                # One who comes to the stopped room waits; who asks for the others does not.
+                waiting = asyncio.open_connection(*address(house.url))
+                _, writer = await waiting
+                writer.write(b"GET /r/stopped/ HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                beside, missed_beside = await ticks_and_missed(house, "third", 3.0)
+                all_of_slow, missed_of_slow = await ticks_and_missed(house, "slow", 1.0)
+                house.signal("stopped", signal.SIGCONT)
+                writer.close()
+        assert missed_of_slow > 0.4 * all_of_slow  # it really is slow
+        assert beside > 0.9 * alone
+        # As many as a busy machine makes it miss at any time.
+        assert missed_beside <= missed_alone + 0.02 * beside
+
+    asyncio.run(main())
+
+
+def address(url: str) -> tuple[str, int]:
+    host, _, port = url.removeprefix("ws://").rpartition(":")
+    return host, int(port)
+
+
+def test_a_room_that_is_killed_comes_back_with_its_users_and_no_other_notices() -> None:
+    async def main() -> None:
+        rooms = {"killed": small, "other": small}
+        async with served(rooms) as house, visitors(house, "killed", "other") as (one, other):
+            keeper, pid = house.supervisor.keepers["killed"], house.pid("killed")
+            assert keeper.lease is not None
+            epoch, before = keeper.lease.epoch, len(one.ticks)
+            house.signal("killed", signal.SIGKILL)
+            await house.until(lambda: len(one.closed) > 0 and len(one.ticks) > before + 30)
+            assert one.closed[0] == (1006, "")
+            assert other.closed == []
+            assert house.pid("killed") != pid
+            assert keeper.lease is not None
+            assert keeper.lease.epoch == epoch + 1
+            assert keeper.restarts.count == 1
+            # Whoever had a connection is counted out, and the one who came back is counted in.
+            sources = house.supervisor.gate.sources
+            await house.until(lambda: sources.open == 2)
+
+    asyncio.run(main())
+
+
+def test_a_room_that_hangs_for_longer_than_its_lease_is_started_again() -> None:
+    async def main() -> None:
+        async with served({"main": small}, lease=2.0) as house, visitors(house, "main") as (one,):
+            pid, before = house.pid("main"), len(one.ticks)
+            house.signal("main", signal.SIGSTOP)
+            await house.until(lambda: house.pid("main") != pid and len(one.ticks) > before + 30)
+
+    asyncio.run(main())
+
+
+def test_what_is_full_broken_or_not_there_is_said_and_costs_the_others_nothing() -> None:
+    async def main() -> None:
+        rooms = {"main": small, "torn": torn}
+        tables = {"main": {"max_users": 1, "laws": (Law.PREDICTIVE,)}}
+        async with served(rooms, tables) as house, visitors(house, "main"):
+            keepers = house.supervisor.keepers
+            assert (keepers["torn"].state, keepers["torn"].problem) == (
+                "broken",
+                "the mesh is torn",
+            )
+            for room, code, words in (
+                ("main", CloseCode.ROOM_FULL, "number of users is 2; expected at most 1; you can"),
+                ("none", CloseCode.NO_ROOM, "there is no room none here; there are: main, torn"),
+                ("torn", CloseCode.SERVER_STOPS, "the room torn is broken"),
+            ):
+                code_got, reason = await refused(house.at(room))
+                assert code_got == code.value
+                assert reason.startswith(words)
+            await house.until(lambda: house.supervisor.states()[0].state == "full")
+
+    asyncio.run(main())
+
+
+async def refused(url: str) -> tuple[int, str]:
+    async with visit(url) as client:
+        with contextlib.suppress(ConnectionClosed):
+            await client.ws.send(hello_text(next(names)))
+        return (await client.end())[:2]
+
+
+def test_rooms_share_the_seats_of_the_server_and_one_that_empties_gives_them_back() -> None:
+    async def main() -> None:
+        async with served({"a": small, "b": small}, max_users=2) as house:
+            users = house.supervisor.users
+            await house.until(lambda: users["a"].held == users["b"].held == 1)
+            async with visitors(house, "a"):
+                code, reason = await refused(house.at("a"))
+                assert code == CloseCode.ROOM_FULL.value
+                assert "the other rooms of this server have its other seats" in reason
+                async with visitors(house, "b"):
+                    pass
+            async with visitors(house, "b"):
+                await house.until(lambda: users["a"].held + users["b"].held <= 2)
+
+    asyncio.run(main())
+
+
+def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:
+    async def main() -> None:
+        async with served({"a": small, "b": small}) as house:
+            pids = [house.pid(room) for room in ("a", "b")]
+            async with visitors(house, "a", "b") as there:
+                await house.supervisor.drain()
+                await house.until(lambda: all(visitor.closed for visitor in there))
+                for visitor in there:
+                    assert visitor.closed[0][0] == CloseCode.SERVER_STOPS.value
+                    assert "stops" in visitor.closed[0][1]
+        for pid in pids:
+            with pytest.raises(ProcessLookupError):
+                os.kill(pid, 0)
+
+    asyncio.run(main())
