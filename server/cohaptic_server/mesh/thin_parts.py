@@ -15,7 +15,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints, Mask
 
 # Thickness of a thin part and its longest edge, as shares of the edge that is asked for. fTetWild's
-# own are up to 1.7 times as long as asked for. 1.0, 0.9 and 0.8 leave clamped plates of a tenth and
+# own are up to 1.9 times as long as asked for. 1.0, 0.9 and 0.8 leave clamped plates of a tenth and
 # a twentieth of their radius 1.9 and 2.8, 1.7 and 2.3, 1.3 and 1.6 % too stiff.
 THIN, SHORT = 1.5, 0.8
 _OPPOSED = -0.5  # cosine of 120 degrees, between the normals of the two sides
