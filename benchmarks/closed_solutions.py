@@ -27,18 +27,17 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
+import clamped_plates
 import closed_forms
 import json_report
+import plate_theory
+from clamped_plates import CLAMP, TOUCH
 from closed_forms import Hooke
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.world.contact import locate
-from loaded_disc import disc_load
-from shapes.grids import Mesh, moved, periodic, turned
-from shapes.scene_files import glb
+from loaded_disc import disc_load, pressed
 from shapes.solids import plate
 from shapes.surface_files import ply, stl
 
@@ -72,15 +71,6 @@ class Case:
     edges: tuple[float, ...]
     measure: Callable[[Solid], float]
     exact: float
-
-
-def pressed(solid: Solid, *places: tuple[float, float, float]) -> Floats:
-    """Compliance between fingertips' presses at some places, shape (k, k) [m/N]."""
-    free = np.zeros_like(solid.mesh.vertices)
-    contacts = [
-        locate(solid.mesh, np.array(at), free, radius=solid.contact_radius) for at in places
-    ]
-    return solid.respond([contact.load(1.0) for contact in contacts]).compliance
 
 
 BEAM = (0.2, 0.02, 0.02)  # m
@@ -134,43 +124,8 @@ def rigid(solid: Solid) -> float:
     return float(np.linalg.solve(C, np.ones(_TERMS)).sum())
 
 
-CLAMP, RIM, THICK = 0.05, 0.06, 0.005  # m: radius where the plate is free, its own, its thickness
-TOUCH = 0.008  # m, contact radius on the plate
-
-
-def annulus(inside: float, outside: float, low: float, high: float, around: int = 120) -> Mesh:
-    """A closed ring of rectangular section about z [m]."""
-    angle = 2.0 * np.pi * np.arange(around) / around
-    # A polygon of the same area as its circle.
-    even = math.sqrt(2.0 * math.pi / around / math.sin(2.0 * math.pi / around))
-    rings = [
-        np.stack([even * r * np.cos(angle), even * r * np.sin(angle), np.full(around, z)], axis=1)
-        for r, z in ((inside, low), (outside, low), (outside, high), (inside, high))
-    ]
-    return np.stack(rings, axis=1).reshape(-1, 3), periodic(around, 4)
-
-
-def disc(folder: Path) -> ObjectFile:
-    """A round plate in a GLB in millimetres; a second surface round its rim holds it."""
-    profile = np.array([(0.0, 0.0), (RIM, 0.0), (RIM, THICK), (0.0, THICK)])
-    path, clamp = folder / "plate.glb", folder / "clamp.stl"
-    in_millimetres = moved(turned(profile, 120), (0.0, 0.0, 0.0), 1e3)
-    path.write_bytes(glb([in_millimetres], [{"mesh": 0, "scale": [1e-3] * 3}]))
-    clamp.write_bytes(stl(annulus(CLAMP, 1.2 * RIM, -THICK, 2.0 * THICK)))
-    settings = SolidSettings(HOOKE.young, HOOKE.nu, contact_radius=TOUCH)
-    return ObjectFile(path, material=settings, fix_mesh=clamp)
-
-
-def bend(solid: Solid) -> float:
-    """Compliance of the plate in its middle, averaged over both of its sides [m/N].
-
-    The plate theory has one displacement for the whole thickness. Under the finger the pressed side
-    is dented and the far one is not.
-    """
-    C = pressed(solid, (0.0, 0.0, THICK), (0.0, 0.0, 0.0))
-    return float(0.5 * (C[0, 0] - C[0, 1]))
-
-
+PLATE = 0.005  # m, thickness
+_PLATE_EDGES = (0.05, 0.035, 0.025, 0.018)
 CASES: dict[str, Case] = {
     "cantilever": Case(
         beam,
@@ -191,10 +146,28 @@ CASES: dict[str, Case] = {
         closed_forms.punch(HOOKE, LAYER * SHEET[1] * FINGER, FINGER),
     ),
     "plate": Case(
-        disc,
-        (0.05, 0.035, 0.025, 0.018),
-        bend,
-        closed_forms.clamped_plate(HOOKE, CLAMP, THICK, TOUCH),
+        clamped_plates.round_plate(HOOKE, PLATE),
+        _PLATE_EDGES,
+        clamped_plates.bend(PLATE),
+        closed_forms.clamped_plate(HOOKE, CLAMP, PLATE, TOUCH),
+    ),
+    "thin plate": Case(
+        clamped_plates.round_plate(HOOKE, 0.5 * PLATE),
+        _PLATE_EDGES,
+        clamped_plates.bend(0.5 * PLATE),
+        closed_forms.clamped_plate(HOOKE, CLAMP, 0.5 * PLATE, TOUCH),
+    ),
+    "square plate": Case(
+        clamped_plates.square_plate(HOOKE, PLATE),
+        _PLATE_EDGES,
+        clamped_plates.bend(PLATE),
+        plate_theory.square_plate(HOOKE, CLAMP, PLATE, TOUCH),
+    ),
+    "thin square plate": Case(
+        clamped_plates.square_plate(HOOKE, 0.5 * PLATE),
+        _PLATE_EDGES,
+        clamped_plates.bend(0.5 * PLATE),
+        plate_theory.square_plate(HOOKE, CLAMP, 0.5 * PLATE, TOUCH),
     ),
 }
 

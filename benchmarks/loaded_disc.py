@@ -1,4 +1,4 @@
-"""Pressures on a disc of a flat surface, for comparison with closed solutions."""
+"""Presses of a solid for comparison with closed solutions: fingertips, and other pressures."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 from scipy.special import roots_jacobi
 
 from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.contact import locate
 
 _RINGS, _SPOKES = 24, 96  # quadrature points over the disc
 
@@ -37,6 +39,15 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
     np.add.at(total, faces[face], weights[:, None] * corner_shares)
     loaded = np.flatnonzero(total)
     return Load(loaded, total[loaded], np.array([0.0, 0.0, -1.0]), 1.0)
+
+
+def pressed(solid: Solid, *places: tuple[float, float, float]) -> Floats:
+    """Compliance between fingertips' presses at some places, shape (k, k) [m/N]."""
+    free = np.zeros_like(solid.mesh.vertices)
+    contacts = [
+        locate(solid.mesh, np.array(at), free, radius=solid.contact_radius) for at in places
+    ]
+    return solid.respond([contact.load(1.0) for contact in contacts]).compliance
 
 
 def _within(x: Floats, faces: Ints, points: Floats) -> tuple[Ints, Floats]:

@@ -19,7 +19,7 @@ from scipy.integrate import quad
 
 import closed_solutions
 from closed_forms import Hooke
-from closed_solutions import Case, pressed
+from closed_solutions import Case
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -27,6 +27,7 @@ from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials
 from graded_block import BOX, INSIDE, RADIUS, reference
+from loaded_disc import pressed
 from shapes.grids import Mesh
 from shapes.scene_files import parts_glb
 from shapes.solids import plate

@@ -20,7 +20,15 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("case", "edge"), [("cantilever", 0.03), ("fingertip", 0.05), ("punch", 0.04), ("plate", 0.022)]
+    ("case", "edge"),
+    [
+        ("cantilever", 0.03),
+        ("fingertip", 0.05),
+        ("punch", 0.04),
+        # Plates of one element through their thickness, at the default edge.
+        ("plate", 0.05),
+        ("thin square plate", 0.05),
+    ],
 )
 def test_a_file_agrees_with_the_closed_solution(case: str, edge: float, tmp_path: Path) -> None:
     row = closed_solutions.run(case, edge, tmp_path)

@@ -33,6 +33,9 @@ _FINGER = 0.03  # m; width of a hand, along the surface and in front of it
 _OUTWARD_WEIGHT = 1.5  # weight of being pushed out, relative to sinking in with the other
 _MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer one is a flap that bends
 _MAX_COUPLING = 0.3  # a larger ratio counts no more; the stiffer place is then better
+# Contact radii from what is held, the next where the one before has no place. A frame of thin tubes
+# that lies on its side is nowhere further away but on parts that stick out.
+_FROM_HELD = (2.0, 1.0, 0.5)
 _MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
 
 
@@ -75,11 +78,17 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     under = depth_under(mesh, candidates)
     fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, room)
     fit &= under > 0.5 * np.median(under)
-    fit &= supported(mesh, candidates, held, 2.0 * body.contact_radius)
     soft = vertex_compliance(body)[candidates]
     fit &= (soft > MIN_COMPLIANCE) & (
         soft <= _MAX_COMPLIANCE * np.median(soft[soft > MIN_COMPLIANCE])
     )
+    # A flat object that lies on what holds it may be nowhere far away from that.
+    away = fit
+    for radii in _FROM_HELD:
+        away = fit & supported(mesh, candidates, held, radii * body.contact_radius)
+        if away.sum() >= users:
+            break
+    fit = away
     admissible = candidates[fit]
     if len(admissible) < users:
         raise BodyError(

@@ -21,6 +21,7 @@ from cohaptic_server.objects.parts.surfaces import examine_all, simplified_to
 from cohaptic_server.objects.scan.read import SCANS, is_scan
 from cohaptic_server.objects.scan.scan_surfaces import FEWER, ScanSurfaces, scan_surfaces
 from cohaptic_server.objects.surface.accept import (
+    VolumeLostError,
     check_count,
     check_size,
     check_surface,
@@ -31,7 +32,7 @@ from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facin
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.surface.surface_file import SURFACES
-from cohaptic_server.objects.tetrahedralise import tetrahedralise
+from cohaptic_server.objects.tetrahedralise import NothingFitsError, tetrahedralise
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from cohaptic_server.progress import Progress
 
@@ -212,6 +213,9 @@ def _filled(
             f"{source.path}: {error}. Take {fewer} or {coarser}, or raise --max-memory or"
             " --max-time"
         ) from error
+    except NothingFitsError as error:
+        # A thin part is lost at a large edge, and this may be all of it: a shorter one may do.
+        raise VolumeLostError(f"{source.path}: {error}", 0.0) from error
     except BodyError as error:
         raise BodyError(f"{source.path}: {error}") from error
 

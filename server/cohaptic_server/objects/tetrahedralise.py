@@ -31,6 +31,10 @@ _MOST = 0.8  # share of the volume; crumbs beside a piece that has more may be l
 _CRUMB = 0.01
 
 
+class NothingFitsError(BodyError):
+    """No tetrahedron fits inside a surface: it has no inside, or one below the envelope."""
+
+
 def envelope(edge: float) -> float:
     """Allowed distance between input and output surface, as a share of the diagonal.
 
@@ -73,7 +77,8 @@ def tetrahedralise(
 
     Raises:
         FillLimitError: It takes more memory or time.
-        BodyError: pytetwild is not installed, or returned no tetrahedron, or several pieces.
+        NothingFitsError: pytetwild returned no tetrahedron.
+        BodyError: pytetwild is not installed, or returned several pieces.
     """
     if importlib.util.find_spec("pytetwild") is None:
         raise BodyError(
@@ -94,7 +99,7 @@ def tetrahedralise(
     if within is not None:
         tets = tets[inside(*within, x[tets].mean(axis=1))]
     if not len(tets):
-        raise BodyError("no tetrahedron fits inside the surface: is there an inside?")
+        raise NothingFitsError("no tetrahedron fits inside the surface: is there an inside?")
     return TetMesh.checked(x, largest_piece(x, tets) if largest else tets)
 
 

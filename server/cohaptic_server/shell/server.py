@@ -169,7 +169,7 @@ class CohapticServer:
             wanted.succeed()
         finally:
             self._exchange = None
-            await asyncio.to_thread(_collect_garbage)
+            await asyncio.to_thread(keep_what_there_is)
             self._open.set()
 
     def _furnish(self, wanted: Exchange) -> None:

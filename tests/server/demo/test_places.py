@@ -46,6 +46,15 @@ def test_hands_stand_on_the_surface_and_press_into_it(tower: Solid, standing: Pl
     assert 0.004 < standing.depth <= PRESS_DEPTH
 
 
+def test_a_flat_object_that_lies_on_what_holds_it_has_places_on_its_other_side() -> None:
+    """Less than two contact radii from what is held, all of it."""
+    tets = block((0.12, 0.12, 0.02), (8, 8, 2))
+    settings = SolidSettings(order=1, contact_radius=0.0128)
+    flat = Solid(tets, tets.vertices[:, 2] <= 0.0, settings)
+    placement = place_hands(flat, held(flat), 2)
+    assert all(place.point[2] == pytest.approx(0.02) for place in placement.places)
+
+
 def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Placement) -> None:
     loads: list[Load] = []
     for place in standing.places:

@@ -18,6 +18,7 @@ from cohaptic_server.objects.build_rubber import affordable
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface import accept
 from cohaptic_server.testing.blocks import block
 from tests.server.objects.files import write
@@ -67,6 +68,19 @@ def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
     words = "large deformation take about .* a larger --edge than 0.[01].*, which loses thin parts"
     with pytest.raises(BodyError, match=words):
         build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True)
+
+
+def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
+    tmp_path: Path,
+) -> None:
+    """It was said to have no inside, where a shorter edge gave more nodes than a tick affords."""
+    path = tmp_path / "plate.stl"
+    trimesh.creation.box((0.2, 0.2, 0.003)).export(path)  # pyright: ignore[reportUnknownMemberType]
+    with pytest.raises(accept.VolumeLostError, match="is there an inside"):
+        load_or_prepare(ObjectFile(path, fix="x < 3%", edge=0.4))
+    crowd = Demand(users=16, nonlinear=True)
+    with pytest.raises(BodyError, match="nodes under large deformation"):
+        affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
 
 
 def test_a_second_core_affords_more_nodes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -150,6 +150,8 @@ def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
         try:
             prepared = load_or_prepare(source, progress)
         except VolumeLostError as error:
+            if source.repair:
+                raise
             source, volume = replace(source, repair=True), [_lost(error)]
             continue
         count, needed = len(prepared.tets.tets), expected_cost(source, prepared).memory

@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
+from cohaptic_server.mesh.thin_parts import SHORT, THIN, finer_where_thin, thin_vertices
+from cohaptic_server.testing.blocks import block
+
+LENGTH = 0.01  # m
+
+
+def plate(thickness: float) -> TetMesh:
+    return block((0.1, 0.08, thickness), (10, 8, 1))
+
+
+@given(st.floats(1e-4, 4.0 * THIN * LENGTH))
+@settings(max_examples=40, deadline=None)
+def test_a_plate_is_thin_up_to_a_thickness(thickness: float) -> None:
+    mesh = plate(thickness)
+    thin = thin_vertices(mesh.vertices, boundary(mesh.tets), THIN * LENGTH)
+    if thickness < 0.99 * THIN * LENGTH:
+        assert thin.all()
+    if thickness > 1.01 * THIN * LENGTH:
+        assert not thin.any()
+
+
+@given(st.floats(0.0, 2.0 * np.pi), st.floats(0.2, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_a_gap_is_not_thin_and_what_is_beside_it_neither(angle: float, gap: float) -> None:
+    """Two cubes, 4 edges wide, whose faces look at each other across a narrow gap."""
+    cube = block((0.04, 0.04, 0.04), (4, 4, 4))
+    n = len(cube.vertices)
+    other = cube.vertices + np.array([0.04 + gap * 1e-3, 0.0, 0.0])
+    x = np.concatenate([cube.vertices, other])
+    c, s = np.cos(angle), np.sin(angle)
+    x = x @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    faces = boundary(cube.tets)
+    assert not thin_vertices(x, np.concatenate([faces, faces + n]), THIN * LENGTH).any()
+
+
+def test_only_the_thin_part_is_made_finer() -> None:
+    """A block with a plate that grows out of it."""
+    mesh = block((0.16, 0.04, 0.04), (16, 4, 4))
+    low = (mesh.vertices[mesh.tets].mean(axis=1) @ [0.0, 0.0, 1.0]) < 0.01
+    thick = mesh.vertices[mesh.tets].mean(axis=1)[:, 0] < np.median(mesh.vertices[:, 0])
+    part = TetMesh.checked(mesh.vertices, mesh.tets[low | thick])
+    found = finer_where_thin(part, LENGTH, 10**6)
+    counts = np.bincount(found.parent, minlength=len(part.tets))
+    # Elements beside the end of the plate are split with those of the plate.
+    x = part.vertices[part.tets].mean(axis=1)[:, 0]
+    middle = np.median(mesh.vertices[:, 0])
+    assert (counts[x < middle - 2.0 * LENGTH] == 1).all()
+    assert (counts[x > middle] > 1).all()
+    assert found.length == pytest.approx(SHORT * LENGTH)
+
+
+def test_an_object_that_has_many_elements_stays_as_it_is() -> None:
+    mesh = plate(0.005)
+    assert finer_where_thin(mesh, LENGTH, len(mesh.tets)).tets is mesh
+    assert len(finer_where_thin(mesh, LENGTH, 10 * len(mesh.tets)).parent) > len(mesh.tets)
