@@ -156,7 +156,8 @@ def test_whatever_samples_they_send(
 def test_a_press_as_hands_make_it_is_not_cut(balloon: Balloon) -> None:
     """6 N within 0.1 s opposite of the victim: the body gets the force that the hand sent.
 
-    The lag of the room and what is anticipated move it by four ticks and 1 N at most.
+    The lag of the room and what is anticipated move it by four ticks and 1 N at most. While the
+    victim gives way the body gets up to 0.07 N more than is sent: the hand is taken for one that moves.
     """
     session = VirtualSession(balloon)
     session.join("victim", HandScript(0.0, depth=0.01), delay=0.01)
@@ -176,5 +177,5 @@ def test_a_press_as_hands_make_it_is_not_cut(balloon: Balloon) -> None:
         carried.append(session.room.world.users[number].force)
     late = np.array([0.0, 0.0, 0.0, 0.0, *sent[:-4]])
     assert (np.array(carried) >= late - 1.0).all()
-    assert (np.array(carried) <= np.array(sent) + 0.05).all()
+    assert (np.array(carried) <= np.array(sent) + 0.1).all()
     assert carried[-1] == pytest.approx(6.0, abs=0.05)

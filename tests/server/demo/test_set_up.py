@@ -13,6 +13,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.serve import serve
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
+from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
 from cohaptic_server.testing.blocks import block
@@ -64,6 +65,7 @@ FULL = ObjectFile(
     simplify=500,
     parts=PartMaterials((("left lobe", 3e3), ("a=b", 5e4)), (("a=b", 0.2),)),
     labels=("3=left lobe", "4"),
+    inertia=Inertia(900.0, (("left lobe", 1100.0),), 0.3),
 )
 
 
@@ -73,7 +75,7 @@ def test_the_server_gets_every_option() -> None:
     assert (got["nonlinear"], got["users"]) == (True, 2)
     assert (got["body"], got["fix"]) == ("a.stl", "")
     for field in fields(FULL):
-        if field.name not in ("path", "material", "max_memory", "parts", "labels"):
+        if field.name not in ("path", "material", "max_memory", "parts", "labels", "inertia"):
             assert got[field.name] == getattr(FULL, field.name)
     assert got["max_memory"] == FULL.max_memory / 1e9  # in GB on the command line
     (young, named), (nu, nu_named) = (
@@ -83,6 +85,8 @@ def test_the_server_gets_every_option() -> None:
     assert nu is not None
     assert PartMaterials(named, nu_named) == FULL.parts
     assert tuple(got["label"]) == FULL.labels
+    densities = parse_values("--density", got["density"])
+    assert Inertia(*densities, got["damping_ratio"]) == FULL.inertia
     material = SolidSettings(young, nu, got["contact_radius"], got["order"], FULL.material.cache)
     assert material == FULL.material
     ruled = replace(FULL, fix="z < 10%", fix_mesh=None, repair=False)

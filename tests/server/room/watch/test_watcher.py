@@ -176,7 +176,10 @@ def test_the_rate_is_kept_and_reached(rate: float, simulation_hz: float) -> None
 @pytest.mark.parametrize(
     ("said", "words"),
     [
-        (hello_text(), "message is 'Hello'; expected Ack or SetView or SetLatency: watches"),
+        (
+            hello_text(),
+            "message is 'Hello'; expected Ack, SetView, SetLatency or Moderate: watches",
+        ),
         (sample().encode(), "frame kind is 1; expected 5 (ack)"),
         ("{", "Invalid JSON"),
         (b"", "frame length is 0"),
