@@ -157,7 +157,7 @@ def test_a_press_as_hands_make_it_is_not_cut(balloon: Balloon) -> None:
     """6 N within 0.1 s opposite of the victim: the body gets the force that the hand sent.
 
     The lag of the room and what is anticipated move it by four ticks and 1 N at most. While the
-    victim gives way the body gets up to 0.07 N more than is sent: the hand is taken for one that moves.
+    victim gives way the body gets up to 0.07 N more than is sent, as of a hand that moves.
     """
     session = VirtualSession(balloon)
     session.join("victim", HandScript(0.0, depth=0.01), delay=0.01)
