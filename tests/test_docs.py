@@ -216,7 +216,7 @@ NOT_MIRRORED = {
     "tests/server/room/watch/test_serving.py": "over real sockets",
     "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
     "tests/server/shell/uploads/test_upload_choices.py": "an upload over sockets: choices again",
-    "tests/server/shell/uploads/test_upload_phases.py": "an upload over sockets, left in each phase",
+    "tests/server/shell/uploads/test_upload_phases.py": "an upload over sockets, left in a phase",
     "tests/server/shell/test_proxy.py": "behind nginx, with the file that is shipped",
     "tests/server/shell/test_tls.py": "TLS over real sockets, several modules",
     "tests/server/shell/test_floods.py": "floods of every kind, over real sockets",
