@@ -26,6 +26,7 @@ from cohaptic.protocol.watch_messages import (
     Watching,
     decode_watch_control,
 )
+from cohaptic.room_address import room_url
 from cohaptic_client.address import check_secrecy, read_address, trust, why_not_trusted
 from cohaptic_client.network.conversation import Refused
 
@@ -54,6 +55,9 @@ def admin(
     url: Annotated[str, typer.Argument(help="Of the server, or the link of an invitation.")],
     action: Annotated[Action, typer.Argument(help="What to do.")] = Action.LIST,
     who: Annotated[str, typer.Argument(help="Name or number of a user.")] = "",
+    room: Annotated[
+        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
+    ] = "",
     force: Annotated[
         float | None,
         typer.Option(help="Of force-budget: N for all together; without it, no limit."),
@@ -81,7 +85,8 @@ def admin(
     token = address.token or token
     if token:
         check_secrecy(address.url, insecure=insecure)
-    for line in asyncio.run(_act(address.url, token, str(ca_file or ""), action, who, force)):
+    target = room_url(address.url, room)
+    for line in asyncio.run(_act(target, token, str(ca_file or ""), action, who, force)):
         typer.echo(one_line(line, 400))
 
 

@@ -43,6 +43,16 @@ def split_path(target: str) -> tuple[str | None, str]:
     return (match[1], match[2]) if match is not None else (None, path)
 
 
+def room_in(url: str) -> str | None:
+    """The room that an address names, as it is given; None for one that names none.
+
+    Args:
+        url: Of a server or of a page, also behind a path of a proxy.
+    """
+    _, given, name = urlsplit(url).path.rpartition("/r/")
+    return name.strip("/") if given else None
+
+
 def room_url(url: str, room: str) -> str:
     """Address of a room of a server.
 
@@ -58,9 +68,8 @@ def room_url(url: str, room: str) -> str:
     if not is_room_name(room):
         raise SettingError("--room", repr(room), NAMES)
     parts = urlsplit(url)
-    before, given, _ = parts.path.rpartition("/r/")
-    if given:
-        other = parts.path[len(before) + len("/r/") :].strip("/")
+    other = room_in(url)
+    if other is not None:
         if other != room:
             raise SettingError("--room", room, f"{other}, as the address {url} says, or left out")
         return url

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import signal
+import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
@@ -75,3 +76,50 @@ def test_a_page_touches_in_its_own_room_and_comes_back_when_that_was_killed(
     ann.until(lambda: users(address) == {"first": 1, "second": 1}, "ann back in the list")
     assert bob.force > 0.5
     assert log.read_text().count("[first] bob joined") == 1
+
+
+def cohaptic(*arguments: str) -> str:
+    """What a command says."""
+    command = [sys.executable, "-m", "cohaptic", *arguments]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=PATIENCE, check=True
+    ).stdout.strip()
+
+
+def test_a_stranger_comes_by_a_link_is_put_out_of_one_room_and_has_another_left(
+    tmp_path: Path, visitors: Open
+) -> None:
+    path, keys = tmp_path / "rooms.toml", tmp_path / "keys.json"
+    path.write_text(f"{CONFIG}[access]\nkeys = 'keys.json'\n")
+    cohaptic("key", str(keys))
+    process = Process("serve", "--config", str(path), log=tmp_path / "server.log")
+    url = process.first_line().removeprefix("listening ")
+    address = page_address(url)
+
+    def link(room: str) -> str:
+        return cohaptic("invite", address, "--room", room, "--keys", str(keys))
+
+    ann, bare = visitors(), visitors()
+    first, second = link("first"), link("second")
+    ann.visit(second)
+    ann.visit(first)
+    assert ann.page.url == f"{address}r/first/"
+    ann.take_part("ann")
+    ann.press()
+    ann.until(lambda: ann.force > 0.5, "a force")
+    bare.page.goto(f"{address}r/first/")
+    bare.until(lambda: "You need an invitation" in bare.notice, "word that one is needed")
+    # Without a slash at the end of the path the browser is sent on, and takes what is behind #.
+    bare.page.goto(first.replace("/r/first/", "/r/first"))
+    bare.until(bare.watches, "the object")
+
+    admin = cohaptic("token", "--room", "first", "--admin", "--keys", str(keys))
+    cohaptic("admin", url, "kick", "ann", "--room", "first", "--token", admin)
+    ann.until(lambda: "put out of this room" in ann.page.content(), "word that she was put out")
+    ann.page.reload()
+    ann.until(lambda: "put out of this room" in ann.page.content(), "the same when she is back")
+    # The tab has the other room's invitation as well.
+    ann.page.goto(f"{address}r/second/")
+    ann.until(ann.watches, "the other room")
+    ann.away = bare.away = True
+    process.wait()

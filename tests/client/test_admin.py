@@ -117,6 +117,16 @@ def test_who_may_not_is_refused(balloon: Balloon) -> None:
     beside(balloon, protection, check)
 
 
+def test_a_room_is_named_as_for_those_who_touch(balloon: Balloon) -> None:
+    async def check(served: Serving) -> None:
+        listed = await asyncio.to_thread(run, served.url, "list", "--room", "main")
+        assert listed == "nobody touches"
+        with pytest.raises(Refused, match="there is no room other"):
+            await asyncio.to_thread(run, served.url, "list", "--room", "other")
+
+    beside(balloon, Protection(), check)
+
+
 @pytest.mark.parametrize(
     "arguments", [("kick",), ("freeze", "ann"), ("freeze", "--force", "1"), ("list", "ann")]
 )

@@ -165,6 +165,20 @@ def test_rooms_and_pages_are_found_under_their_paths(rooms: Rooms) -> None:
         assert answer.status == 200
 
 
+def test_a_hangup_ends_nobody(rooms: Rooms) -> None:
+    hand = rooms.touch("main")
+    until(lambda: state(hand)[1] > 0.5)
+    # From a terminal that closes it comes to all of them.
+    for pid in (rooms.process.pid, rooms.pids("main")[-1]):
+        os.kill(pid, signal.SIGHUP)
+    told = hand.line
+    until(lambda: hand.line != told)
+    with urllib.request.urlopen(rooms.url.replace("ws", "http", 1) + "/rooms") as answer:
+        assert [room["users"] for room in json.load(answer)["rooms"]] == [1, 0]
+    hand.wait()
+    assert len(rooms.pids("main")) == len(rooms.pids("other")) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

@@ -36,6 +36,9 @@ from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 
 _WITH_CONFIG = ("config", "quiet", "lifeline")
+# Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it
+# would leave rooms open to everybody whose owner believes that they are not.
+_KEYS = "COHAPTIC_KEYS"
 _ENDED_AT_ONCE = 130  # exit status, as a shell gives it for Ctrl-C
 
 
@@ -134,6 +137,10 @@ def _check_access(path: Path, config: RoomsConfig) -> None:
     Raises:
         ConfigError: With what to write.
     """
+    if os.environ.get(_KEYS) and config.access.keys is None and not config.access.open:
+        missing = f"access.keys is missing while the environment variable {_KEYS} is set, which is"
+        told = f"{missing} not for --config; write keys = FILE, or open = true to let in anybody"
+        raise ConfigError(path, [told])
     try:
         protect(config.access, config.host)
     except SettingError as error:
@@ -205,7 +212,11 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
 
 
 def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
-    """The first Ctrl-C or SIGTERM lets the rooms end in order, the second ends them at once."""
+    """The first Ctrl-C or SIGTERM lets the rooms end in order, the second ends them at once.
+
+    SIGHUP lets them read their keys again, as it does with one room; by itself it would end this
+    process without a word to anybody.
+    """
     loop = asyncio.get_running_loop()
     asked = False
 
@@ -219,6 +230,8 @@ def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) 
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupted)
+    if sys.platform != "win32":
+        loop.add_signal_handler(signal.SIGHUP, supervisor.read_again)
 
     def watch() -> None:
         while os.read(sys.stdin.fileno(), 4096):

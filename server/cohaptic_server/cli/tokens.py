@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
-from cohaptic.room_address import MAIN
+from cohaptic.room_address import MAIN, room_in, room_url
 from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.keys import MOST_KEYS, KeyRing
 from cohaptic_server.access.tokens import Claims, sign
@@ -32,7 +32,13 @@ class GrantOptions:
     keys: Annotated[
         Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
     ]
-    room: Annotated[str, typer.Option(help="Its name, or lab-* for all that begin so.")] = MAIN
+    room: Annotated[
+        str,
+        typer.Option(
+            help="Its name, or lab-* for all that begin so.",
+            show_default="that of the address, or main",
+        ),
+    ] = ""
     sub: Annotated[
         str, typer.Option(help="Who it is for, without spaces.", show_default="a new one")
     ] = ""
@@ -51,11 +57,12 @@ class GrantOptions:
     record: Annotated[bool, typer.Option("--record", help="Record what others do.")] = False
     create: Annotated[bool, typer.Option("--create", help="Make rooms.")] = False
 
-    def token(self, valid: str) -> str:
+    def token(self, valid: str, room: str = MAIN) -> str:
         """The token.
 
         Args:
             valid: How long, as a person says it: 10m.
+            room: That it is for where no other is given.
 
         Raises:
             SettingError: An option is out of its range.
@@ -69,7 +76,7 @@ class GrantOptions:
                 iat=now,
                 exp=now + _seconds(valid),
                 haptic=Grants(
-                    room=self.room,
+                    room=self.room or room,
                     room_join=True,
                     can_touch=not self.watch_only,
                     can_view=True,
@@ -129,14 +136,34 @@ def invite(
 ) -> None:
     """Print a link that a person can open, to touch or to watch.
 
-    Whoever has the link may come in until it ends: send it as you would send a password.
+    Whoever has the link may come in until it ends: send it as you would send a password. It leads
+    to the room of --room, also from the address of the server alone.
     """
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise SettingError("address of the page", repr(url[:60]), "https://HOST/ or http://HOST/")
     if parts.query or parts.fragment:
         raise SettingError("address of the page", repr(url[:60]), "without ? and #")
-    typer.echo(f"{url if parts.path else url + '/'}#token={grants.token(valid)}")
+    page = _page_of(url, grants.room)
+    typer.echo(f"{page}#token={grants.token(valid, room_in(page) or MAIN)}")
+
+
+def _page_of(url: str, room: str) -> str:
+    """The page that a token for a room opens; raises SettingError where it would be refused.
+
+    Args:
+        url: Of the server, or of the room.
+        room: As it was given; empty for that of the address.
+    """
+    page, named = url if urlsplit(url).path else f"{url}/", room_in(url)
+    if room.endswith("*"):
+        if named is not None and not named.startswith(room[:-1]):
+            raise SettingError("--room", room, f"one that holds in {named}, as the address says")
+        return page
+    # `main` is at the root, also of a server with one room.
+    if not room or (room == MAIN and named is None):
+        return page
+    return page if named == room else f"{room_url(page, room)}/"
 
 
 def _seconds(said: str) -> float:

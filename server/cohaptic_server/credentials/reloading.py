@@ -33,14 +33,17 @@ class Watched:
     load: Callable[[], None]
 
 
-async def reload_changed(watched: Sequence[Watched], every: float = LOOK_EVERY) -> None:
+async def reload_changed(
+    watched: Sequence[Watched], every: float = LOOK_EVERY, asked: asyncio.Event | None = None
+) -> None:
     """Load files again when they change or SIGHUP comes, until cancelled.
 
     Args:
         watched: What is loaded already.
         every: How often to look whether files have changed [s].
+        asked: To be set by whoever wants them to be loaded at once, as SIGHUP does.
     """
-    asked = asyncio.Event()
+    asked = asyncio.Event() if asked is None else asked
     loop = asyncio.get_running_loop()
     hangup = getattr(signal, "SIGHUP", None)  # Windows has none
     if hangup is not None:

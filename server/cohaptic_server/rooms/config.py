@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import tomllib
 from collections.abc import Mapping
@@ -45,6 +46,13 @@ def _named(name: str) -> str:
     if not is_room_name(name):
         raise ValueError(f"named with {NAMES}")
     return name
+
+
+def _address(said: str) -> str:
+    try:
+        return str(ipaddress.ip_address(said.strip("[]")))
+    except ValueError:
+        raise ValueError("an address: 127.0.0.1") from None
 
 
 LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
@@ -91,7 +99,8 @@ class AccessTable(_Table):
     open: bool = False
     single_use: bool = False
     insecure: bool = False
-    trust_proxy: tuple[str, ...] = ()
+    # The front counts with them as well as the rooms.
+    trust_proxy: tuple[Annotated[str, AfterValidator(_address)], ...] = ()
 
 
 class RoomTable(_Table):

@@ -17,7 +17,16 @@ from cohaptic.clock import Clock
 from cohaptic_server.rooms.directory import Directory, Lease, LeaseError
 from cohaptic_server.rooms.process.channel import Channel, open_channel
 from cohaptic_server.rooms.process.handing_over import hand_over, handing_pair
-from cohaptic_server.rooms.process.reports import Allow, Failed, Left, Line, Ready, Report, Stop
+from cohaptic_server.rooms.process.reports import (
+    Allow,
+    Failed,
+    Left,
+    Line,
+    ReadAgain,
+    Ready,
+    Report,
+    Stop,
+)
 from cohaptic_server.rooms.process.room_process import REPORT_EVERY, Build, Protect, run_room
 from cohaptic_server.rooms.restarts import Restarts
 from cohaptic_server.settings import ServerSettings
@@ -107,6 +116,11 @@ class Keeper:
         """Tell the room how many it may seat."""
         if self._channel is not None:
             self._channel.tell(allow)
+
+    def read_again(self) -> None:
+        """Let the room read its files again; one that starts reads them anyway."""
+        if self._channel is not None:
+            self._channel.tell(ReadAgain())
 
     async def keep(self) -> None:
         """Run the room until it is stopped."""

@@ -15,7 +15,7 @@ from cohaptic_server.rooms.listing import RoomState, answer, why_not
 from cohaptic_server.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.gate import Gate
-from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response, too_many
 from cohaptic_server.shell.listener import Listener, serve_doors
 from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.wire import Wire
@@ -70,6 +70,10 @@ class Site:
             self._left(source)
 
     async def _process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
+        assert isinstance(connection, Wire)
+        refusal = connection.come_from(request.headers.get_all("X-Forwarded-For"))
+        if refusal is not None:
+            return response(too_many(plain(request), refusal))
         refused = self._check(connection, request)
         if refused is not None or "Upgrade" in request.headers:
             return refused

@@ -130,7 +130,7 @@ class Web:
         assert isinstance(connection, Wire)
         refusal = connection.come_from(headers.get_all("X-Forwarded-For"))
         if refusal is not None:
-            return _refused(plain_request, refusal)
+            return response(too_many(plain_request, refusal))
         if "Upgrade" in headers and UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
             origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
             return self._refuse_upload(connection, plain_request, origins, hosts)
@@ -192,7 +192,7 @@ class Web:
         if refusal is None:
             connection.count_response(size)
             return response(answer)
-        return _refused(request, refusal)
+        return response(too_many(request, refusal))
 
     def close(self) -> None:
         """Cancel the solves that are queued."""
@@ -206,9 +206,10 @@ def _own_address(connection: ServerConnection) -> str | None:
     return str(own[0]) if own and not isinstance(own, str) else None
 
 
-def _refused(request: Request, refusal: Refusal) -> Response:
+def too_many(request: Request, refusal: Refusal) -> Answer:
+    """The answer to one whom there is no budget for."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
-    return response(text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry))
+    return text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry)
 
 
 def _solver(source: GreenSource) -> Callable[[int], bytes]:

@@ -4,6 +4,7 @@ import stat
 import sys
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 import typer
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
+from cohaptic.room_address import split_path
 from cohaptic_client.address import read_address
 from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.tokens import Claims, verify
@@ -96,7 +98,37 @@ def test_an_invitation_is_a_link_with_the_token_where_no_server_sees_it(keys: Pa
     # A terminal takes the same link.
     there = read_address(link)
     assert (there.url, f"token={there.token}") == ("wss://lab.example/", fragment)
-    assert run(invite, "http://h:1/r/two", "--keys", keys).startswith("http://h:1/r/two#token=")
+
+
+@pytest.mark.parametrize(
+    ("url", "given", "page", "room"),
+    [
+        ("http://h:1", "", "http://h:1/", "main"),
+        ("http://h:1/", "main", "http://h:1/", "main"),
+        ("http://h:1", "two", "http://h:1/r/two/", "two"),
+        ("https://h/lab/", "two", "https://h/lab/r/two/", "two"),
+        ("http://h:1/r/two", "", "http://h:1/r/two", "two"),
+        ("http://h:1/r/two/", "two", "http://h:1/r/two/", "two"),
+        ("http://h:1/r/lab-1/", "lab-*", "http://h:1/r/lab-1/", "lab-*"),
+        ("http://h:1/", "lab-*", "http://h:1/", "lab-*"),
+    ],
+)
+def test_the_link_leads_to_the_room_that_its_token_is_for(
+    url: str, given: str, page: str, room: str, keys: Path
+) -> None:
+    more = ("--room", given) if given else ()
+    address, _, fragment = run(invite, url, "--keys", keys, *more).partition("#token=")
+    grants = read(fragment, keys).haptic
+    assert (address, grants.room) == (page, room)
+    # What the address asks for is what the server compares with.
+    asked, _ = split_path(urlsplit(address).path.removeprefix("/lab"))
+    assert asked is None or grants.hold_in(asked)
+
+
+@pytest.mark.parametrize("room", ["three", "main", "lab-*"])
+def test_a_link_to_another_room_than_the_token_s_is_not_made(room: str, keys: Path) -> None:
+    with pytest.raises(SettingError, match="--room"):
+        run(invite, "http://h:1/r/two/", "--keys", keys, "--room", room)
 
 
 @pytest.mark.parametrize(

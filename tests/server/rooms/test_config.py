@@ -173,3 +173,12 @@ def test_the_page_names_every_key_with_its_default() -> None:
                 assert f"`{name}`" in page or f"{name}]`" in page or f"[{name}." in page, name
     for name in (*ObjectTable.model_fields, *dict(Limits().items())):
         assert re.search(rf"[` ]{name}[` ]", page), name
+
+
+def test_the_address_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:
+    text = "[access]\ntrust_proxy = {}\n[rooms.main]\nbody = 'balloon'\n"
+    path = written(tmp_path, text.format("['[::1]', '127.0.0.1', '0:0::1']"))
+    assert load_config(path).access.trust_proxy == ("::1", "127.0.0.1", "::1")
+    path = written(tmp_path, text.format("['127.0.0.1', 'lab.example']"))
+    with pytest.raises(ConfigError, match=r"access\.trust_proxy\.1 is 'lab\.example'; .* address"):
+        load_config(path)

@@ -2,7 +2,8 @@
  * The invitation in the link: `#token=...`, which no browser sends to a server.
  *
  * It is taken out of the address bar at once, so that nobody reads or copies it there, and kept for this tab, so that
- * the page can be reloaded. The token of the session that it begins takes its place.
+ * the page can be reloaded. The token of the session that it begins takes its place. Each room's page has its own; one
+ * that has none takes what the tab had last, which may be for several rooms.
  */
 
 import type { Pass } from "../model/pass";
@@ -24,8 +25,11 @@ export class Invitation implements Pass {
   private session: string | undefined;
 
   constructor(private readonly place: Place) {
-    this.invitation = this.recall(INVITATION);
-    this.session = this.recall(SESSION);
+    for (const where of [place.location.pathname, ""]) {
+      this.invitation = this.recall(INVITATION + where);
+      this.session = this.recall(SESSION + where);
+      if (this.token !== undefined) break;
+    }
     this.read();
   }
 
@@ -69,8 +73,10 @@ export class Invitation implements Pass {
 
   private store(key: string, value: string | undefined): void {
     try {
-      if (value === undefined) this.place.storage?.removeItem(key);
-      else this.place.storage?.setItem(key, value);
+      for (const where of [this.place.location.pathname, ""]) {
+        if (value === undefined) this.place.storage?.removeItem(key + where);
+        else this.place.storage?.setItem(key + where, value);
+      }
     } catch {
       // The tab forgets it when it is reloaded.
     }

@@ -3,11 +3,11 @@ import { Invitation, type Place } from "../../src/page/invitation";
 
 const SECRET = "eyJhbGciOiJIUzI1NiJ9.eyJzdWIiOiJhIn0.c2lnbmF0dXJl";
 
-function tab(hash: string, kept: Record<string, string> = {}): Place & { shown: string; kept: Record<string, string> } {
+function tab(hash: string, kept: Record<string, string> = {}, pathname = "/r/two"): Place & { shown: string; kept: Record<string, string> } {
   const place = {
     shown: "",
     kept,
-    location: { hash, pathname: "/r/two", search: "?x=1" },
+    location: { hash, pathname, search: "?x=1" },
     history: {
       replaceState: (_data: unknown, _title: string, url?: string | URL | null): void => { place.shown = String(url); },
     },
@@ -63,6 +63,30 @@ describe("an invitation in the link", () => {
     new Invitation(tab("#token=one", kept)).keep("session of one");
     expect(new Invitation(tab("#token=one", kept)).token).toBe("session of one");
     expect(new Invitation(tab("#token=two", kept)).token).toBe("two");
+  });
+
+  it("is that of its room, where a tab has been in several", () => {
+    const kept = {};
+    new Invitation(tab("#token=one", kept, "/r/one/")).keep("session of one");
+    new Invitation(tab("#token=two", kept, "/r/two/")).keep("session of two");
+    const back = new Invitation(tab("", kept, "/r/one/"));
+    expect(back.token).toBe("session of one");
+    expect(back.forget()).toBe(true);
+    expect(back.token).toBe("one");
+    expect(new Invitation(tab("", kept, "/r/two/")).token).toBe("session of two");
+  });
+
+  it("is what the tab had last in a room that it brings none for", () => {
+    const kept = {};
+    new Invitation(tab("#token=all", kept, "/r/one/")).keep("session of all");
+    expect(new Invitation(tab("", kept, "/r/two/")).token).toBe("session of all");
+  });
+
+  it("never goes with the session of another one", () => {
+    const kept = {};
+    new Invitation(tab("#token=two", kept, "/r/two/"));
+    new Invitation(tab("#token=one", kept, "/r/one/")).keep("session of one");
+    expect(new Invitation(tab("", kept, "/r/two/")).token).toBe("two");
   });
 
   it("works where nothing may be stored", () => {

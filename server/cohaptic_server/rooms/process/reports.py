@@ -88,8 +88,14 @@ class Stop(_Line):
     kind: Literal["stop"] = "stop"
 
 
+class ReadAgain(_Line):
+    """The room has to read its files again: keys."""
+
+    kind: Literal["read_again"] = "read_again"
+
+
 FromRoom = Ready | Failed | Left | Report
-ToRoom = Allow | Stop
+ToRoom = Allow | Stop | ReadAgain
 Line = FromRoom | ToRoom
 _LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
 

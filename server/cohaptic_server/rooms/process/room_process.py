@@ -31,6 +31,7 @@ from cohaptic_server.rooms.process.reports import (
     Failed,
     Left,
     Line,
+    ReadAgain,
     Ready,
     Report,
     Stop,
@@ -76,7 +77,10 @@ def run_room(
         force=True,
     )
     logging.getLogger("websockets").setLevel(logging.CRITICAL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the supervisor's: it ends the rooms in order
+    # The supervisor's: it ends the rooms in order, and tells them to read their files again.
+    for number in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, number):
+            signal.signal(getattr(signal, number), signal.SIG_IGN)
     # Threads of one room would wait for those of another.
     with threadpool_limits(limits=1):
         failed = asyncio.run(_Room(settings, build, door, protect).live(control))
@@ -105,6 +109,7 @@ class _Room:
     channel: Channel | None = None
     allowed: Allow = NO_SEATS
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
+    reading: asyncio.Event = field(default_factory=asyncio.Event)
 
     async def live(self, control: socket.socket) -> bool:
         """Open the room, serve until it is to stop; returns whether it could not be opened."""
@@ -136,7 +141,7 @@ class _Room:
         body = await asyncio.to_thread(self.build, self.settings)
         served = ServedBody(body)
         protection = self.protect()
-        again = asyncio.ensure_future(reload_changed(protection.watched))
+        again = asyncio.ensure_future(reload_changed(protection.watched, asked=self.reading))
         try:
             await asyncio.to_thread(served.start)
             server = self.server = CohapticServer(body, self.settings, served.solve, protection)
@@ -160,6 +165,8 @@ class _Room:
     def _hear(self, line: Line) -> None:
         if isinstance(line, Stop):
             self.stopping.set()
+        elif isinstance(line, ReadAgain):
+            self.reading.set()
         elif isinstance(line, Allow):
             self.allowed = line
             self._allow()
