@@ -13,6 +13,7 @@ from cohaptic.room_address import MAIN, room_path, split_path
 from cohaptic_server.http.routes import Answer, Request, page, text
 
 LIST, CHOICE, HEALTH = "/rooms", "/rooms.html", "/healthz"
+UNLISTED = "rooms are not listed here; open the link that you were invited with\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +54,13 @@ def room_of(target: str, rooms: Sequence[str]) -> str | None:
     return MAIN if MAIN in rooms else None
 
 
-def answer(request: Request, rooms: Sequence[RoomState]) -> Answer:
+def answer(request: Request, rooms: Sequence[RoomState], *, listed: bool = True) -> Answer:
     """The response to a request that is for no room, or for one that takes nobody now.
 
     Args:
         request: From any client.
         rooms: All of them.
+        listed: Whether anybody may know which rooms there are.
     """
     if request.method not in ("GET", "HEAD"):
         message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
@@ -66,12 +68,14 @@ def answer(request: Request, rooms: Sequence[RoomState]) -> Answer:
     name, path = split_path(request.target)
     if name is not None:
         return _of_room(request, name, rooms)
+    if path in (LIST, "/", CHOICE) and not listed:
+        return text(request, 403, "Forbidden", UNLISTED)
     if path == LIST:
         return page(request, "application/json", as_json(rooms))
     if path in ("/", CHOICE):
         return page(request, "text/html; charset=utf-8", as_page(rooms), POLICY)
     if path == HEALTH:
-        return _health(request, rooms)
+        return _health(request, rooms if listed else ())
     return text(request, 404, "Not Found", "there is nothing of this name here\n")
 
 

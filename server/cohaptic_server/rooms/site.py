@@ -29,6 +29,7 @@ class Site:
         gate: Of this place alone; the doors have their own.
         rooms: What there is to tell.
         left: Called with the source of each connection that has ended.
+        listed: Whether anybody may know which rooms there are.
     """
 
     def __init__(
@@ -37,9 +38,12 @@ class Site:
         gate: Gate,
         rooms: Callable[[], Sequence[RoomState]],
         left: Callable[[str], None],
+        *,
+        listed: bool = True,
     ) -> None:
         self._check = HostCheck(settings)
         self._gate, self._rooms, self._left = gate, rooms, left
+        self._listed = listed
         self._handed: dict[int, str] = {}
         self._door: socket.socket | None = None
         self._listener: Listener | None = None
@@ -78,7 +82,7 @@ class Site:
         if refused is not None or "Upgrade" in request.headers:
             return refused
         connection.close_timeout = DOWNLOAD_TIMEOUT
-        return response(answer(plain(request), self._rooms()))
+        return response(answer(plain(request), self._rooms(), listed=self._listed))
 
     async def _handle(self, ws: Wire) -> None:
         rooms = self._rooms()
@@ -89,4 +93,5 @@ class Site:
             return
         known = ", ".join(room.name for room in rooms)
         asked = "this address has no room" if name is None else f"there is no room {one_line(name)}"
-        await refuse(ws, CloseCode.NO_ROOM, one_line(f"{asked} here; there are: {known}", 1000))
+        others = f"; there are: {known}" if self._listed else ""
+        await refuse(ws, CloseCode.NO_ROOM, one_line(f"{asked} here{others}", 1000))

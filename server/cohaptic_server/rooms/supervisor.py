@@ -72,7 +72,13 @@ class Supervisor:
         self._begun: set[str] = set()  # rooms whose process was told its seats
         self._names = list(config.rooms)
         inner = Gate(config.front.limits, clock, proxies=proxies)
-        self._site = Site(config.front, inner, self.states, self.gate.sources.leave)
+        self._site = Site(
+            config.front,
+            inner,
+            self.states,
+            self.gate.sources.leave,
+            listed=config.access.keys is None or config.access.open,
+        )
         self._front: Front | None = None
         self._keeping: list[asyncio.Task[None]] = []
         self._sharing: asyncio.Task[None] | None = None

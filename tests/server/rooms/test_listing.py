@@ -64,6 +64,14 @@ def test_the_list_has_every_room_with_its_state() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("target", ["/rooms", "/rooms.html", "/", "/rooms?x", "/healthz", "/r/x/"])
+def test_where_rooms_are_not_listed_nobody_learns_their_names(target: str) -> None:
+    found = answer(Request("GET", target), ROOMS, listed=False)
+    expected = {"/healthz": 200, "/r/x/": 404}.get(target, 403)
+    assert found.status == expected
+    assert not any(room.name in found.body.decode() for room in ROOMS)
+
+
 def test_the_page_links_every_room_offers_to_watch_a_full_one_and_quotes_titles() -> None:
     found = answer(Request("GET", "/"), ROOMS)
     body = found.body.decode()
