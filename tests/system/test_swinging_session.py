@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cohaptic.control.law import Law
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.body import Body
@@ -53,6 +54,18 @@ def test_hands_come_to_rest_at_the_forces_of_an_object_without_mass(
     still.run(SETTLE)
     for user, other in zip(users, expected, strict=True):
         assert user.force[-1] == pytest.approx(other.force[-1], rel=0.01)
+
+
+def test_a_hand_alone_with_a_law_of_the_paper_comes_to_rest() -> None:
+    """It answers its own dent behind the delay; with a share of the swing it swung on for ever."""
+    session = VirtualSession(jelly())
+    script = HandScript(depth=0.005, approach_at=1.2, place=SIDE)
+    user = session.join("hand", script, law=Law.PROPORTIONAL, delay=0.2)
+    session.run(2.0 * SETTLE)
+    response = session.room.world.response
+    assert isinstance(response, ModalResponse)
+    assert response.felt == 0.0
+    assert np.ptp(user.force[-1000:]) < 0.1 * user.force[-1]
 
 
 def test_a_hand_that_is_shown_all_of_it_behind_a_delay_swings(

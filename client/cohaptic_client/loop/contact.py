@@ -14,6 +14,7 @@ from cohaptic.control.friction import (
     FrictionState,
     friction_step,
     normal_shift,
+    unwedged,
 )
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import NO_FORCE, LocalForce
@@ -269,7 +270,7 @@ def _friction_force(
         normal,
         local.normal_force,
         C,
-        settings.friction,
+        unwedged(settings.friction, normal, C, k_h),
         min(1.0, k_h * sight.c_ii),
         settings.max_stiffness,
         0.5 * pace,

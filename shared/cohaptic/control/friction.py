@@ -101,6 +101,25 @@ def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
     return dot(normal, times(C, state.force))
 
 
+def unwedged(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
+    """The coefficient of friction, no larger than a law's gain bears.
+
+    Friction takes the contact point along the normal by n . C f_t, and the law answers that with
+    K_h times as much, period after period: from mu K_h |P C n| = 1 on the force grows without a
+    bound. Where K_h is at most 1 / C_nn, `friction_step` sees to that; but the gain in use may be
+    larger for a while, since normal, compliance and gain follow the surface each at its own rate.
+
+    Args:
+        mu: Coefficient of friction.
+        normal: Outward unit normal in use.
+        C: Contact compliance in use.
+        k_h: Gain in use [N/m].
+    """
+    moved = times(C, normal)
+    gain = k_h * norm(sub(moved, scale(normal, dot(moved, normal))))
+    return mu if mu * gain <= _WEDGE else _WEDGE / gain
+
+
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
     """Displacement of the anchor with the material in this period (science 3.10).
 

@@ -154,6 +154,25 @@ def test_material_that_others_drag_takes_a_sticking_hand_along(
     assert force == pytest.approx((STIFFNESS * x, STIFFNESS * y, 0.015 * STIFFNESS), abs=1e-6)
 
 
+@pytest.mark.parametrize("way", [-2e-4, 2e-4])
+def test_friction_drives_no_force_on_a_contact_that_is_softer_than_the_gain(way: float) -> None:
+    """The compliance along the normal in use may be three times that of the gain in use, for a
+    while; the force then grew by a third in each period, whatever the depth was."""
+    settings = replace(WIDE[0], friction=0.5)
+    soft = 3.0 / STIFFNESS
+    patch = replace(PLANE, compliance=Compliance3(soft, soft, soft, 0.0, 0.9 * soft, 0.0))
+    state, now, x = engaged(patch, settings), 10.0, 0.0
+    for _ in range(200):
+        x += way
+        state, output = step(state, at((x, 0.0, -0.005)), now, settings)
+        now += PERIOD
+        assert output.local.normal_force <= 10.0 * STIFFNESS * 0.005
+    for _ in range(50):  # and out of contact there is none
+        state, _ = step(state, at((x, 0.0, 0.002)), now, settings)
+        now += PERIOD
+    assert state.normal_force == 0.0
+
+
 @given(near_patches, near_patches, probes, st.sampled_from(WIDE), st.integers(0, 400))
 @examples(max_examples=60, deadline=None)
 def test_a_change_of_law_moves_the_force_by_two_percent_a_period_at_most(

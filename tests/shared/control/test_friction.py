@@ -15,6 +15,7 @@ from cohaptic.control.friction import (
     tangential,
     tangents,
     times,
+    unwedged,
 )
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from tests.shared.control.contacts import (
@@ -46,6 +47,22 @@ def test_a_contact_never_wedges(path: list[Vec3], n: Vec3, f_n: float, C: Compli
     for way in path:
         state = rub(state, way, n, f_n, C, MAX_FRICTION)
         assert abs(normal_shift(state, n, C)) <= 0.9 * f_n * dot(n, times(C, n)) * (1.0 + 1e-9)
+
+
+@given(ways, normals, compliances(), mus, st.floats(0.1, 10.0))
+def test_a_law_of_any_gain_does_not_drive_its_own_force(
+    way: Vec3, n: Vec3, C: Compliance3, mu: float, gain: float
+) -> None:
+    """Not where it is larger than 1 / C_nn either, as on a surface that turns faster than it."""
+    k_h, depth = gain / dot(n, times(C, n)), 0.005
+    state, f_n = FrictionState(), gain * depth / dot(n, times(C, n))
+    for _ in range(300):
+        state = rub(state, way, n, f_n, C, unwedged(mu, n, C, k_h))
+        f_n = k_h * max(0.0, depth - normal_shift(state, n, C))
+        assert f_n <= 10.0 * k_h * depth * (1.0 + 1e-9)
+    level = unwedged(mu, n, C, 0.5 * k_h / gain)
+    assert level <= mu
+    assert unwedged(mu, n, C, 0.0) == mu
 
 
 @given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances(), mus, shares)

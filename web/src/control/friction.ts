@@ -62,6 +62,13 @@ export function normalShift(state: FrictionState, normal: Vec3, C: Compliance3):
   return dot(normal, times(C, state.force));
 }
 
+/** The coefficient of friction, no larger than a law's gain bears (`unwedged` of `friction.py`). */
+export function unwedged(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
+  const moved = times(C, normal);
+  const gain = k_h * norm(sub(moved, scale(normal, dot(moved, normal))));
+  return mu * gain <= WEDGE ? mu : WEDGE / gain;
+}
+
 /**
  * How far the anchor goes with the material in this period.
  *

@@ -8,6 +8,7 @@ import {
   type Slide,
   tangents,
   times,
+  unwedged,
 } from "../../src/control/friction";
 import type { Compliance3 } from "../../src/model/body";
 import { cross, dot, norm, type Vec3, ZERO } from "../../src/model/vec";
@@ -80,4 +81,11 @@ test.each([[[1, 0, 0]], [[0, 0, -1]], [[0.6, 0.8, 0]]] as [Vec3][])("two directi
   const [one, two] = tangents(normal);
   expectClose([norm(one), norm(two), dot(one, two), dot(one, normal)], [1, 1, 0, 0], "frame");
   expectClose(cross(one, two), normal, "right-handed");
+});
+
+test("friction is no larger than the law's gain bears", () => {
+  const C: Compliance3 = [0.012, 0.012, 0.012, 0, 0.01, 0];
+  expect(unwedged(0.5, [0, 0, 1], C, 80)).toBe(0.5);
+  expect(unwedged(0.5, [0, 0, 1], C, 250)).toBeCloseTo(0.9 / (250 * 0.01), 12);
+  expect(unwedged(0.5, [0, 0, 1], EVEN, 1e6)).toBe(0.5);
 });

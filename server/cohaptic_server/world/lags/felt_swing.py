@@ -36,7 +36,8 @@ def show_swing(
         response: Of this tick.
         loop: That the hands close.
         gains: Of what anticipation leaves of it; None where nothing is anticipated, and of the
-            swing nothing is felt.
+            swing nothing is felt. Neither is it by a hand alone that uses a law of the paper: it
+            answers its own dent, a delay later, and may have no gain left for a swing.
         lag: Of the room [s].
         compliance: Between the loads of the loop, shape (loads, loads) [m/N].
         spans: Rows of each user in `compliance`.
@@ -54,7 +55,7 @@ def show_swing(
         stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
         along = response.along[start : start + len(K)]
         parts += along.T @ K @ along
-    if gains is not None:
+    if gains is not None and not loop.papers:
         theta, stiffness = hand_class(loop.damping_budget, stiffest)
         weight = float(np.linalg.eigvalsh(parts)[-1])
         share = felt_share(gains, theta, stiffness, lag, weight, body.swing)

@@ -134,8 +134,9 @@ def _stiffest(
 ) -> float:
     """Largest K of a hand that closes the loop, in any direction [N/m].
 
-    A neighbour that is only near counts as stiff as it will be, min(limit, 1 / C_ii). Where there
-    is friction the sums of rows bound the eigenvalues, of which they are nearly the largest.
+    Gains of a user's own choice may be stiffer than the body. Where there is friction the sums of
+    rows bound the eigenvalues, of which they are nearly the largest, and a neighbour that is only
+    near counts as stiff as it will be along the normal, min(limit, 1 / C_ii).
     """
     if not len(K):  # one hand alone
         return 0.0
@@ -143,7 +144,7 @@ def _stiffest(
     if not len(here):
         return 0.0
     if isinstance(K, np.ndarray):
-        return float(np.minimum(K[here, 0, 0], 1.0 / compliance.diagonal()[here]).max())
+        return float(K[here, 0, 0].max())
     largest = 0.0
     for i in here.tolist():
         a, k = spans[i].start, float(K[i][0, 0])

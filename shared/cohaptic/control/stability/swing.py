@@ -8,8 +8,8 @@ theorem the loop of 3.13 stays stable at any delays with a share g of W, if
 
     F(p)^(1/2) + g h(p)^(1/2) v(w) < (1 + (w tau)^2)^(1/2)    at every frequency w, p = theta w,
 
-where v is the norm of W (1 + X)^-1 over K^(1/2), F the gain of a hand in its row, and h that of a
-hand towards what it is shown.
+where v is the norm of W (1 + X)^-1 over K^(1/2), F the gain in its row of the worst hand that is
+allowed, and h the largest gain of a hand towards what it is shown.
 """
 
 from __future__ import annotations
@@ -58,6 +58,38 @@ def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
     return np.asarray((q * q + 1.0) / ((np.minimum(a, q) - q) ** 2 + 1.0))
 
 
+def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
+    """Square of the largest gain of any hand in its row of the loop, F of 3.14.
+
+    `row_gain` is that of the heaviest hand. A lighter one, or one with a spring of its own, may
+    have more where K is limited: the lag of 3.13 allows for it, as it grows with frequency.
+
+    Args:
+        gains: Of the loop.
+        p: theta times angular frequency, any shape.
+        stiffness: As for `hand_factor`.
+
+    Returns:
+        Of the shape of `p`.
+    """
+    heaviest = row_gain(gains, p)
+    if stiffness == np.inf:
+        return heaviest
+    alpha, beta, c = gains.apart, gains.together, gains.held
+    # (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) over y = -q, 0 <= q <= p, and x up to
+    # a. Its largest value over all x grows with q; where its x is not allowed, x = a, ...
+    a = stiffness / p
+    within = p * (heaviest + alpha * c) <= a * (heaviest - alpha * alpha - beta * beta)
+    c2, squares = c * c, (beta * beta + alpha * alpha) * a * a + c * c
+    trace = c2 * (a * a + 1.0) + squares + 2.0 * alpha * c * a * a
+    det = c2 * (beta * beta * a * a + c2)
+    worst = 0.5 * (trace + np.sqrt(np.maximum(0.0, trace * trace - 4.0 * det)))
+    # ... and of q it is `worst`, at q = a (worst + alpha c) / (worst - c^2), or lies at q = p.
+    q = np.minimum(p, a * (worst + alpha * c) / np.maximum(worst - c2, 1e-300))
+    at_end = (beta * beta * a * a + (c * q + alpha * a) ** 2 + c2) / ((a - q) ** 2 + 1.0)
+    return np.where(within, heaviest, np.maximum(at_end, c2))
+
+
 def felt_share(
     gains: Gains, theta: float, stiffness: float, tau: float, weight: float, swing: Swing
 ) -> float:
@@ -73,7 +105,7 @@ def felt_share(
         swing: Of the object.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency
-    room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(row_gain(gains, p, stiffness))
+    room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))
     # Of (1 + X)^-1, whose smallest eigenvalue belongs to that of S.
     most = 1.0 + gains.apart
     taken = weight * most * swing.size * np.sqrt(shown_gain(p, stiffness))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.control.law import Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse, with_felt
 from cohaptic_server.world.lags.felt_swing import show_swing
@@ -73,6 +74,19 @@ def test_none_is_shown_where_nothing_is_anticipated() -> None:
     assert shown(loop, response, 0.05, gains=None) == 0.0
     # Hands that need all of the room's lag for themselves leave nothing for a swing.
     assert shown(loop, response, 0.05, gains=gains_left(40.0, -0.99)) == 0.0
+
+
+def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
+    """Nobody else couples with it, so that it has gains like any other hand."""
+    response = jelly().respond([press(solid(), WAYS[0], 0.02)])
+    C, span = response.compliance, [slice(0, 1)]
+    for law, expected in ((Law.PREDICTIVE, 0.05), (Law.PROPORTIONAL, 0.0), (Law.PI, 0.0)):
+        loop = room_loop([user_of(touch(1, law=law))], C, span, np.ones(1), DT)
+        found = show_swing(
+            jelly(), with_felt(response, 0.05), loop, UNCOUPLED, 0.0, C, span, [0, 1], DT
+        )
+        assert isinstance(found, ModalResponse)
+        assert found.felt >= expected if expected else found.felt == 0.0
 
 
 def test_a_body_without_mass_is_left_as_it_is() -> None:

@@ -48,6 +48,15 @@ def test_the_stiffest_hand_counts_in_full_however_near_it_is(room: Room) -> None
         assert found == pytest.approx(max(limits))
 
 
+def test_gains_of_ones_own_that_are_stiffer_than_the_body_count_as_stiff_as_they_are() -> None:
+    C = np.array([[0.004, 0.0005], [0.0005, 0.004]])
+    user = user_of(touch(1, fixed_gains=Gains(1000.0, 0.0)))
+    users, where = [user, user_of(touch(2))], [slice(0, 1), slice(1, 2)]
+    for near in (1.0, 0.5):
+        loop = room_loop(users, C, where, np.array([near, 1.0]), DT)
+        assert loop.stiffest == pytest.approx(1000.0)
+
+
 @given(rooms(2), st.integers(0, 2**32 - 1))
 def test_which_way_the_tangents_lie_does_not_matter(room: Room, seed: int) -> None:
     users, C, where, near = room

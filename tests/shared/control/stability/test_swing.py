@@ -14,7 +14,7 @@ from cohaptic.control.stability.anticipation import (
     hand_factor,
     row_gain,
 )
-from cohaptic.control.stability.swing import Swing, felt_share, shown_gain
+from cohaptic.control.stability.swing import Swing, felt_share, shown_gain, worst_row_gain
 from cohaptic_server.bodies.modal.modes import step_of, swing_of
 from cohaptic_server.numeric import Floats
 from tests.shared.control.stability.test_anticipation import coupling
@@ -46,6 +46,50 @@ def test_a_hand_does_answer_so(p: float, stiffness: float) -> None:
     assert float(H2.max()) == pytest.approx(float(shown_gain(np.array(p), stiffness)), rel=0.02)
 
 
+def _quotient(gains: Gains, x: Floats, y: Floats) -> Floats:
+    """The square of a hand's gain in its row, as 3.13 derives it."""
+    alpha, beta, c = gains.apart, gains.together, gains.held
+    over = beta * beta * x * x + (c * y - alpha * x) ** 2 + c * c
+    return np.asarray(over / ((x + y) ** 2 + 1.0))
+
+
+@given(
+    st.floats(0.0, 5.0),
+    st.floats(0.0, 0.999),
+    st.floats(1e-2, 1e2),
+    st.floats(1e-2, 1e3),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0) | st.floats(-1e2, 0.0),
+)
+def test_no_hand_of_the_class_has_more_gain_in_its_row(
+    positive: float, negative: float, p: float, stiffness: float, share: float, mass: float
+) -> None:
+    """Whatever its mass, its own spring and K are."""
+    gains = gains_left(positive, -negative)
+    x, y = np.array(share * stiffness / p), np.array(-mass * p)
+    most = float(worst_row_gain(gains, np.array(p), stiffness))
+    assert float(_quotient(gains, x, y)) <= most * (1.0 + 1e-9) + 1e-12
+    assert most <= float(worst_row_gain(gains, np.array(p))) * (1.0 + 1e-9) + 1e-12
+    assert most >= float(row_gain(gains, np.array(p), stiffness)) * (1.0 - 1e-9) - 1e-12
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.0, 0.999), st.floats(0.1, 10.0), st.floats(0.1, 1e2))
+def test_some_hand_of_the_class_has_it(
+    positive: float, negative: float, p: float, stiffness: float
+) -> None:
+    gains = gains_left(positive, -negative)
+    y = -np.linspace(0.0, p, 401)[:, None]
+    x = np.linspace(0.0, stiffness / p, 401)
+    most = float(worst_row_gain(gains, np.array(p), stiffness))
+    x = np.concatenate([x, np.minimum(x[-1], np.geomspace(1e-2, 1e2, 401))])
+    assert float(_quotient(gains, x, y).max()) == pytest.approx(most, rel=0.02, abs=1e-9)
+
+
+def test_a_lighter_hand_may_have_more_gain_than_the_heaviest() -> None:
+    gains, p = gains_left(5.0, 0.0), np.array(2.0)
+    assert float(worst_row_gain(gains, p, 0.8)) > 3.0 * float(row_gain(gains, p, 0.8))
+
+
 @given(
     st.floats(0.0, 5.0),
     st.floats(0.0, 0.9),
@@ -70,7 +114,7 @@ def test_with_it_the_gain_of_the_loop_is_below_one(
     g = felt_share(gains, theta, chi, tau, weight, what)
     assert 0.0 <= g <= 1.0
     p = theta * what.frequency
-    loop = np.sqrt(row_gain(gains, p, chi))
+    loop = np.sqrt(worst_row_gain(gains, p, chi))
     loop += g * weight * (1.0 + gains.apart) * what.size * np.sqrt(shown_gain(p, chi))
     assert (loop < np.sqrt(1.0 + (tau * what.frequency) ** 2) + 5e-3).all()
 

@@ -1,6 +1,6 @@
 /** Laws, friction and damping at a surface in one period; a part of `client/cohaptic_client/loop/step.py`. */
 
-import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times } from "../../control/friction";
+import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times, unwedged } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
 import { type LocalForce, NO_FORCE, pressedDepth } from "../../control/law";
 import type { Compliance3 } from "../../model/body";
@@ -102,7 +102,7 @@ export function contactForce(
     normal,
     normal_force: f,
     C,
-    mu: settings.friction,
+    mu: unwedged(settings.friction, normal, C, k_h),
     share,
     max_stiffness: settings.max_stiffness,
     most: 0.5 * pace,
