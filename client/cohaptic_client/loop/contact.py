@@ -15,6 +15,7 @@ from cohaptic.control.friction import (
     friction_step,
     normal_shift,
     unwedged,
+    wedging,
 )
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import NO_FORCE, LocalForce
@@ -143,6 +144,9 @@ def press(
     if settings.friction > 0.0:
         pace *= 0.5  # the other half is the friction's
         C = _compliance(state, patch.compliance, pace, counted / settings.simulation_period)
+        if C is not None:
+            # What the surface does to the force comes back through the friction.
+            pace *= 1.0 - wedging(settings.friction, state.normal, C, k_h)
 
     normal, depth = sight.normal, sight.depth
     if state.normal_force > 0.0 and normal != state.normal:

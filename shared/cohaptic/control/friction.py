@@ -115,9 +115,23 @@ def unwedged(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
         C: Contact compliance in use.
         k_h: Gain in use [N/m].
     """
-    moved = times(C, normal)
-    gain = k_h * norm(sub(moved, scale(normal, dot(moved, normal))))
+    gain = _lift(normal, C, k_h)
     return mu if mu * gain <= _WEDGE else _WEDGE / gain
+
+
+def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
+    """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
+
+    A change of the normal force takes the friction with it, by mu at most, and that the depth, so
+    that in the end the force changes by 1 / (1 - kappa) as much. Arguments as for `unwedged`.
+    """
+    return min(_WEDGE, mu * _lift(normal, C, k_h))
+
+
+def _lift(normal: Vec3, C: Compliance3, k_h: float) -> float:
+    """Change of the normal force per force along the surface, K_h |P C n|."""
+    moved = times(C, normal)
+    return k_h * norm(sub(moved, scale(normal, dot(moved, normal))))
 
 
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:

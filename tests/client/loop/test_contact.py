@@ -211,3 +211,29 @@ def test_a_change_of_law_ends(law: Law) -> None:
     assert state.fade is not None
     assert (state.fade.now.law, state.fade.before) == (law, None)
     assert state.k_h == pytest.approx(75.0)
+
+
+@pytest.mark.parametrize("kappa", [0.5, 0.85])
+@pytest.mark.parametrize("lower", [0.002, -0.002])
+def test_friction_that_lifts_the_contact_makes_no_surface_faster(
+    kappa: float, lower: float
+) -> None:
+    """Of a force that a surface takes away friction takes kappa again, period after period."""
+    settings = replace(WIDE[0], friction=0.5)
+    c = 1.0 / STIFFNESS
+    C = Compliance3(4.0 * c, 4.0 * c, c, 0.0, 2.0 * kappa * c, 0.0)
+    patch = replace(PLANE, compliance=C)
+    state, now, x = engaged(patch, settings), 10.0, 0.0
+    for _ in range(300):  # it slides, to where friction presses it in
+        x += 1e-4
+        state, _ = step(state, at((x, 0.0, -0.005)), now, settings)
+        now += PERIOD
+    moved = replace(patch, tick=2, x_free=(0.0, 0.0, -lower))
+    state = receive(state, moved, now, settings)
+    before, largest = None, 0.0
+    for _ in range(300):  # and stays where it is
+        state, output = step(state, at((x, 0.0, -0.005)), now, settings)
+        if before is not None:
+            largest = max(largest, norm(sub(output.force, before)))
+        before, now = output.force, now + PERIOD
+    assert 0.1 * PACE < largest <= PACE * (1.0 + SECOND_ORDER)

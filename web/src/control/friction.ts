@@ -64,9 +64,18 @@ export function normalShift(state: FrictionState, normal: Vec3, C: Compliance3):
 
 /** The coefficient of friction, no larger than a law's gain bears (`unwedged` of `friction.py`). */
 export function unwedged(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
-  const moved = times(C, normal);
-  const gain = k_h * norm(sub(moved, scale(normal, dot(moved, normal))));
+  const gain = lift(normal, C, k_h);
   return mu * gain <= WEDGE ? mu : WEDGE / gain;
+}
+
+/** The share of a normal force that comes back through friction (`wedging` of `friction.py`). */
+export function wedging(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
+  return Math.min(WEDGE, mu * lift(normal, C, k_h));
+}
+
+function lift(normal: Vec3, C: Compliance3, k_h: number): number {
+  const moved = times(C, normal);
+  return k_h * norm(sub(moved, scale(normal, dot(moved, normal))));
 }
 
 /**

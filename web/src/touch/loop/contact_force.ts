@@ -1,6 +1,6 @@
 /** Laws, friction and damping at a surface in one period; a part of `client/cohaptic_client/loop/step.py`. */
 
-import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times, unwedged } from "../../control/friction";
+import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times, unwedged, wedging } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
 import { type LocalForce, NO_FORCE, pressedDepth } from "../../control/law";
 import type { Compliance3 } from "../../model/body";
@@ -66,6 +66,8 @@ export function contactForce(
   if (settings.friction > 0) {
     pace *= 0.5; // the other half is for the friction
     C = slewCompliance(state, 0.5 * pace, counted, settings.simulation_period);
+    // What the surface does to the force comes back through the friction.
+    if (C !== null) pace *= 1 - wedging(settings.friction, state.normal, C, k_h);
   }
   const moved = sub(sample.position, state.probe);
   let { normal } = sight;
