@@ -55,3 +55,5 @@ def test_a_link_lets_in_once_and_its_session_outlives_a_reload(
     guest.until(guest.watches, "the guest to watch")
     button = guest.page.get_by_role("button", name="Touch it")
     assert button.is_disabled()
+    for visitor in (ann, late, bare, guest):
+        visitor.away = True  # the server may end before the pages
