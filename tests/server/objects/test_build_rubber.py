@@ -80,7 +80,7 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
         load_or_prepare(ObjectFile(path, fix="x < 3%", edge=0.4))
     crowd = Demand(users=16, nonlinear=True)
     # Filling is not the same twice: what an edge in between leaves may also be several pieces.
-    with pytest.raises(BodyError, match="nodes under large deformation|it must be one"):
+    with pytest.raises(BodyError, match=r"nodes under large deformation|it must be one"):
         affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
 
 
