@@ -10,6 +10,7 @@ import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ import pytest
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
 from tests.browser.conftest import Open
-from tests.browser.visitor import PATIENCE
+from tests.browser.visitor import PATIENCE, Visitor
 
 pytestmark = [
     pytest.mark.patient,
@@ -32,6 +33,11 @@ body = "balloon"
 body = "balloon"
 title = "The second"
 """
+
+
+def feels(visitor: Visitor, least: float) -> bool:
+    """Whether the force on its hand is larger [N]."""
+    return visitor.force > least
 
 
 @pytest.fixture
@@ -66,7 +72,7 @@ def test_a_page_touches_in_its_own_room_and_comes_back_when_that_was_killed(
     for visitor, name in ((ann, "ann"), (bob, "bob")):
         visitor.take_part(name)
         visitor.press()
-        visitor.until(lambda visitor=visitor: visitor.force > 0.5, "a force")  # type: ignore[misc]
+        visitor.until(partial(feels, visitor, 0.5), "a force")
     ann.until(lambda: users(address) == {"first": 1, "second": 1}, "both in the list")
 
     (pid,) = re.findall(r"room second is open, process (\d+)", log.read_text())

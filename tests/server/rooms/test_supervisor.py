@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import AsyncGenerator, Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import pytest
@@ -84,6 +85,9 @@ class Visitor:
     ticks: list[float] = field(default_factory=list[float])
     closed: list[tuple[int | None, str]] = field(default_factory=list[tuple[int | None, str]])
 
+    def has_ticks(self, least: int) -> bool:
+        return len(self.ticks) > least
+
     async def live(self) -> None:
         while True:
             with contextlib.suppress(OSError, InvalidHandshake, TimeoutError):
@@ -106,7 +110,7 @@ async def visitors(house: Served, *rooms: str) -> AsyncGenerator[list[Visitor]]:
     living = [asyncio.ensure_future(visitor.live()) for visitor in there]
     try:
         for visitor in there:
-            await house.until(lambda visitor=visitor: len(visitor.ticks) > 10)  # type: ignore[misc]
+            await house.until(partial(visitor.has_ticks, 10))
         yield there
     finally:
         for task in living:

@@ -13,8 +13,8 @@ from cohaptic_server.numeric import Floats
 # samples of a period only: the body is at rest, for a hand, at once.
 HIGHEST = 10.0  # Hz
 MOST = 6  # modes; each adds a field of displacements to what a tick evaluates
-# Share of critical damping. Soft tissue and gels have a loss factor of 0.1 to 0.4, which is twice
-# this ratio (Chen and others 2009, "Shearwave dispersion ultrasound vibrometry"; Fung 1993).
+# Share of critical damping, half of the loss factor at a resonance. For gels and soft tissue it is
+# an order of magnitude and no measurement: with it a swing falls by the half in one period.
 DAMPING_RATIO = 0.1
 
 

@@ -36,8 +36,8 @@ class Vibration:
 
     Args:
         frequency: Natural angular frequencies, shape (k,) [rad/s].
-        shapes: Displacement of every node, so that each mode has a mass of 1 kg m^2 over that of
-            its amplitude, shape (k, nodes, 3) [1 / sqrt(kg)].
+        shapes: Displacement of every node, of unit modal mass: shapes' M shapes = 1, shape
+            (k, nodes, 3) [1 / sqrt(kg)].
     """
 
     frequency: Floats

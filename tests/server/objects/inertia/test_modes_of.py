@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,9 +71,9 @@ def test_damaged_modes_are_found_again(jelly: ObjectFile, monkeypatch: pytest.Mo
     built = build(jelly)
     kept: list[Path] = []
 
-    def spoilt(path: Path, label: str, arrays: dict[str, object]) -> None:
+    def spoilt(path: Path, label: str, arrays: dict[str, Any]) -> None:
         kept.append(path)
-        save_entry(path, label, arrays | {"shapes": np.full((1, 2, 3), np.nan)})  # type: ignore[arg-type]
+        save_entry(path, label, arrays | {"shapes": np.full((1, 2, 3), np.nan)})
 
     with monkeypatch.context() as patched:
         patched.setattr(modes_of, "save_entry", spoilt)

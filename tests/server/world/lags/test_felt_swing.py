@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
-from cohaptic.control.stability.anticipation import UNCOUPLED, gains_left
+from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse, with_felt
 from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
@@ -28,18 +28,20 @@ def loop_of(near: list[float], budget: float = 8.0) -> tuple[RoomLoop, ModalResp
     return room_loop(users, response.compliance, SPANS, np.array(near), DT), response
 
 
-def shown(loop: RoomLoop, response: ModalResponse, before: float, **given: object) -> float:
+def shown(
+    loop: RoomLoop, response: ModalResponse, before: float, gains: Gains | None = UNCOUPLED
+) -> float:
     """The share after one tick."""
-    arguments = {"gains": UNCOUPLED, "lag": 0.0} | given
     found = show_swing(
         jelly(),
         with_felt(response, before),
         loop,
+        gains,
+        0.0,
         compliance=response.compliance,
         spans=SPANS,
         starts=[0, 1, 2, 3],
         dt=DT,
-        **arguments,  # type: ignore[arg-type]
     )
     assert isinstance(found, ModalResponse)
     return found.felt
