@@ -144,7 +144,8 @@ def test_a_slow_room_and_a_stopped_one_cost_a_third_no_tick() -> None:
                 all_of_slow, missed_of_slow = await ticks_and_missed(house, "slow", 1.0)
                 house.signal("stopped", signal.SIGCONT)
                 writer.close()
-        assert missed_of_slow > 0.4 * all_of_slow  # it really is slow
+        # It really is slow: a tick of 30 ms leaves out nearly every second one of 60 a second.
+        assert missed_of_slow > 0.25 * all_of_slow
         assert beside > 0.9 * alone
         # As many as a busy machine makes it miss at any time.
         assert missed_beside <= missed_alone + 0.02 * beside
