@@ -56,6 +56,7 @@ contact_samples = st.builds(
     t_client=times,
     probe=vectors(10.0),
     force=vectors(100.0),
+    anchor=st.none() | vectors(10.0),
 )
 
 # Values of a room that survive 16 bits.

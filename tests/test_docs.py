@@ -69,7 +69,7 @@ def test_every_field_of_a_frame_is_described_in_its_place(
     assert f"{size} bytes" in PROTOCOL
     described = [name for _, _, name in rows if name not in ("version", "kind", "flags")]
     # In the flags, and behind the frame.
-    elsewhere = {"geometry", "law", "neighbourhood", "compliance"}
+    elsewhere = {"geometry", "law", "neighbourhood", "compliance", "anchor"}
     named = [name for name in names if name not in elsewhere]
     assert described == with_room(named)
 

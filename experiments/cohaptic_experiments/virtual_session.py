@@ -79,8 +79,10 @@ class VirtualUser:
             self.pacer = self.pacer.sent(now)
             self.seq += 1
             tick = self.state.patch.tick if self.state.patch else 0
-            frame = ContactSample(self.seq, tick, now, sample.position, output.on_body).encode()
-            self.up.push(frame, now)
+            told = ContactSample(
+                self.seq, tick, now, sample.position, output.on_body, output.anchor
+            )
+            self.up.push(told.encode(), now)
 
     def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
         """Change of the contact's force beyond the hand's own displacement times K [N]."""

@@ -16,12 +16,13 @@ from cohaptic.protocol.frame import MAX_FORCE
 from cohaptic.protocol.messages import Hello
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.hand import HandScript
-from cohaptic.vec import Vec3, norm, scale
+from cohaptic.vec import Vec3, add, norm, scale
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon
 
 MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
 Attack = Callable[[int, int], tuple[Vec3, Vec3]]  # attacker, tick -> probe [m], force [N]
+Anchors = Callable[[int, int], Vec3 | None]  # attacker, tick -> point that it says it holds [m]
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,12 @@ def balloon() -> Balloon:
 
 
 def attacked(
-    body: Balloon, attack: Attack, attackers: int, *, seconds: float = 4.0, law: str = "predictive"
+    body: Balloon,
+    attack: Attack,
+    attackers: int,
+    *,
+    seconds: float = 4.0,
+    anchors: Anchors | None = None,
 ) -> tuple[VirtualSession, VirtualUser]:
     """A victim rests on the right of a balloon; after 3 s others send whatever they like."""
     session = VirtualSession(body)
@@ -39,7 +45,11 @@ def attacked(
     numbers = [
         session.room.join(
             Hello(
-                protocol=PROTOCOL_VERSION, name=f"bad{k}", max_force=MAX_FORCE, max_stiffness=1e6
+                protocol=PROTOCOL_VERSION,
+                name=f"bad{k}",
+                max_force=MAX_FORCE,
+                max_stiffness=1e6,
+                friction=anchors is not None,
             ),
             session.now,
         )[0].user
@@ -49,7 +59,8 @@ def attacked(
         for k, number in enumerate(numbers):
             probe, force = attack(k, tick)
             state = session.room.world.tick
-            sample = ContactSample(tick + 1, state, session.now, probe, force)
+            anchor = None if anchors is None else anchors(k, tick)
+            sample = ContactSample(tick + 1, state, session.now, probe, force, anchor)
             session.room.sample(number, ContactSample.decode(sample.encode()), session.now)
         session.run(1.0 / 60.0)
     return session, victim
@@ -117,6 +128,37 @@ def test_nobody_jolts_a_resting_hand(balloon: Balloon, attack: Attack, attackers
     # It is still there, and hears of the body.
     assert victim.number in session.room.members
     assert victim.ticks[-1] > session.room.world.tick - 10
+
+
+def leaping_anchor(k: int, tick: int) -> Vec3 | None:
+    """Each tick elsewhere on the balloon, at the victim's place, far away, or nowhere."""
+    angle = 2.4 * tick + k
+    return (at_angle(angle, 0.1), at_angle(0.0, 0.1), at_angle(angle, 9.9), None)[tick % 4]
+
+
+def sweeping_anchor(k: int, tick: int) -> Vec3 | None:
+    """To and fro under the victim, while the tip stays."""
+    return at_angle(0.9 * math.sin(0.25 * tick + k), 0.1)
+
+
+def dragging(k: int, _tick: int) -> tuple[Vec3, Vec3]:
+    """A tip that stays, with as much along the surface as into it."""
+    return at_angle(2.0 + 0.2 * k), add(scale(at_angle(2.0, 1.0), 7.0), (0.0, 0.0, 7.0))
+
+
+@pytest.mark.parametrize("attackers", [1, 15])
+@pytest.mark.parametrize("attack", [dragging, alternating], ids=lambda attack: attack.__name__)
+@pytest.mark.parametrize(
+    "anchors", [leaping_anchor, sweeping_anchor], ids=lambda anchors: anchors.__name__
+)
+def test_nobody_jolts_a_resting_hand_by_where_it_says_that_it_holds_on(
+    balloon: Balloon, anchors: Anchors, attack: Attack, attackers: int
+) -> None:
+    session, victim = attacked(balloon, attack, attackers, anchors=anchors, seconds=2.0)
+    in_a_period, in_20_ms = jolts(victim)
+    assert in_a_period <= MOST_IN_A_PERIOD
+    assert in_20_ms <= MOST_IN_20_MS
+    assert victim.number in session.room.members
 
 
 @pytest.mark.parametrize("attack", [crushing, hammering], ids=lambda attack: attack.__name__)

@@ -12,9 +12,9 @@ from cohaptic.control.friction import (
     NO_FRICTION,
     Compliance3,
     FrictionState,
+    believed_shift,
     friction_step,
     normal_shift,
-    unwedged,
     wedging,
 )
 from cohaptic.control.geometry import Sight
@@ -230,7 +230,8 @@ def _law_force(
 ) -> tuple[LawFade, LocalForce]:
     """The law's answer at the depth in use, less the shift of the contact by the friction."""
     if C is not None:
-        depth -= normal_shift(state.friction, normal, C)
+        k_h = fade.now.gains.k_h
+        depth -= believed_shift(normal, C, k_h) * normal_shift(state.friction, normal, C)
     if depth != sight.depth:
         sight = Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
     return run(fade, sight, counted, settings.law)
@@ -274,7 +275,7 @@ def _friction_force(
         normal,
         local.normal_force,
         C,
-        unwedged(settings.friction, normal, C, k_h),
+        settings.friction,
         min(1.0, k_h * sight.c_ii),
         settings.max_stiffness,
         0.5 * pace,

@@ -24,12 +24,14 @@ class TipSample(NamedTuple):
         tick: Of the patch that it used; 0 for none.
         probe: Tip [m].
         force: On the hand, without the damping of the passivity layer: the body's share [N].
+        anchor: Point of the resting surface that the finger holds by friction [m]; None for none.
     """
 
     t: float
     tick: int
     probe: Vec3
     force: Vec3
+    anchor: Vec3 | None
 
 
 class HapticProcess:
@@ -59,8 +61,9 @@ class HapticProcess:
         """Newest tip and force; None before the first period."""
         raw = self._memory.sample.read()
         if raw is not None:
-            t, tick, *v = SAMPLE.unpack(raw)
-            self._last = TipSample(t, tick, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
+            t, tick, x, y, z, fx, fy, fz, holds, ax, ay, az = SAMPLE.unpack(raw)
+            anchor = (ax, ay, az) if holds else None
+            self._last = TipSample(t, tick, (x, y, z), (fx, fy, fz), anchor)
         return self._last
 
     def new_rows(self) -> bytes:

@@ -154,6 +154,7 @@ class Output:
         force: On the hand, to the device [N].
         on_body: Force that the body gets: that on the hand without the damping of the passivity
             layer, which is the hand's affair [N].
+        anchor: Point of the resting surface that the contact holds by friction [m]; None for none.
         local: Answer of the law.
         damping_force: Of the passivity layer, along the normal [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
@@ -162,6 +163,7 @@ class Output:
 
     force: Final[Vec3]
     on_body: Final[Vec3]
+    anchor: Final[Vec3 | None]
     local: Final[LocalForce]
     damping_force: Final[float]
     u_others: Final[float]
@@ -171,6 +173,7 @@ class Output:
         self,
         force: Vec3,
         on_body: Vec3,
+        anchor: Vec3 | None,
         local: LocalForce,
         damping_force: float,
         u_others: float,
@@ -178,6 +181,7 @@ class Output:
     ) -> None:
         self.force = force
         self.on_body = on_body
+        self.anchor = anchor
         self.local = local
         self.damping_force = damping_force
         self.u_others = u_others

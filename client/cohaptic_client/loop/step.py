@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 
+from cohaptic.control.friction import anchor_of
+from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.arrival import is_silent, progress, shown
+from cohaptic_client.loop.arrival import is_silent, over_material, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, press
 from cohaptic_client.loop.energy import balance
 from cohaptic_client.loop.passivity import NOTHING_OWED
@@ -33,7 +35,7 @@ def step(
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
     share = progress(state, now, settings)
-    sight = shown(state, sample.position, share)
+    sight = shown(state, over_material(state, sample.position), share)
     contact = NO_SURFACE
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings)
@@ -68,12 +70,20 @@ def step(
     output = Output(
         force=safety.force,
         on_body=on_body(contact.law_force, given_ratio, limits.max_force),
+        anchor=told(anchor_of(contact.friction, sample.position, contact.normal, contact.depth)),
         local=contact.local,
         damping_force=contact.damped_force - contact.local.normal_force,
         u_others=dot(sight.u_others, sight.normal) if sight is not None else 0.0,
         silent=silent,
     )
     return after, output
+
+
+def told(anchor: Vec3 | None) -> Vec3 | None:
+    """An anchor as the server may hear of it: none that is no place within reach [m]."""
+    if anchor is None or not norm(anchor) <= MAX_POSITION:  # NaN too
+        return None
+    return anchor
 
 
 def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:

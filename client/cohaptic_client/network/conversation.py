@@ -214,7 +214,7 @@ class Conversation:
 
     def _send_sample(self, tip: TipSample) -> None:
         self._seq += 1
-        sample = ContactSample(self._seq, tip.tick, tip.t, tip.probe, tip.force)
+        sample = ContactSample(self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor)
         self._link.send(sample.encode())
 
 

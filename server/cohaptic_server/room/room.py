@@ -181,6 +181,7 @@ class Room:
             member.geometry,
             hello.friction,
             hello.damping_budget,
+            sample.anchor if hello.friction else None,
         )
         member.heard = now
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cohaptic.control.delay import UNKNOWN, LoopDelay
-from cohaptic.control.friction import stretch_of, tangential
+from cohaptic.control.friction import tangential
 from cohaptic.control.stability.lag_choice import kept
-from cohaptic.vec import scale, sub
+from cohaptic.vec import ZERO, scale
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.contact import (
@@ -30,7 +30,7 @@ from cohaptic_server.world.lags.turning import steep_contacts
 from cohaptic_server.world.loops.tracking import track
 from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
 from cohaptic_server.world.state import TickTime, Touch
-from cohaptic_server.world.users import Tracked, Users, WorldState, settings_of, vectors
+from cohaptic_server.world.users import Tracked, WorldState, settings_of, vectors
 
 _MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
 _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
@@ -63,8 +63,8 @@ def track_contacts(
     """
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
     rough = [i for i, touch in enumerate(touches) if touch.friction]
-    tips = _material_tips(state.users, touches, before, probes, rough)
-    contacts, surfaces, places = _follow(body, state, before, tips, time.period)
+    followed = _places_to_follow(state, touches, before, probes)
+    contacts, surfaces, places = _follow(body, state, before, followed, time.period)
     n, frames = len(touches), contacts.frames
     height, push, velocity = np.empty(n), np.empty(n), np.empty((n, 3))
     heights(frames, probes, places, height)
@@ -133,24 +133,23 @@ def _follow(
         user += 1
 
 
-def _material_tips(
-    users: Users, touches: Sequence[Touch], before: Ints, probes: Floats, rough: Sequence[int]
+def _places_to_follow(
+    state: WorldState, touches: Sequence[Touch], before: Ints, probes: Floats
 ) -> Floats:
-    """The tips, less the stretch of the material under them along the free surface, (n, 3) [m].
+    """What each contact follows: the tip, or the point that a finger holds, shape (n, 3) [m].
 
-    A tangential force carries the material with it, which the free surface does not show. A finger
-    that sticks must stay on its material point however far both have moved (science 3.10).
+    A finger that sticks must stay on its material point, however far its own force and the others
+    have moved both, and the surface may turn under it (science 3.10). Its anchor is taken to where
+    the others have displaced it.
     """
-    if not rough:
+    held = [i for i, touch in enumerate(touches) if touch.anchor is not None and before[i] >= 0]
+    observed = state.users.observed
+    if not held or observed is None:
         return probes
-    tips = probes.copy()
-    for i in rough:
-        row = int(before[i])
-        compliance = users.compliance[row] if row >= 0 and users.compliance else None
-        if compliance is not None:
-            normal = vec3(users.tracked.contacts.frames[row, 2])
-            tips[i] = sub(touches[i].probe, stretch_of(touches[i].force, normal, compliance))
-    return tips
+    rows, places = before[held], probes.copy()
+    displaced = observed.x_free[rows] - state.users.tracked.contacts.frames[rows, 1]
+    places[held] = vectors([touches[i].anchor or ZERO for i in held]) + displaced
+    return places
 
 
 def _loop_delays(

@@ -54,6 +54,7 @@ class Touch:
         fixed_gains: Gains that the user chose itself, where the server allows it.
         geometry: Of the patches that the user asked for.
         friction: Whether its force may have a tangential part.
+        anchor: Point of the resting surface that its finger holds by friction [m]; None for none.
     """
 
     user: int
@@ -71,6 +72,7 @@ class Touch:
     geometry: Geometry = Geometry.PLANE
     friction: bool = False
     damping_budget: float = 0.0
+    anchor: Vec3 | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,13 +101,30 @@ def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
     return dot(normal, times(C, state.force))
 
 
-def unwedged(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """The coefficient of friction, no larger than a law's gain bears.
+def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
+    """Share of `normal_shift` that a law takes into its depth, above 0 and at most 1.
 
-    Friction takes the contact point along the normal by n . C f_t, and the law answers that with
-    K_h times as much, period after period: from mu K_h |P C n| = 1 on the force grows without a
-    bound. Where K_h is at most 1 / C_nn, `friction_step` sees to that; but the gain in use may be
-    larger for a while, since normal, compliance and gain follow the surface each at its own rate.
+    The law answers the shift with K_h times as much, and friction that, period after period. Where
+    K_h is at most 1 / C_nn, that comes to rest: a contact that sticks has less than C_nn of its
+    compliance along the normal by way of the tangent plane (a Schur complement), and for one that
+    slips `friction_step` sees to it. But the gain in use may be larger for a while, since normal,
+    compliance and gain follow the surface each at its own rate: then the law takes as much of the
+    shift as if it were 1 / C_nn.
+
+    Args:
+        normal: Outward unit normal in use.
+        C: Contact compliance in use.
+        k_h: Gain in use [N/m].
+    """
+    gain = k_h * dot(normal, times(C, normal))
+    return 1.0 if gain <= 1.0 else 1.0 / gain
+
+
+def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
+    """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
+
+    A change of the normal force takes the friction with it, by mu at most, and that the depth, so
+    that in the end the force changes by 1 / (1 - kappa) as much.
 
     Args:
         mu: Coefficient of friction.
@@ -115,23 +132,10 @@ def unwedged(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
         C: Contact compliance in use.
         k_h: Gain in use [N/m].
     """
-    gain = _lift(normal, C, k_h)
-    return mu if mu * gain <= _WEDGE else _WEDGE / gain
-
-
-def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
-
-    A change of the normal force takes the friction with it, by mu at most, and that the depth, so
-    that in the end the force changes by 1 / (1 - kappa) as much. Arguments as for `unwedged`.
-    """
-    return min(_WEDGE, mu * _lift(normal, C, k_h))
-
-
-def _lift(normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """Change of the normal force per force along the surface, K_h |P C n|."""
     moved = times(C, normal)
-    return k_h * norm(sub(moved, scale(normal, dot(moved, normal))))
+    along = dot(moved, normal)
+    lift = norm(sub(moved, scale(normal, along)))
+    return min(_WEDGE, mu * lift * min(k_h, 1.0 / along) if along > 0.0 else _WEDGE)
 
 
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
@@ -156,21 +160,24 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
     return gap, add(state.material, gap)
 
 
-def stretch_of(force: Vec3, normal: Vec3, C: Compliance3) -> Vec3:
-    """Displacement of the tip over the material that belongs to a force, s = -P C f [m].
+def anchor_of(state: FrictionState, probe: Vec3, normal: Vec3, depth: float) -> Vec3 | None:
+    """Point of the resting surface that the contact holds [m]; None without contact.
 
-    It holds while sticking and slipping, for a law with the object's own stiffness. The series
-    spring of a softer law is left out: to separate it the server would have to split the force
-    along the client's normal, and with its own normal it would take a part of the normal force for
-    friction.
+    The tip less its way over the material, out along the normal to the surface, and back by the
+    displacement of the material. While the contact sticks it stays where it is, whatever normal,
+    compliance and force do: a server that takes the contact to be there hears nothing of what it
+    has sent come back (science 3.10).
 
     Args:
-        force: On the hand [N].
-        normal: Outward unit normal at the contact.
-        C: Contact compliance.
+        state: After the period.
+        probe: Tip [m].
+        normal: Outward unit normal in use.
+        depth: Of the tip below the surface in use [m].
     """
-    moved = times(C, force)
-    return sub(scale(normal, dot(moved, normal)), moved)
+    if not state.touching:
+        return None
+    on_surface = add(sub(probe, state.stretch), scale(normal, max(0.0, depth)))
+    return sub(on_surface, state.material)
 
 
 # Above 60 lines: the steps share a dozen scalars, and a call costs a part of the haptic period.

@@ -18,13 +18,17 @@ from cohaptic.protocol.frame import (
     check_range,
     check_vector,
     open_frame,
+    open_header,
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
 _BODY = struct.Struct("<IIdffffff")
+_ANCHOR = struct.Struct("<fff")
 SIZE = HEADER.size + _BODY.size
-_KIND = int(FrameKind.CONTACT_SAMPLE)
+ANCHORED_SIZE = SIZE + _ANCHOR.size
+ANCHORED = 1  # flag: an anchor follows
+_PLAIN_HEAD = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, 0)
 _U32 = 2**32 - 1
 
 
@@ -37,6 +41,8 @@ class ContactSample(NamedTuple):
         t_client: When the sample was taken, on the client's clock [s].
         probe: Tip of the device in the world frame [m].
         force: On the hand in the world frame [N]; the body gets its opposite.
+        anchor: Point of the resting surface that the finger holds by friction, wherever forces have
+            taken it since [m]; None without friction or contact.
     """
 
     seq: int
@@ -44,20 +50,30 @@ class ContactSample(NamedTuple):
     t_client: float
     probe: Vec3
     force: Vec3
+    anchor: Vec3 | None = None
 
     def encode(self) -> bytes:
         """The frame of this sample; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
-        head = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, 0)
-        return head + _BODY.pack(self.seq, self.tick, self.t_client, *self.probe, *self.force)
+        body = _BODY.pack(self.seq, self.tick, self.t_client, *self.probe, *self.force)
+        if self.anchor is None:
+            return _PLAIN_HEAD + body
+        head = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, ANCHORED)
+        return head + body + _ANCHOR.pack(*self.anchor)
 
     @classmethod
     def decode(cls, data: bytes) -> ContactSample:
         """The sample in a frame; raises RemoteProtocolError for any invalid bytes."""
-        if len(data) != SIZE or data[0] != PROTOCOL_VERSION or data[1] != _KIND:
-            open_frame(data, FrameKind.CONTACT_SAMPLE, SIZE)
+        anchor: Vec3 | None = None
+        if len(data) != SIZE or data[:4] != _PLAIN_HEAD:
+            flags = open_header(data, FrameKind.CONTACT_SAMPLE)
+            check_range("flags of a contact sample", flags, 0, ANCHORED, remote=True)
+            open_frame(data, FrameKind.CONTACT_SAMPLE, ANCHORED_SIZE if flags else SIZE)
+            if flags:
+                x, y, z = _ANCHOR.unpack_from(data, SIZE)
+                anchor = (x, y, z)
         seq, tick, t, x, y, z, f_x, f_y, f_z = _BODY.unpack_from(data, HEADER.size)
-        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z))
+        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor)
         # A server does this for each user at each tick: the limits of `_check` that bytes can
         # break, at once; which one it is, is found only where one is broken.
         if not (
@@ -65,6 +81,7 @@ class ContactSample(NamedTuple):
             and math.isfinite(t)
             and norm(sample.probe) <= MAX_POSITION
             and norm(sample.force) <= MAX_FORCE
+            and (anchor is None or norm(anchor) <= MAX_POSITION)
         ):
             sample._check(remote=True)
         return sample
@@ -75,3 +92,5 @@ class ContactSample(NamedTuple):
         check_finite("t_client", self.t_client, remote=remote)
         check_vector("probe", self.probe, MAX_POSITION, "m", remote=remote)
         check_vector("force", self.force, MAX_FORCE, "N", remote=remote)
+        if self.anchor is not None:
+            check_vector("anchor", self.anchor, MAX_POSITION, "m", remote=remote)

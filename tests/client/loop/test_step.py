@@ -45,7 +45,7 @@ def test_the_same_inputs_give_the_same_outputs_and_the_state_stays_as_it_was(
 
 def test_before_the_first_patch_there_is_no_force_and_the_server_counts_as_silent() -> None:
     state, outputs = play(LoopState(), [at((0.0, 0.0, -0.05))] * 100, SETTINGS, 10.0)
-    assert outputs == [Output(ZERO, ZERO, NO_FORCE, 0.0, 0.0, True)] * 100
+    assert outputs == [Output(ZERO, ZERO, None, NO_FORCE, 0.0, 0.0, True)] * 100
     assert shown_at(state, ZERO, 10.0, SETTINGS) is None
 
 

@@ -114,7 +114,7 @@ def test_who_was_kicked_may_come_back_later_and_who_was_banned_may_not(
         session = welcome(user).session
         ordered(there, admin, action=action, user=user.user)
         there.disconnect(user, "")
-        peer = there.connect(KICKED_FOR, "cohaptic.v3", None, "z")
+        peer = there.connect(KICKED_FOR, "cohaptic.v4", None, "z")
         there.receive(peer, hello(token=session).model_dump_json(), KICKED_FOR, NOW - KICKED_FOR)
         if code is None:
             welcome(peer)

@@ -10,12 +10,13 @@ from cohaptic.control.friction import (
     NO_FRICTION,
     Compliance3,
     FrictionState,
+    anchor_of,
+    believed_shift,
     normal_shift,
-    stretch_of,
     tangential,
     tangents,
     times,
-    unwedged,
+    wedging,
 )
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from tests.shared.control.contacts import (
@@ -24,7 +25,6 @@ from tests.shared.control.contacts import (
     mus,
     normals,
     paths,
-    played,
     rub,
     shares,
     ways,
@@ -55,14 +55,24 @@ def test_a_law_of_any_gain_does_not_drive_its_own_force(
 ) -> None:
     """Not where it is larger than 1 / C_nn either, as on a surface that turns faster than it."""
     k_h, depth = gain / dot(n, times(C, n)), 0.005
-    state, f_n = FrictionState(), gain * depth / dot(n, times(C, n))
-    for _ in range(300):
-        state = rub(state, way, n, f_n, C, unwedged(mu, n, C, k_h))
-        f_n = k_h * max(0.0, depth - normal_shift(state, n, C))
+    state, f_n = FrictionState(), k_h * depth
+    believed = believed_shift(n, C, k_h)
+    before = f_n
+    for _ in range(2000):
+        state = rub(state, way, n, f_n, C, mu)
+        way = ZERO  # after one stroke the finger rests
+        before, f_n = f_n, k_h * max(0.0, depth - believed * normal_shift(state, n, C))
         assert f_n <= 10.0 * k_h * depth * (1.0 + 1e-9)
-    level = unwedged(mu, n, C, 0.5 * k_h / gain)
-    assert level <= mu
-    assert unwedged(mu, n, C, 0.0) == mu
+    assert abs(f_n - before) <= 1e-3 * k_h * depth
+
+
+@given(normals, compliances(), st.floats(0.0, 1e4))
+def test_a_law_no_stiffer_than_the_body_takes_the_whole_shift(
+    n: Vec3, C: Compliance3, k_h: float
+) -> None:
+    gain = k_h * dot(n, times(C, n))
+    assert believed_shift(n, C, k_h) == pytest.approx(min(1.0, 1.0 / max(gain, 1e-12)))
+    assert 0.0 <= wedging(MAX_FRICTION, n, C, k_h) <= 0.9
 
 
 @given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances(), mus, shares)
@@ -178,17 +188,34 @@ def test_a_device_softer_than_the_object_is_used_up_to_its_limit(
     step = scale(add(one, two), norm(way))
     after = rub(state, step, n, 1.0, C, sticks, max_stiffness=limit)
     expected = min(limit, 1.0 / eigenvalues[0]) * norm(way)
+    # Beyond that friction would lift the contact off, and it slips whatever mu.
+    pressed_in = times(C, n)
+    lifts = norm(sub(pressed_in, scale(n, dot(pressed_in, n))))
+    assume(expected < 0.89 * dot(pressed_in, n) / max(lifts, 1e-12))
     assert norm(sub(after.force, state.force)) == pytest.approx(expected, rel=1e-4, abs=1e-6)
 
 
-@given(paths, normals, forces, compliances(), mus)
-def test_the_force_tells_how_far_the_tip_is_from_its_material(
-    path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float
+@given(vectors(0.0001), vectors(0.01), vectors(0.003), normals, forces, compliances())
+def test_a_contact_that_sticks_keeps_its_anchor(
+    way: Vec3, tip: Vec3, others: Vec3, n: Vec3, f_n: float, C: Compliance3
 ) -> None:
-    """Stick or slip, of a law with the object's own stiffness: s = -P C f."""
-    state = played(path, n, f_n, C, mu)
-    told = stretch_of(add(scale(n, f_n), state.force), n, C)
-    assert told == pytest.approx(state.stretch, rel=1e-6, abs=1e-9)
+    """Wherever the hand and the others take it."""
+    start = FrictionState(touching=True)
+    depth = 0.004
+    before = anchor_of(start, tip, n, depth)
+    state = rub(start, way, n, f_n, C, 1e6, material=others, most=1e6)
+    pressed_in = times(C, scale(n, f_n))
+    lifts = norm(sub(pressed_in, scale(n, dot(pressed_in, n))))
+    assume(norm(state.force) < 0.89 * f_n * dot(pressed_in, n) / max(lifts, 1e-12))
+    # The tip is as deep below the surface as before, less its own way out and the surface's.
+    now = depth - dot(n, way) + dot(n, others)
+    after = anchor_of(state, add(tip, way), n, now)
+    assert before is not None
+    assert after == pytest.approx(before, abs=1e-9)
+
+
+def test_without_contact_there_is_no_anchor() -> None:
+    assert anchor_of(NO_FRICTION, ZERO, (0.0, 0.0, 1.0), 0.01) is None
 
 
 @given(vectors(20.0), normals, forces)

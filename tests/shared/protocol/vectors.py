@@ -42,6 +42,9 @@ SAMPLES = {
         (single(-0.0875), single(0.001), 0.0),
         (single(-3.2), single(0.01), 0.0),
     ),
+    "holding": ContactSample(
+        2, 77, 12345.75, (0.125, 0.0, 0.0), (1.5, 0.25, 0.0), (single(0.1), -0.0625, 0.0)
+    ),
 }
 HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
 PATCHES = {

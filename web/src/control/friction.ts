@@ -62,20 +62,24 @@ export function normalShift(state: FrictionState, normal: Vec3, C: Compliance3):
   return dot(normal, times(C, state.force));
 }
 
-/** The coefficient of friction, no larger than a law's gain bears (`unwedged` of `friction.py`). */
-export function unwedged(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
-  const gain = lift(normal, C, k_h);
-  return mu * gain <= WEDGE ? mu : WEDGE / gain;
+/** Share of `normalShift` that a law takes into its depth, above 0 and at most 1 (`believed_shift` of `friction.py`). */
+export function believedShift(normal: Vec3, C: Compliance3, k_h: number): number {
+  const gain = k_h * dot(normal, times(C, normal));
+  return gain <= 1 ? 1 : 1 / gain;
 }
 
-/** The share of a normal force that comes back through friction (`wedging` of `friction.py`). */
+/** The share of a normal force that comes back through friction, 0 to 0.9 (`wedging` of `friction.py`). */
 export function wedging(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
-  return Math.min(WEDGE, mu * lift(normal, C, k_h));
+  const moved = times(C, normal);
+  const along = dot(moved, normal);
+  if (along <= 0) return WEDGE;
+  return Math.min(WEDGE, mu * norm(sub(moved, scale(normal, along))) * Math.min(k_h, 1 / along));
 }
 
-function lift(normal: Vec3, C: Compliance3, k_h: number): number {
-  const moved = times(C, normal);
-  return k_h * norm(sub(moved, scale(normal, dot(moved, normal))));
+/** Point of the resting surface that the contact holds [m]; null without contact (`anchor_of` of `friction.py`). */
+export function anchorOf(state: FrictionState, probe: Vec3, normal: Vec3, depth: number): Vec3 | null {
+  if (!state.touching) return null;
+  return sub(add(sub(probe, state.stretch), scale(normal, Math.max(0, depth))), state.material);
 }
 
 /**

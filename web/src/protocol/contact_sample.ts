@@ -14,6 +14,8 @@ import {
 } from "./frame";
 
 export const CONTACT_SAMPLE_SIZE = 44;
+const ANCHORED = 1; // flag: an anchor follows
+const ANCHOR_SIZE = 12;
 
 export interface ContactSample {
   /** Counts this client's samples from 1. */
@@ -26,15 +28,19 @@ export interface ContactSample {
   readonly probe: Vec3;
   /** On the hand, world frame [N]. */
   readonly force: Vec3;
+  /** Point of the resting surface that the finger holds by friction [m]; null without friction or contact. */
+  readonly anchor: Vec3 | null;
 }
 
 export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuffer> {
   check(sample);
-  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE);
+  const anchor = sample.anchor ?? [];
+  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE + 4 * anchor.length);
+  if (sample.anchor !== null) view.setUint16(2, ANCHORED, true);
   view.setUint32(4, sample.seq, true);
   view.setUint32(8, sample.tick, true);
   view.setFloat64(12, sample.t_client, true);
-  [...sample.probe, ...sample.force].forEach((value, i) => {
+  [...sample.probe, ...sample.force, ...anchor].forEach((value, i) => {
     view.setFloat32(20 + 4 * i, value, true);
   });
   return new Uint8Array(view.buffer);
@@ -42,14 +48,16 @@ export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuff
 
 /** The sample in a frame; throws ProtocolError, whatever the bytes. */
 export function decodeContactSample(bytes: Uint8Array): ContactSample {
-  const { reader } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
-  checkSize("contact_sample", bytes, CONTACT_SAMPLE_SIZE);
+  const { flags, reader } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
+  checkInteger("flags of a contact sample", flags, 0, ANCHORED);
+  checkSize("contact_sample", bytes, CONTACT_SAMPLE_SIZE + (flags ? ANCHOR_SIZE : 0));
   const sample = {
     seq: reader.u32(),
     tick: reader.u32(),
     t_client: reader.f64(),
     probe: reader.vec(),
     force: reader.vec(),
+    anchor: flags ? reader.vec() : null,
   };
   check(sample);
   return sample;
@@ -61,4 +69,5 @@ function check(sample: ContactSample): void {
   checkFinite("t_client", sample.t_client);
   checkVector("probe", sample.probe, MAX_POSITION, "m");
   checkVector("force", sample.force, MAX_FORCE, "N");
+  if (sample.anchor !== null) checkVector("anchor", sample.anchor, MAX_POSITION, "m");
 }

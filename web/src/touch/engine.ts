@@ -179,7 +179,7 @@ export class TouchEngine {
   farewell(now: number): readonly (string | Uint8Array<ArrayBuffer>)[] {
     if (this.pacer === null) return [];
     this.pacer = null;
-    return [this.sample(now, ZERO), encodeControl({ type: "bye" })];
+    return [this.sample(now, ZERO, null), encodeControl({ type: "bye" })];
   }
 
   /** Run the periods that have passed; the sample to send now, if one is due. */
@@ -190,7 +190,7 @@ export class TouchEngine {
     this.periods += times.length;
     if (this.pacer === null || this.pacer.due > now) return null;
     this.pacer = sent(this.pacer, now);
-    return this.sample(now, this.output?.on_body ?? ZERO);
+    return this.sample(now, this.output?.on_body ?? ZERO, this.output?.anchor ?? null);
   }
 
   /** The report for the page; begins a new trace. */
@@ -265,7 +265,7 @@ export class TouchEngine {
     return this.settings;
   }
 
-  private sample(now: number, force: Vec3): Uint8Array<ArrayBuffer> {
+  private sample(now: number, force: Vec3, anchor: Vec3 | null): Uint8Array<ArrayBuffer> {
     this.seq += 1;
     const sample: ContactSample = {
       seq: this.seq,
@@ -273,6 +273,7 @@ export class TouchEngine {
       t_client: now,
       probe: this.device.tip.position,
       force,
+      anchor,
     };
     return encodeContactSample(sample);
   }

@@ -1,5 +1,7 @@
 import { describe, expect, test } from "vitest";
 import {
+  anchorOf,
+  believedShift,
   followMaterial,
   type FrictionState,
   frictionStep,
@@ -8,7 +10,7 @@ import {
   type Slide,
   tangents,
   times,
-  unwedged,
+  wedging,
 } from "../../src/control/friction";
 import type { Compliance3 } from "../../src/model/body";
 import { cross, dot, norm, type Vec3, ZERO } from "../../src/model/vec";
@@ -83,9 +85,17 @@ test.each([[[1, 0, 0]], [[0, 0, -1]], [[0.6, 0.8, 0]]] as [Vec3][])("two directi
   expectClose(cross(one, two), normal, "right-handed");
 });
 
-test("friction is no larger than the law's gain bears", () => {
+test("a law stiffer than the body takes a part of the shift by friction, any other takes all of it", () => {
   const C: Compliance3 = [0.012, 0.012, 0.012, 0, 0.01, 0];
-  expect(unwedged(0.5, [0, 0, 1], C, 80)).toBe(0.5);
-  expect(unwedged(0.5, [0, 0, 1], C, 250)).toBeCloseTo(0.9 / (250 * 0.01), 12);
-  expect(unwedged(0.5, [0, 0, 1], EVEN, 1e6)).toBe(0.5);
+  expect(believedShift([0, 0, 1], C, 80)).toBe(1);
+  expect(believedShift([0, 0, 1], C, 250)).toBeCloseTo(1 / (250 * 0.012), 12);
+  expect(wedging(0.5, [0, 0, 1], C, 80)).toBeCloseTo(0.5 * 80 * 0.01, 12);
+  expect(wedging(0.5, [0, 0, 1], C, 1e6)).toBeCloseTo(0.5 * (0.01 / 0.012), 12);
+  expect(wedging(0.5, [0, 0, 1], EVEN, 1e6)).toBe(0);
+});
+
+test("the anchor is the tip less its way over the material, out to the surface and back by the material's way", () => {
+  const state = { ...NO_FRICTION, touching: true, stretch: [0.001, 0, 0] as Vec3, material: [0, 0.002, 0.003] as Vec3 };
+  expectClose(anchorOf(state, [0.1, 0, 0], [0, 0, 1], 0.004) ?? [], [0.099, -0.002, 0.001], "anchor");
+  expect(anchorOf(NO_FRICTION, [0.1, 0, 0], [0, 0, 1], 0.004)).toBe(null);
 });

@@ -8,7 +8,7 @@ const fromClient = new Set(["hello", "hello with a token", "set_law", "bye", "wa
 const SENT: ClientControl[] = [
   {
     type: "hello",
-    protocol: 3,
+    protocol: 4,
     name: "left",
     law: "predictive",
     max_stiffness: 1000,
@@ -19,13 +19,13 @@ const SENT: ClientControl[] = [
     fixed_gains: null,
   },
   {
-    type: "hello", protocol: 3, name: "left", law: "predictive", max_stiffness: 1000, max_force: 10, damping_budget: 0,
+    type: "hello", protocol: 4, name: "left", law: "predictive", max_stiffness: 1000, max_force: 10, damping_budget: 0,
     geometry: "plane", friction: false, fixed_gains: null, key: "0123456789abcdef", token: "eyJh.eyJz.c2ln",
   },
-  { type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
+  { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
   { type: "set_law", law: "pi", fixed_gains: null },
   { type: "bye" },
-  { type: "watch", protocol: 3, encoding: "frames", rate: 30, mesh: "quantised" },
+  { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised" },
   { type: "set_view", encoding: "forces", rate: 60 },
   { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
 ];
@@ -56,7 +56,7 @@ test.each([
   ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
   ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
   ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 16384 characters"],
-  ["another version", said.replace('"protocol":3', '"protocol":2'), "protocol version is 2; expected 3"],
+  ["another version", said.replace('"protocol":4', '"protocol":2'), "protocol version is 2; expected 4"],
   ["a period that is none", welcome({ simulation_period: 0.004 }), "simulation_period is 0.004; expected a number from 0.005 to 0.1"],
   ["a period without end", welcome({ simulation_period: 0.2 }), "simulation_period is 0.2"],
   ["a session that is no token", welcome({ session: "a b" }), "session is \"not shown\"; expected a token"],

@@ -116,7 +116,7 @@ function surfaceTail(units: number): Uint8Array {
 
 export const WATCHING = {
   type: "watching",
-  protocol: 3,
+  protocol: 4,
   simulation_period: 1 / 60,
   to_wall: 0,
   body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },

@@ -175,7 +175,10 @@ class HapticLoop:
         tick = patch.tick if patch is not None else 0
         x, y, z = sample.position
         fx, fy, fz = output.on_body
-        self._memory.sample.write(SAMPLE.pack(now, tick, x, y, z, fx, fy, fz))
+        anchor = output.anchor
+        ax, ay, az = anchor or ZERO
+        holds = anchor is not None
+        self._memory.sample.write(SAMPLE.pack(now, tick, x, y, z, fx, fy, fz, holds, ax, ay, az))
 
     def _keep_row(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
         state, patch, local = self._state, self._state.patch, output.local

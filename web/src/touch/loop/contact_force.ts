@@ -1,6 +1,6 @@
 /** Laws, friction and damping at a surface in one period; a part of `client/cohaptic_client/loop/step.py`. */
 
-import { type FrictionState, frictionStep, NO_FRICTION, normalShift, times, unwedged, wedging } from "../../control/friction";
+import { believedShift, type FrictionState, frictionStep, NO_FRICTION, normalShift, times, wedging } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
 import { type LocalForce, NO_FORCE, pressedDepth } from "../../control/law";
 import type { Compliance3 } from "../../model/body";
@@ -82,7 +82,7 @@ export function contactForce(
   if (state.sight !== null && state.safety.scale > 0) {
     depth = holdBack(state.depth + moved_in, depth, pace / Math.max(k_h, SOFT));
   }
-  const aside = C === null ? 0 : normalShift(state.friction, normal, C);
+  const aside = C === null ? 0 : believedShift(normal, C, k_h) * normalShift(state.friction, normal, C);
   const [fade, local] = run(updated, { ...sight, depth: depth - aside }, counted, settings.law);
   const f = local.normal_force;
   let damping = 0;
@@ -104,7 +104,7 @@ export function contactForce(
     normal,
     normal_force: f,
     C,
-    mu: unwedged(settings.friction, normal, C, k_h),
+    mu: settings.friction,
     share,
     max_stiffness: settings.max_stiffness,
     most: 0.5 * pace,

@@ -132,6 +132,8 @@ export interface Output {
   readonly force: Vec3;
   /** The same without the passivity layer's damping, which acts on the hand only: its opposite acts on the body [N]. */
   readonly on_body: Vec3;
+  /** Point of the resting surface that the contact holds by friction [m]; null for none. */
+  readonly anchor: Vec3 | null;
   readonly local: LocalForce;
   /** Of the passivity layer, along the normal [N]. */
   readonly damping_force: number;

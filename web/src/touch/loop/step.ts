@@ -5,8 +5,10 @@
  * `arrival.ts`, the force of a surface on the hand in `contact_force.ts`, the state of the loop in `state.ts`.
  */
 
+import { anchorOf } from "../../control/friction";
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
-import { isSilent, shown } from "./arrival";
+import { MAX_POSITION } from "../../protocol/frame";
+import { isSilent, overMaterial, shown } from "./arrival";
 import { NO_CONTACT, contactForce } from "./contact_force";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";
 import { guard } from "./safety";
@@ -23,7 +25,7 @@ export function step(
   // A late period moves the force by no more than two punctual ones.
   const counted = Math.min(dt, 2 * settings.limits.period);
   const silent = isSilent(state, now, settings);
-  const sight = shown(state, sample.position, now, settings);
+  const sight = shown(state, overMaterial(state, sample.position), now, settings);
   const { patch, fade } = state;
   const contact =
     sight === null || patch === null || fade === null
@@ -57,12 +59,18 @@ export function step(
   const output: Output = {
     force: safety.force,
     on_body: onBody(contact.on_body, ratio, settings.limits.max_force),
+    anchor: told(anchorOf(contact.friction, sample.position, contact.normal, contact.depth)),
     local,
     damping_force: contact.damped - local.normal_force,
     u_others: sight === null ? 0 : dot(sight.u_others, sight.normal),
     silent,
   };
   return [after, output];
+}
+
+/** An anchor as the server may hear of it: none that is no place within reach. */
+function told(anchor: Vec3 | null): Vec3 | null {
+  return anchor !== null && norm(anchor) <= MAX_POSITION ? anchor : null;
 }
 
 /**

@@ -1,0 +1,45 @@
+"""Rooms of hands with friction on a soft block, the short version (science 3.10)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic.protocol.messages import GeometryName
+from cohaptic.simulated.hand import HandScript, Place
+from cohaptic_experiments.virtual_session import VirtualSession
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.numeric import vec3
+from friction_rooms import play, soft_block
+
+
+@pytest.fixture(scope="module")
+def body() -> Solid:
+    return soft_block()
+
+
+@pytest.mark.parametrize("geometry", ["plane", "mesh"])
+def test_a_hand_alone_with_friction_rests_at_a_rim_behind_a_delay(
+    body: Solid, geometry: GeometryName
+) -> None:
+    """It swung by a sixth of its force when its place was found from the force."""
+    mesh = body.mesh
+    k = int(np.argmin(np.linalg.norm(mesh.vertices - (-0.02, 0.0, 0.12), axis=1)))
+    place = Place(vec3(mesh.vertices[k]), vec3(-mesh.normals[k]))
+    forces: list[float] = []
+    for delay in (0.0, 0.2):
+        session = VirtualSession(body)
+        script = HandScript(depth=0.005, approach_at=1.2, place=place)
+        user = session.join("hand", script, delay=delay, geometry=geometry, friction=0.5)
+        session.run(5.0)
+        assert np.ptp(user.force[-1000:]) < 1e-3 * user.force[-1]
+        forces.append(user.force[-1])
+    assert forces[1] == pytest.approx(forces[0], rel=0.01)
+
+
+@pytest.mark.parametrize("number", [6, 12])
+def test_several_hands_with_friction_rest_and_no_force_jumps(body: Solid, number: int) -> None:
+    """Of the benchmark's rooms one whose force jumped by 0.6 N, and one that swung on."""
+    room = play(body, 0, number, (0.1, 0.2, 0.5, 1.0), 9.0)
+    assert room.step < 0.0205
+    assert room.swing < 0.01
