@@ -14,6 +14,9 @@ from cohaptic.errors import CloseCode, RemoteProtocolError
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
 KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
+# s for which a seat is kept as well. A client tries again every 0.5 s, and a path that has broken
+# is back within ten seconds or so, or for a long time not.
+SEAT_KEPT_FOR = 15.0
 _MOST_KEPT = 64  # as many as the largest room has users
 
 
@@ -69,6 +72,11 @@ class KeptNames:
         self._kept[name] = (claim, now + KEPT_FOR)
         if len(self._kept) > _MOST_KEPT:
             del self._kept[next(iter(self._kept))]
+
+    def seats(self, now: float) -> int:
+        """How many of them have a seat kept as well."""
+        began = now - SEAT_KEPT_FOR + KEPT_FOR
+        return sum(until > began for _, until in self._kept.values())
 
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name is kept for somebody else."""
