@@ -204,7 +204,7 @@ class Lobby:
         elif peer.user is None:
             outcome.say(f"a client was refused: {reason}", peer.source)
         else:
-            left = self.room.leave(peer.user, reason, lost)
+            left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
                 outcome.say(f"{left.name} left: {reason}", peer.source)
                 self._tell_others(peer, left, outcome)

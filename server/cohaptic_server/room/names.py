@@ -65,9 +65,13 @@ class KeptNames:
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Claim, float]] = {}
+        self._seats: dict[str, float] = {}  # until when [s]
 
-    def keep(self, name: str, claim: Claim, now: float) -> None:
-        """Keep a name for who had it."""
+    def keep(self, name: str, claim: Claim, now: float, *, seat: bool = True) -> None:
+        """Keep a name for who had it, and for a while its seat."""
+        self._seats.pop(name, None)
+        if seat:
+            self._seats[name] = now + SEAT_KEPT_FOR
         self._kept.pop(name, None)
         self._kept[name] = (claim, now + KEPT_FOR)
         if len(self._kept) > _MOST_KEPT:
@@ -75,8 +79,8 @@ class KeptNames:
 
     def seats(self, now: float) -> int:
         """How many of them have a seat kept as well."""
-        began = now - SEAT_KEPT_FOR + KEPT_FOR
-        return sum(until > began for _, until in self._kept.values())
+        self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
+        return len(self._seats)
 
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name is kept for somebody else."""

@@ -220,19 +220,22 @@ class Room:
             known = " or ".join(other.value for other in self.settings.laws)
             raise RemoteProtocolError("law", law.value, f"{known}, as this room has it")
 
-    def leave(self, user: int, reason: str = "left", lost: float | None = None) -> UserLeft | None:
+    def leave(
+        self, user: int, reason: str = "left", lost: float | None = None, *, seat: bool = True
+    ) -> UserLeft | None:
         """Remove a user, whose force then fades in the world; None if it is not in the room.
 
         Args:
             user: Its number.
             reason: For the others.
             lost: When its connection was lost, and its name is kept for it [s]; None if it ended.
+            seat: Whether its seat is kept as well then.
         """
         member = self.members.pop(user, None)
         if member is None:
             return None
         if lost is not None:
-            self._kept.keep(member.hello.name, member.claim, lost)
+            self._kept.keep(member.hello.name, member.claim, lost, seat=seat)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def seated(self, now: float) -> int:

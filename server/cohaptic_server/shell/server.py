@@ -260,6 +260,7 @@ class CohapticServer:
                     await self._send_mesh(connection)
                 ws.taken()
         except ConnectionClosed as closed:
+            peer.farewell = closed.rcvd is not None
             frame = closed.rcvd or closed.sent
             if frame is not None and frame.reason:
                 reason = one_line(frame.reason)  # it is shown on other users' terminals
