@@ -20,7 +20,7 @@ NO_TESTS := 5
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test check static format lint types web page compiled docs bench results clean
+.PHONY: help demo test check static format lint types web page compiled docs bench soak results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
@@ -104,6 +104,9 @@ bench: $(VENV)/.dev  ## cost of the haptic period and of the server's tick
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/tick.py
 	@$(BIN)/python benchmarks/spectators.py
+
+soak: $(VENV)/.dev  ## three minutes of everything that happens to a server; ARGS="--minutes 30"
+	@$(BIN)/python benchmarks/soak.py --minutes 3 $(ARGS)
 
 results: $(VENV)/.dev  ## make docs/results.md again, about half an hour
 	@$(BIN)/python experiments/results.py

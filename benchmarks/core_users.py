@@ -7,6 +7,7 @@ period, at a time of its own within the period, and reads what comes.
 from __future__ import annotations
 
 import base64
+import contextlib
 import math
 import os
 import select
@@ -20,7 +21,7 @@ from urllib.parse import urlsplit
 
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import FrameKind
-from cohaptic.protocol.messages import GeometryName, Hello, encode_control
+from cohaptic.protocol.messages import Bye, GeometryName, Hello, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import Vec3, scale
 
@@ -35,6 +36,12 @@ class Count:
 
     patches: int = 0
     size: int = 0
+
+    def add(self, came: bytes, at: int, length: int) -> None:
+        """Count a patch: bytes `at` to `at + length` of `came`."""
+        del came, at
+        self.patches += 1
+        self.size += length
 
 
 def crowd(pipe: Pipe) -> None:
@@ -57,7 +64,7 @@ def play(
 
     Args:
         pipe: To whoever measures.
-        url: Of the server; its path is empty for ours, and not for a bare one.
+        url: Of the server, or of a room of it; a bare one has a number for a path.
         users: How many, evenly round the equator.
         geometry: Of the patches asked for.
         motion: What everybody does, all the time.
@@ -81,7 +88,7 @@ def play(
                 pipe.send((count.patches, count.size))
             else:
                 for user in everybody:
-                    user.socket.close()
+                    user.leave()
                 return
         now = time.perf_counter()
         while start + sent * PERIOD / users <= now:
@@ -125,7 +132,7 @@ class User:
             self._came += self.socket.recv(4096)
         head, _, self._came = self._came.partition(b"\r\n\r\n")
         assert head.startswith(b"HTTP/1.1 101"), head
-        self._ours = not parts.path
+        self._ours = not parts.path[1:].isdigit()
         if self._ours:
             name = (
                 f"u{number}-{os.urandom(4).hex()}"  # those of the last scene may still be leaving
@@ -156,14 +163,27 @@ class User:
             if len(came) < at + head + length:
                 break
             if came[at] == 0x82 and (not self._ours or came[at + head + 1] == FrameKind.PATCH):
-                count.patches += 1
-                count.size += length
+                count.add(came, at + head, length)
                 if self._ours:
                     (self._tick,) = struct.unpack_from("<I", came, at + head + 4)
             elif came[at] == 0x89:
                 self._send(0x8A, came[at + head : at + head + length])
             at += head + length
         self._came = came[at:]
+
+    @property
+    def rest(self) -> bytes:
+        """What came last and was not understood: the words of who has closed."""
+        with contextlib.suppress(OSError):
+            self._came += self.socket.recv(4096)
+        return self._came[-300:]
+
+    def leave(self) -> None:
+        """Go with a word: the seat of one who only vanishes is kept for a while."""
+        with contextlib.suppress(OSError):
+            if self._ours:
+                self._send(0x81, encode_control(Bye()).encode())
+        self.socket.close()
 
     def _send(self, kind: int, data: bytes) -> None:
         """Send a frame, masked with zeros, which leaves it as it is."""

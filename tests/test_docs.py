@@ -159,6 +159,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("welcome,", messages.Welcome),
         ("user_joined,", messages.UserJoined),
         ("user_left,", messages.UserLeft),
+        ("restraints,", messages.Restraints),
         ("error,", messages.Error),
         ("watch,", watch_messages.Watch),
         ("set_view,", watch_messages.SetView),

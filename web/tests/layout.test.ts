@@ -22,7 +22,7 @@ const ORDER: readonly (readonly string[])[] = [
   ["view"],
   ["ui/plots"],
   ["ui"],
-  ["ui/upload"],
+  ["ui/cards", "ui/upload"],
   ["tour"],
   ["page"],
 ];

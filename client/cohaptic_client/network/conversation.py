@@ -9,7 +9,7 @@ from typing import Any
 from cohaptic.clock import Clock
 from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.messages import Hello, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.messages import Hello, Restraints, UserJoined, UserLeft, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
@@ -25,6 +25,12 @@ from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
 
 _LONGEST_REASON = 400  # characters; our own server's are shorter
+_WHO = "an administrator of the room"
+_BEGINS = (
+    f"{_WHO} has frozen the object: it takes nobody's force",
+    f"{_WHO} has muted you: the object takes none of your force",
+)
+_ENDS = ("the object takes forces again", "the object takes your force again")
 _FLUSH = 0.1  # s for the last message to leave the machine
 
 
@@ -90,6 +96,7 @@ class Conversation:
         self._key, self._token = key, token
         self._session = ClientSession()
         self._welcome: Welcome | None = None
+        self._restrained = (False, False)  # the object is frozen, this user is muted
         self._pacer: Pacer | None = None
         # A timer and not a task that sleeps: half of the event loop's work in a tick.
         self._timer: asyncio.TimerHandle | None = None
@@ -150,10 +157,22 @@ class Conversation:
             self._tell(f"{event.name} joined")
         elif isinstance(event, UserLeft):
             self._tell(f"{event.name} left: {event.reason}")
+        elif isinstance(event, Restraints):
+            self._tell_restraints(event)
         elif event.code == CloseCode.OBJECT_CHANGED.value:
             raise AnotherObject
         else:
             raise Refused(event.code, event.message)
+
+    def _tell_restraints(self, new: Restraints) -> None:
+        """Say what has changed for this user; others who are muted are no news to it."""
+        was, self._restrained = (
+            self._restrained,
+            (new.frozen, self._welcome is not None and self._welcome.user in new.muted),
+        )
+        for before, now, begins, ends in zip(was, self._restrained, _BEGINS, _ENDS, strict=True):
+            if before != now:
+                self._tell(begins if now else ends)
 
     def _take_mesh(self, mesh: RestMesh) -> None:
         if self._welcome is None or self._settings.geometry != "mesh":

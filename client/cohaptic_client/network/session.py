@@ -10,6 +10,7 @@ from cohaptic.protocol.messages import (
     Bye,
     Error,
     Hello,
+    Restraints,
     UserJoined,
     UserLeft,
     Welcome,
@@ -28,11 +29,11 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Welcome | RestMesh | Patch | UserJoined | UserLeft | Error
+Event = Welcome | RestMesh | Patch | UserJoined | UserLeft | Restraints | Error
 
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_WELCOME: (Welcome, Error),
-    State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Error),
+    State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Restraints, Error),
     State.CLOSED: (),
 }
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from cohaptic_server.access.denied import Denied, forbidden
 from cohaptic_server.access.grants import OPEN, Grants
 from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.remembered import Used
 from cohaptic_server.access.tokens import LEEWAY, SESSION_AUDIENCE, Claims, Session, sign, verify
 from cohaptic_server.access.used_tokens import UsedTokens
 
@@ -52,10 +53,12 @@ class Admission:
         admits_anybody: Whether one without a token may come in.
         single_use: Whether an invitation is good for one time.
         draw: Makes names that nobody can guess.
+        keep: Called with each token for one time that is used, for processes to come.
 
     Attributes:
         ring: Keys that are accepted; another takes its place when keys are rotated.
         admits_anybody: Whether one without a token may come in.
+        keep: As given; a server that has a file for it puts it here.
     """
 
     def __init__(
@@ -65,11 +68,18 @@ class Admission:
         admits_anybody: bool = True,
         single_use: bool = False,
         draw: Callable[[], str] = lambda: secrets.token_hex(16),
+        keep: Callable[[Used], None] | None = None,
     ) -> None:
         self.ring = ring
         self.admits_anybody = admits_anybody
         self._used = UsedTokens() if single_use else None
         self._draw = draw
+        self.keep = keep
+
+    def recall(self, used: Used) -> None:
+        """Count a token as used that an earlier process has taken."""
+        if self._used is not None:
+            self._used.recall(used.jti, used.ends)
 
     def admit(self, token: str | None, room: str, now: float) -> Guest:
         """Who has this token.
@@ -101,7 +111,10 @@ class Admission:
             return Guest(grants, claims.sub, session.sid, session.invitation, session.began)
         # Last, so that no token is used up by one who may not come in.
         if self._used is not None:
-            self._used.use(claims.jti, claims.exp + LEEWAY, now)
+            ends = claims.exp + LEEWAY
+            self._used.use(claims.jti, ends, now)
+            if self.keep is not None:
+                self.keep(Used(jti=claims.jti, ends=ends))
         return Guest(grants, claims.sub, self._draw(), claims.jti, now)
 
     def session_token(self, guest: Guest, now: float) -> str | None:

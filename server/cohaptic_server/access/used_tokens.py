@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from cohaptic_server.access.denied import Denied
-
-# 13 MB at the most. Only who has valid tokens can fill it, and when it is full nobody new comes in:
-# to forget one that is still valid would let it be used again.
-MOST_USED = 65_536
+from cohaptic_server.access.remembered import MOST_USED
 
 
 class UsedTokens:
@@ -22,6 +19,11 @@ class UsedTokens:
 
     def __len__(self) -> int:
         return len(self._ends)
+
+    def recall(self, jti: str, ends: float) -> None:
+        """Count a token as used that an earlier process has taken; arguments as for `use`."""
+        if len(self._ends) < self._most:
+            self._ends[jti] = ends
 
     def use(self, jti: str, ends: float, now: float) -> None:
         """Count a token as used.

@@ -48,6 +48,12 @@ class AccessOptions:
         list[str] | None,
         typer.Option(help="Address of a proxy whose X-Forwarded-For is believed: 127.0.0.1."),
     ] = None
+    state: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder that keeps bans and used invitations for when the server starts anew."
+        ),
+    ] = None
 
     def protection(self, host: str) -> Protection:
         """What these options ask for; reads the files.
@@ -89,7 +95,7 @@ class AccessOptions:
             certificate = Certificate(self.tls_cert, self.tls_key)
             watched.append(Watched("the certificate", certificate.paths, certificate.load))
         proxies = tuple(_proxy(said) for said in self.trust_proxy or ())
-        return Protection(admission, certificate, proxies, tuple(watched))
+        return Protection(admission, certificate, proxies, tuple(watched), self.state)
 
 
 def in_words_of(protection: Protection, host: str) -> list[str]:

@@ -8,7 +8,9 @@ import logging
 import os
 import signal
 import sys
+import tempfile
 import threading
+from collections.abc import Generator
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -59,7 +61,20 @@ def serve_rooms(context: typer.Context, path: Path, *, quiet: bool, lifeline: bo
     _check_objects(path, config)
     _check_access(path, config)
     level = logging.WARNING if quiet else logging.INFO
-    asyncio.run(_serve(config, level, lifeline=lifeline))
+    with _state_folder(config.access) as access:
+        config = config.model_copy(update={"access": access})
+        asyncio.run(_serve(config, level, lifeline=lifeline))
+
+
+@contextlib.contextmanager
+def _state_folder(access: AccessTable) -> Generator[AccessTable]:
+    """The same, with a folder for what outlives the process of a room."""
+    if access.state is not None:
+        yield access
+        return
+    # Left behind by one who ends the server at once, with a few bytes for each room.
+    with tempfile.TemporaryDirectory(prefix="cohaptic-state-", ignore_cleanup_errors=True) as name:
+        yield access.model_copy(update={"state": Path(name)})
 
 
 def _refuse_other_options(context: typer.Context) -> None:
@@ -127,6 +142,7 @@ def protect(table: AccessTable, host: str) -> Protection:
         single_use=table.single_use,
         insecure=table.insecure,
         trust_proxy=list(table.trust_proxy),
+        state=table.state,
     )
     return options.protection(host)
 

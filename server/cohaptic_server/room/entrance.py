@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from cohaptic.protocol.messages import Hello
 from cohaptic.protocol.watch_messages import Watch
 from cohaptic.room_address import MAIN
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.denied import forbidden
+from cohaptic_server.access.remembered import Record, Removal
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.peer import Peer
@@ -20,6 +23,7 @@ class Entrance:
         sources: Of whom an address may not let too many join.
         admission: Of the server; without one anybody comes in.
         room: Name of the room; that of the only one if not given.
+        keep: Called with what has to outlive this process.
 
     Attributes:
         removed: Who was put out.
@@ -30,11 +34,22 @@ class Entrance:
         sources: Sources | None = None,
         admission: Admission | None = None,
         room: str | None = None,
+        keep: Callable[[Record], None] | None = None,
     ) -> None:
         self.sources = Sources(Limits()) if sources is None else sources
         self.admission = Admission() if admission is None else admission
         self.room = room or MAIN
-        self.removed = Removed()
+        self.removed = Removed(keep)
+        if keep is not None:
+            self.admission.keep = keep
+
+    def recall(self, records: Iterable[Record], now: float, to_wall: float) -> None:
+        """Take up what earlier processes have kept; times as for `enter`."""
+        for record in records:
+            if isinstance(record, Removal):
+                self.removed.recall(record, now, now + to_wall)
+            else:
+                self.admission.recall(record)
 
     def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:
         """Learn who somebody is, and let it in.

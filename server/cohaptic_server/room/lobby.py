@@ -7,13 +7,20 @@ messages themselves, and the closing of a connection, wait in the session of eac
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
+from cohaptic.protocol.messages import (
+    Hello,
+    Restraints,
+    ServerControl,
+    SetLaw,
+    UserLeft,
+    wrong_version,
+)
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, Watch
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.moderation import moderate
+from cohaptic_server.room.moderation import moderate, tell_restraints
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
@@ -197,7 +204,7 @@ class Lobby:
         elif peer.user is None:
             outcome.say(f"a client was refused: {reason}", peer.source)
         else:
-            left = self.room.leave(peer.user, reason, lost)
+            left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
                 outcome.say(f"{left.name} left: {reason}", peer.source)
                 self._tell_others(peer, left, outcome)
@@ -262,6 +269,10 @@ class Lobby:
         session.accept(welcome.model_copy(update=changes), mesh)
         outcome.say(f"{hello.name} joined with {hello.law.value}", peer.source)
         self._tell_others(peer, joined, outcome)
+        if self.room.members[welcome.user].muted:  # under another number than before
+            tell_restraints(self.room, self.peers, outcome)
+        elif self.room.restraints != Restraints():
+            tell_restraints(self.room, [peer], outcome)
 
     def _watch(self, peer: Peer, watch: Watch, now: float, to_wall: float) -> None:
         watcher = Watcher(watch, has_model=self.audience.model is not None)
@@ -269,6 +280,8 @@ class Lobby:
         try:
             session_token = self.entrance.enter(peer, watch, now, to_wall)
             self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
+            if self.room.restraints != Restraints():
+                watcher.send(self.room.restraints)
         except ProtocolError as error:
             watcher.fail(error)
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.watch_messages import Moderate, Moderated
@@ -10,6 +10,8 @@ from cohaptic_server.access.denied import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import Removed
 from cohaptic_server.room.room import Room
+
+_RESTRAINTS = ("mute", "unmute", "freeze", "unfreeze")
 
 
 def moderate(
@@ -55,12 +57,25 @@ def moderate(
             return
         if action in ("mute", "unmute"):
             member.muted = action == "mute"
+            change = room.muted.add if member.muted else room.muted.take_out
+            change(member.hello.name, member.claim)
         else:
             ban = action == "ban"
             _put_out(peers, removed, wish.user, member.hello.name, now, to_wall, outcome, ban=ban)
     admin.session.send(Moderated(action=action, user=wish.user, done=True))
+    if action in _RESTRAINTS:
+        tell_restraints(room, peers, outcome)
     whom = "" if wish.user is None else f" of {room.name_of(wish.user)}"
     outcome.say(f"{admin.guest.sub}: {action}{whom}", admin.source)
+
+
+def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None:
+    """Tell peers what the body takes of nobody, or not of all."""
+    restraints = room.restraints
+    for peer in peers:
+        if peer.session.hears_news:
+            peer.session.send(restraints)
+            outcome.flush.append(peer)
 
 
 def _put_out(

@@ -14,6 +14,9 @@ from cohaptic.errors import CloseCode, RemoteProtocolError
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
 KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
+# s for which a seat is kept as well. A client tries again every 0.5 s, and a path that has broken
+# is back within ten seconds or so, or for a long time not.
+SEAT_KEPT_FOR = 15.0
 _MOST_KEPT = 64  # as many as the largest room has users
 
 
@@ -62,13 +65,22 @@ class KeptNames:
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Claim, float]] = {}
+        self._seats: dict[str, float] = {}  # until when [s]
 
-    def keep(self, name: str, claim: Claim, now: float) -> None:
-        """Keep a name for who had it."""
+    def keep(self, name: str, claim: Claim, now: float, *, seat: bool = True) -> None:
+        """Keep a name for who had it, and for a while its seat."""
+        self._seats.pop(name, None)
+        if seat:
+            self._seats[name] = now + SEAT_KEPT_FOR
         self._kept.pop(name, None)
         self._kept[name] = (claim, now + KEPT_FOR)
         if len(self._kept) > _MOST_KEPT:
             del self._kept[next(iter(self._kept))]
+
+    def seats(self, now: float) -> int:
+        """How many of them have a seat kept as well."""
+        self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
+        return len(self._seats)
 
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name is kept for somebody else."""

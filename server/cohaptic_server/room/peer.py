@@ -23,6 +23,7 @@ class Peer:
         needs_mesh: Whether the resting mesh must be sent next.
         source: Whom its connection is counted with.
         guest: Who it is, once its first message has said so.
+        farewell: Whether it has closed the connection itself, in order.
     """
 
     session: ServerSession | Watcher
@@ -31,6 +32,7 @@ class Peer:
     needs_mesh: bool = False
     source: str = ""
     guest: Guest = ANYBODY
+    farewell: bool = False
 
     @property
     def watches(self) -> bool:

@@ -2,32 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.denied import forbidden
+from cohaptic_server.access.remembered import MOST_REMOVED, Removal
 
 KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why
-MOST_REMOVED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
-
-
-@dataclass(frozen=True, slots=True)
-class _Removal:
-    guest: Guest
-    name: str
-    source: str
-    until: float  # s; infinite for a ban
-    at: float  # Unix time [s]
 
 
 class Removed:
-    """Who may not come back into one room."""
+    """Who may not come back into one room.
 
-    def __init__(self) -> None:
-        self._removals: list[_Removal] = []
+    Args:
+        keep: Called with each who is put out, for processes to come.
+    """
+
+    def __init__(self, keep: Callable[[Removal], None] | None = None) -> None:
+        self._keep = keep
+        # Beside each the time until which it holds on this process's clock [s]: a wall clock that
+        # is stepped shortens and lengthens nothing while the process runs.
+        self._removals: list[tuple[Removal, float]] = []
 
     def __len__(self) -> int:
         return len(self._removals)
+
+    def recall(self, removal: Removal, now: float, wall: float) -> None:
+        """Keep somebody out whom an earlier process has put out.
+
+        Args:
+            removal: Who it is.
+            now: Time [s].
+            wall: Unix time [s].
+        """
+        if removal.until is None:
+            self._add(removal, float("inf"), now)
+        elif removal.counts(wall):
+            # A wall clock that was set back meanwhile keeps nobody out for longer than a kick.
+            self._add(removal, now + min(removal.until - wall, KICKED_FOR), now)
 
     def add(
         self, guest: Guest, name: str, source: str, now: float, wall: float, *, ban: bool
@@ -40,11 +52,23 @@ class Removed:
             source: Whom its connection is counted with; it counts for one without a token alone.
             now: Time [s].
             wall: Unix time [s].
-            ban: Whether for as long as the server runs.
+            ban: Whether for good.
         """
-        until = float("inf") if ban else now + KICKED_FOR
-        self._removals = [one for one in self._removals if one.until > now][1 - MOST_REMOVED :]
-        self._removals.append(_Removal(guest, name, source, until, wall))
+        removal = Removal(
+            session=guest.session,
+            invitation=guest.invitation,
+            name=name,
+            source=source,
+            at=wall,
+            until=None if ban else wall + KICKED_FOR,
+        )
+        self._add(removal, float("inf") if ban else now + KICKED_FOR, now)
+        if self._keep is not None:
+            self._keep(removal)
+
+    def _add(self, removal: Removal, until: float, now: float) -> None:
+        self._removals = [one for one in self._removals if one[1] > now][1 - MOST_REMOVED :]
+        self._removals.append((removal, until))
 
     def check(self, guest: Guest, name: str, source: str, now: float) -> None:
         """Raise Denied for one who was put out and whose time is not over.
@@ -55,21 +79,21 @@ class Removed:
             source: Whom its connection is counted with.
             now: Time [s].
         """
-        for one in self._removals:
-            if now < one.until and _is_same(one, guest, name, source):
-                if one.until == float("inf"):
+        for one, until in self._removals:
+            if now < until and _is_same(one, guest, name, source):
+                if one.until is None:
                     raise forbidden("you were banned from this room")
-                wait = f"you may come back in {one.until - now:.0f} s"
+                wait = f"you may come back in {until - now:.0f} s"
                 raise forbidden("you were put out of this room", wait)
 
 
-def _is_same(one: _Removal, guest: Guest, name: str, source: str) -> bool:
+def _is_same(one: Removal, guest: Guest, name: str, source: str) -> bool:
     if name and name == one.name:
         return True
-    if not one.guest.session:
+    if not one.session:
         return not guest.session and source == one.source
-    if guest.session == one.guest.session:
+    if guest.session == one.session:
         return True
     # A ban takes the invitation with it, but nobody who came with it before.
-    banned = one.until == float("inf")
-    return banned and guest.invitation == one.guest.invitation and guest.since >= one.at
+    banned = one.until is None
+    return banned and guest.invitation == one.invitation and guest.since >= one.at

@@ -17,6 +17,7 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
     FixedGains,
     Hello,
+    Restraints,
     SetLaw,
     UserJoined,
     UserLeft,
@@ -28,6 +29,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.room.muted import Muted
 from cohaptic_server.room.names import Claim, KeptNames, may_replace
 from cohaptic_server.room.seating import Seating
 from cohaptic_server.settings import ServerSettings
@@ -92,6 +94,7 @@ class Room:
             world's.
         seats: Of users.
         watch_seats: Of watchers.
+        muted: Whom an administrator has muted.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -105,6 +108,7 @@ class Room:
         self.next_user = first_user
         self.seats = Seating(settings.max_users, "users", "; you can watch on the page meanwhile")
         self.watch_seats = Seating(settings.max_watchers, "watchers")
+        self.muted = Muted()
         self._kept = KeptNames()
         self.frozen = False
         self.force_budget: float | None = None
@@ -142,7 +146,8 @@ class Room:
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
         if holder is None:
-            self.seats.check(len(self.members))
+            # Seats of those whose connections were just lost are not free.
+            self.seats.check(self.seated(now))
         if holder is not None:
             self.leave(holder.user)
         user = self.next_user
@@ -150,7 +155,8 @@ class Room:
         present = tuple(m.hello.name for m in self.members.values())
         most = guest.grants.max_force
         cap = hello.max_force if most is None else min(hello.max_force, most)
-        self.members[user] = Member(user, hello, now, claim, cap)
+        muted = self.muted.holds(hello.name, claim)
+        self.members[user] = Member(user, hello, now, claim, cap, muted)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -215,25 +221,38 @@ class Room:
             known = " or ".join(other.value for other in self.settings.laws)
             raise RemoteProtocolError("law", law.value, f"{known}, as this room has it")
 
-    def leave(self, user: int, reason: str = "left", lost: float | None = None) -> UserLeft | None:
+    def leave(
+        self, user: int, reason: str = "left", lost: float | None = None, *, seat: bool = True
+    ) -> UserLeft | None:
         """Remove a user, whose force then fades in the world; None if it is not in the room.
 
         Args:
             user: Its number.
             reason: For the others.
             lost: When its connection was lost, and its name is kept for it [s]; None if it ended.
+            seat: Whether its seat is kept as well then.
         """
         member = self.members.pop(user, None)
         if member is None:
             return None
         if lost is not None:
-            self._kept.keep(member.hello.name, member.claim, lost)
+            self._kept.keep(member.hello.name, member.claim, lost, seat=seat)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
+
+    def seated(self, now: float) -> int:
+        """How many seats are taken: of users, and of those who may be about to come back."""
+        return len(self.members) + self._kept.seats(now)
 
     def name_of(self, user: int) -> str:
         """Of a user; its number for one who is not in the room."""
         member = self.members.get(user)
         return str(user) if member is None else member.hello.name
+
+    @property
+    def restraints(self) -> Restraints:
+        """What an administrator keeps from the body."""
+        muted = tuple(user for user, member in self.members.items() if member.muted)
+        return Restraints(frozen=self.frozen, muted=muted)
 
     def reset(self, now: float) -> None:
         """Put the body back to where it was at the beginning, once every force has faded."""

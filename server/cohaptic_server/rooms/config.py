@@ -92,6 +92,8 @@ class ObjectTable(_Table):
 class AccessTable(_Table):
     """Who may come in, as the options of `cohaptic serve` of the same names.
 
+    Without `state`, bans and used tokens are kept for as long as the server runs.
+
     TLS is a proxy's: the room is in the request, which has to be read before a process gets it.
     """
 
@@ -99,6 +101,7 @@ class AccessTable(_Table):
     open: bool = False
     single_use: bool = False
     insecure: bool = False
+    state: Path | None = None
     # The front counts with them as well as the rooms.
     trust_proxy: tuple[Annotated[str, AfterValidator(_address)], ...] = ()
 
@@ -226,8 +229,10 @@ def load_config(path: Path) -> RoomsConfig:
         raise ConfigError(path, [f"allow_{error.name}s: {error}"]) from error
     placed = {name: _placed(table, path.parent) for name, table in config.rooms.items()}
     access = config.access
-    if access.keys is not None:
-        access = access.model_copy(update={"keys": path.parent / access.keys})
+    files = {"keys": access.keys, "state": access.state}
+    access = access.model_copy(
+        update={key: path.parent / file for key, file in files.items() if file is not None}
+    )
     missing = [
         f"rooms.{name}.{key} is {file}; it must be a file that exists"
         for name, table in placed.items()

@@ -18,6 +18,7 @@ from cohaptic_server.shell.wire import Wire
 # Samples, or acks, that wait for a tick; a client sends one or two in that time. Of more the newest
 # count, and what is left out costs a tenth of what it would cost to be looked at.
 _MAX_FRAMES = 4
+_FRAGMENT = 16 * 1024  # bytes of a long message that are in flight at once
 
 
 class Connection:
@@ -67,6 +68,29 @@ class Connection:
         """Whether all that was written has left the process."""
         ws = self.ws
         return self.ready and not ws.transport.is_closing() and ws.unsent() == 0
+
+    async def send_whole(self, data: bytes, timeout: float) -> bool:
+        """Send a long message; nothing else is written meanwhile.
+
+        In fragments, so that it is not in memory once for each peer.
+
+        Args:
+            data: Of the message.
+            timeout: Until it has to be taken [s].
+
+        Returns:
+            Whether it was.
+        """
+        fragments = [data[at : at + _FRAGMENT] for at in range(0, len(data), _FRAGMENT)]
+        self.ready = False
+        try:
+            async with asyncio.timeout(timeout):
+                await self.ws.send(fragments)
+        except TimeoutError:
+            return False
+        finally:
+            self.ready = True
+        return True
 
     def apply_latency(self) -> None:
         """Delay messages in both directions by the peer's latency from now on."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ssl
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.credentials.certificate import Certificate
@@ -20,12 +21,14 @@ class Protection:
         certificate: That it speaks TLS with; None for none.
         proxies: Addresses whose word on where a connection comes from is believed.
         watched: Files to be read again when they change.
+        state: Folder for what outlives a process: bans, and tokens that were used; None for none.
     """
 
     admission: Admission = field(default_factory=Admission)
     certificate: Certificate | None = None
     proxies: Sequence[str] = ()
     watched: Sequence[Watched] = ()
+    state: Path | None = None
 
     @property
     def tls(self) -> ssl.SSLContext | None:

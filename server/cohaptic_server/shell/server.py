@@ -18,8 +18,10 @@ from websockets.exceptions import ConnectionClosed
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
+from cohaptic.room_address import MAIN
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
@@ -41,7 +43,6 @@ from cohaptic_server.shell.wire import Wire
 log = logging.getLogger("cohaptic.server")
 
 CLOSE_TIMEOUT = 1.0  # s for everybody to be told that the server stops
-_FRAGMENT = 16 * 1024  # bytes of the resting mesh that are in flight at once
 
 
 class CohapticServer:
@@ -78,7 +79,10 @@ class CohapticServer:
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, proxies)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
-        self.entrance = Entrance(self.gate.sources, self.protection.admission, settings.room)
+        state, room = self.protection.state, settings.room or MAIN
+        self._journal = None if state is None else Journal(state, room)
+        keep = None if self._journal is None else self._journal.keep
+        self.entrance = Entrance(self.gate.sources, self.protection.admission, room, keep)
         self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
         self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
@@ -100,8 +104,11 @@ class CohapticServer:
             door: Accepts connections in place of the port of the settings.
 
         Raises:
-            SettingError: The address or port cannot be had.
+            SettingError: The address or port cannot be had, or the state file.
         """
+        if self._journal is not None:
+            kept = await asyncio.to_thread(self._journal.open)
+            self.entrance.recall(kept, self.clock.now(), self.clock.to_wall())
         self.room.frames.prepare()
         self._listener, url = await listen(
             self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door
@@ -253,6 +260,7 @@ class CohapticServer:
                     await self._send_mesh(connection)
                 ws.taken()
         except ConnectionClosed as closed:
+            peer.farewell = closed.rcvd is not None
             frame = closed.rcvd or closed.sent
             if frame is not None and frame.reason:
                 reason = one_line(frame.reason)  # it is shown on other users' terminals
@@ -270,21 +278,9 @@ class CohapticServer:
             self._carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
-        """Send the resting mesh, then the scene at once. Only this peer's handler waits for it.
-
-        The mesh goes out in fragments, so that a large one is not in memory once per watcher.
-        """
+        """Send the resting mesh, then the scene at once. Only this peer's handler waits for it."""
         peer = connection.peer
-        connection.ready = False
-        mesh = self.lobby.begin_mesh(peer)
-        fragments = [mesh[at : at + _FRAGMENT] for at in range(0, len(mesh), _FRAGMENT)]
-        taken = True
-        try:
-            async with asyncio.timeout(MESH_TIMEOUT):
-                await connection.ws.send(fragments)
-        except TimeoutError:
-            taken = False
-        connection.ready = True
+        taken = await connection.send_whole(self.lobby.begin_mesh(peer), MESH_TIMEOUT)
         now, clear = self.clock.now(), connection.clear
         self._carry_out(self.lobby.finish_mesh(peer, now, taken=taken, clear=clear))
 
@@ -298,3 +294,5 @@ class CohapticServer:
                 await asyncio.wait_for(self._listener.wait_closed(), CLOSE_TIMEOUT)
             except TimeoutError:
                 log.warning("some clients did not answer the close")
+        if self._journal is not None:
+            await asyncio.to_thread(self._journal.close)

@@ -189,6 +189,19 @@ class UserLeft(ControlMessage):
     reason: str
 
 
+class Restraints(ControlMessage):
+    """What an administrator keeps from the body; at each change, and to one who comes later.
+
+    Args:
+        frozen: Whether the body takes nobody's force.
+        muted: Numbers of the users whose force it does not take.
+    """
+
+    type: Literal["restraints"] = "restraints"
+    frozen: bool = False
+    muted: tuple[int, ...] = ()
+
+
 class Error(ControlMessage):
     """Reason for which the server ends this session; the close follows."""
 
@@ -198,7 +211,7 @@ class Error(ControlMessage):
 
 
 ClientControl = Hello | SetLaw | Bye
-ServerControl = Welcome | UserJoined | UserLeft | Error
+ServerControl = Welcome | UserJoined | UserLeft | Restraints | Error
 
 _CLIENT: TypeAdapter[ClientControl] = TypeAdapter(
     Annotated[ClientControl, Field(discriminator="type")]

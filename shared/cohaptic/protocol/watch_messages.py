@@ -1,7 +1,8 @@
 """Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
 client -> server    watch, first; set_view, set_latency, moderate
-server -> client    watching, first; latency, moderated; user_joined, user_left, error as to all
+server -> client    watching, first; latency, moderated; to all: user_joined, user_left,
+                    restraints, error
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
 that watch: the first message of a connection decides which kind it is.
@@ -21,6 +22,7 @@ from cohaptic.protocol.messages import (
     Hello,
     Name,
     Period,
+    Restraints,
     SetLaw,
     Token,
     UserJoined,
@@ -186,7 +188,7 @@ class Moderated(ControlMessage):
 
 
 ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
-WatchControl = Watching | UserJoined | UserLeft | Latency | Moderated | Error
+WatchControl = Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
     Annotated[ClientMessage, Field(discriminator="type")]

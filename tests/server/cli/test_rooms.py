@@ -18,6 +18,8 @@ from cohaptic.cli.app import main
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Error, Welcome, encode_control
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.watch_messages import Moderate, Watch
 from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.keys import Key, KeyRing, write_keys
 from cohaptic_server.cli.rooms import protect
@@ -114,6 +116,47 @@ def test_rooms_read_their_keys_again_when_they_are_asked_to(tmp_path: Path) -> N
             for room in rooms:
                 while isinstance(await comes(room, secret), Welcome):
                     await asyncio.sleep(0.05)
+
+    asyncio.run(go())
+
+
+def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path) -> None:
+    save_keys(tmp_path / "keys", RING, replace=False)
+    access = AccessTable(keys=tmp_path / "keys", single_use=True, state=tmp_path / "state")
+    admin: Grants = ALL.model_copy(update={"room": "main", "room_admin": True})
+    clock = SystemClock()
+    now = clock.now() + clock.to_wall()
+    link = invitation("main")
+    order = token(admin, jti="admin", iat=now, exp=now + 600.0)
+
+    async def go() -> None:
+        async with served(access, "main") as supervisor:
+            url = await supervisor.start()
+            async with visit(url) as guest:
+                said = hello("guest").model_copy(update={"token": link})
+                await guest.ws.send(encode_control(said))
+                welcome = await guest.hear()
+                assert isinstance(welcome, Welcome)
+                async with visit(url) as watcher:
+                    watch = Watch(protocol=PROTOCOL_VERSION, token=order)
+                    await watcher.ws.send(encode_control(watch))
+                    wish = Moderate(action="ban", user=welcome.user)
+                    await watcher.ws.send(encode_control(wish))
+                    assert (await guest.end())[0] == CloseCode.FORBIDDEN.value
+            keeper = supervisor.keepers["main"]
+            assert keeper.process is not None
+            before = keeper.process
+            before.kill()
+            while keeper.state != "open" or keeper.process is before:
+                await asyncio.sleep(0.02)
+            await refused(url, welcome.session)
+        async with served(access, "main") as supervisor:
+            await refused(await supervisor.start(), welcome.session)
+
+    async def refused(url: str, session: str | None) -> None:
+        assert await comes(url, session) == CloseCode.FORBIDDEN.value
+        for used in (link, order):
+            assert await comes(url, used) == CloseCode.UNAUTHENTICATED.value
 
     asyncio.run(go())
 

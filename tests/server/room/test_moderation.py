@@ -8,13 +8,19 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import CloseCode
+from cohaptic.protocol.messages import Restraints
 from cohaptic.protocol.watch_messages import Moderate
+from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic.vec import norm
+from cohaptic_server.access.remembered import Record
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import KICKED_FOR
-from cohaptic_server.room.room import RESET_AFTER, within_budget
+from cohaptic_server.room.room import RESET_AFTER, Room, within_budget
+from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.settings import ServerSettings
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
 from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome
@@ -196,3 +202,68 @@ def test_the_log_says_who_did_what_to_whom(small_balloon: Balloon) -> None:
     there, admin, user = room(small_balloon)
     lines = ordered(there, admin, action="mute", user=user.user).log
     assert [line.text for line in lines] == ["anna: mute of left"]
+
+
+def told(peer: Peer) -> list[Restraints]:
+    """What a peer hears of restraints."""
+    said = [m for m in peer.session.take(clear=True) if isinstance(m, str)]
+    kind = '"type":"restraints"'
+    return [r for text in said if kind in text and isinstance(r := _decode(text), Restraints)]
+
+
+def test_all_hear_who_is_muted_and_that_the_body_is_frozen_and_who_comes_later_too(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, user = room(small_balloon)
+    welcome(user)
+    assert user.user is not None
+    steps: list[tuple[dict[str, Any], Restraints]] = [
+        ({"action": "mute", "user": user.user}, Restraints(muted=(user.user,))),
+        ({"action": "freeze"}, Restraints(frozen=True, muted=(user.user,))),
+        ({"action": "unmute", "user": user.user}, Restraints(frozen=True)),
+    ]
+    for wish, expected in steps:
+        ordered(there, admin, **wish)
+        assert told(user)[-1] == told(admin)[-1] == expected
+    later = say(there, watch(token=token(jti="later")))
+    assert told(later) == [Restraints(frozen=True)]
+    ordered(there, admin, action="unfreeze")
+    assert told(later) == [Restraints()]
+    assert told(say(there, watch(token=token(jti="last")))) == []
+
+
+def test_who_is_muted_stays_muted_by_coming_back_and_by_another_name(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, user = room(small_balloon)
+    session = welcome(user).session
+    ordered(there, admin, action="mute", user=user.user)
+    for name in ("left", "another"):
+        there.disconnect(user, "bye")
+        user = say(there, hello(name, token=session))
+        assert press(there, [user], 0.0, 0.5)[-1] == 0.0
+        assert told(user) == told(admin)[-1:] == [Restraints(muted=(user.user or 0,))]
+    ordered(there, admin, action="unmute", user=user.user)
+    assert press(there, [user], 2.0, 1.0)[-1] > 1.0
+
+
+def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> None:
+    kept: list[Record] = []
+
+    def process() -> Lobby:
+        entrance = Entrance(None, admission(single_use=True), None, kept.append)
+        entrance.recall(list(kept), 0.0, NOW)
+        body = Room(small_balloon, ServerSettings())
+        return Lobby(body, Audience(body, model=None), entrance)
+
+    there = process()
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    user = say(there, hello(token=token()))
+    session = welcome(user).session
+    ordered(there, admin, action="ban", user=user.user)
+    after = process()
+    assert "banned" in refused(say(after, hello("x", token=session)), CloseCode.FORBIDDEN)
+    assert "used before" in refused(
+        say(after, hello("y", token=token(jti="admin"))), CloseCode.UNAUTHENTICATED
+    )
+    welcome(say(after, hello("honest", token=token(jti="honest"))))

@@ -4,7 +4,8 @@ import pytest
 
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.access.denied import Denied
-from cohaptic_server.room.removed import KICKED_FOR, MOST_REMOVED, Removed
+from cohaptic_server.access.remembered import MOST_REMOVED, Removal
+from cohaptic_server.room.removed import KICKED_FOR, Removed
 
 
 def guest(session: str, invitation: str = "i", since: float = 0.0) -> Guest:
@@ -38,3 +39,24 @@ def test_one_without_a_token_is_known_by_its_address_and_one_with_a_token_is_not
         removed.check(ANYBODY, "other", "1.2.3.4", 0.0)
     removed.check(ANYBODY, "other", "1.2.3.5", 0.0)
     removed.check(guest("s"), "other", "1.2.3.4", 0.0)
+
+
+def test_what_one_process_keeps_holds_in_the_next_whatever_the_wall_clock_does() -> None:
+    kept: list[Removal] = []
+    first = Removed(kept.append)
+    first.add(guest("kicked"), "k", "", 50.0, 1000.0, ban=False)
+    first.add(guest("banned", "j"), "b", "", 50.0, 1000.0, ban=True)
+    # Its monotonic clock begins elsewhere; the wall's is 100 s on, was set back, or set forward.
+    for wall, left in ((1100.0, KICKED_FOR - 100.0), (-1e9, KICKED_FOR), (1e9, 0.0)):
+        then = Removed()
+        for removal in kept:
+            then.recall(removal, 7.0, wall)
+        with pytest.raises(Denied, match="banned"):
+            then.check(guest("banned", "j"), "", "", 7.0 + 1e9)
+        then.check(guest("kicked"), "", "", 7.0 + left)
+        if left > 0.0:
+            with pytest.raises(Denied, match=f"come back in {left - 1.0:.0f} s"):
+                then.check(guest("kicked"), "", "", 8.0)
+    # A step while it runs changes nothing for it.
+    with pytest.raises(Denied, match="come back in 250 s"):
+        first.check(guest("kicked"), "", "", 100.0)

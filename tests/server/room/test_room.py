@@ -12,7 +12,7 @@ from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER
+from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.room.room import STALE_AFTER, Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
@@ -123,6 +123,23 @@ def test_the_name_of_a_lost_connection_is_kept_for_its_owner_and_not_for_ever(
     here = room(small_balloon)
     here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
     assert here.join(hello("left"), 1.0 + KEPT_FOR, "elsewhere")[2] is None
+
+
+def test_the_seat_of_a_lost_connection_is_kept_for_its_owner_and_not_for_long(
+    small_balloon: Balloon,
+) -> None:
+    here = room(small_balloon, max_users=2)
+    mine = hello("left").model_copy(update={"key": "a" * 16})
+    here.join(hello("right"), 0.0, "there")
+    here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
+    with pytest.raises(RemoteProtocolError) as caught:
+        here.join(hello("third"), 1.0 + 0.5 * SEAT_KEPT_FOR, "there")
+    assert caught.value.code is CloseCode.ROOM_FULL
+    back = here.join(mine, 1.0 + 0.5 * SEAT_KEPT_FOR, "elsewhere")[0].user
+    here.leave(back, lost=20.0)
+    here.join(hello("third"), 20.0 + SEAT_KEPT_FOR, "there")
+    with pytest.raises(RemoteProtocolError):
+        here.join(mine, 20.0 + SEAT_KEPT_FOR, "elsewhere")
 
 
 def test_who_leaves_is_named_once_with_the_reason(small_balloon: Balloon) -> None:

@@ -10,6 +10,7 @@ from cohaptic.protocol.messages import (
     Bye,
     Error,
     Hello,
+    Restraints,
     SetLaw,
     UserJoined,
     UserLeft,
@@ -19,6 +20,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     Latency,
     Moderate,
+    Moderated,
     SetLatency,
     SetView,
     Watch,
@@ -84,5 +86,7 @@ CONTROL: dict[str, Any] = {
         room_admin=True,
         session="eyJh.eyJz.c2Vz",
     ),
+    "restraints": Restraints(frozen=True, muted=(1, 3)),
+    "moderated": Moderated(action="ban", user=3, done=False),
     "latency": Latency(user=2, delay=0.125, jitter=0.03125),
 }

@@ -28,6 +28,7 @@ from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.watch_messages import (
     Latency,
     Moderate,
+    Moderated,
     SetLatency,
     SetView,
     Watch,
@@ -118,7 +119,9 @@ def decoder(message: object) -> Callable[[str], object]:
     if isinstance(message, Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate):
         return decode_client_message
     return (
-        decode_watch_control if isinstance(message, Watching | Latency) else decode_server_control
+        decode_watch_control
+        if isinstance(message, Watching | Latency | Moderated)
+        else decode_server_control
     )
 
 

@@ -8,6 +8,7 @@
 
 import type { BodyInfo, RestMesh, RoomLag } from "./body";
 import type { GeometryName, LawName } from "./laws";
+import type { Order, Restraints } from "./orders";
 import type { Subscribe } from "./subscribe";
 import type { Vec3 } from "./vec";
 
@@ -116,7 +117,7 @@ export interface WatchStatus {
 /** An event in the room, for people. */
 export interface RoomEvent {
   readonly at: number;
-  readonly kind: "joined" | "left" | "latency" | "error";
+  readonly kind: "joined" | "left" | "latency" | "restraint" | "error";
   readonly user: number;
   readonly name: string;
   /** The reason, or the values, as text. */
@@ -152,6 +153,7 @@ export interface SceneStore {
   readonly mesh: RestMesh | null;
   /** Newest last; at most 100. */
   readonly events: readonly RoomEvent[];
+  readonly restraints: Restraints;
   /** All users in the room, also without a contact, sorted by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
   /**
@@ -164,6 +166,8 @@ export interface SceneStore {
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
   setLatency(user: number, latency: Latency): void;
+  /** Refused by the server unless `info.room_admin`; `user` for an order about somebody. */
+  order(order: Order, user?: number): void;
   /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */
   readonly subscribe: Subscribe;
   close(): void;

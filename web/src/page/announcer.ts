@@ -12,6 +12,8 @@ export function spoken(event: RoomEvent): string {
       return `${who} has left.`;
     case "error":
       return event.detail;
+    case "restraint":
+      return event.user === 0 ? event.detail : `${who} ${event.detail}`;
     case "latency":
       return "";
   }

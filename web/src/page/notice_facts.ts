@@ -5,7 +5,7 @@ import type { SceneStore } from "../model/scene";
 import type { NoticeFacts } from "../ui/notice";
 
 export function noticeFacts(
-  store: Pick<SceneStore, "status">,
+  store: Pick<SceneStore, "status" | "restraints">,
   own: TouchState | null,
   page: Pick<NoticeFacts, "picture" | "seen" | "slept" | "letGo"> & { readonly now: number },
 ): NoticeFacts {
@@ -21,5 +21,7 @@ export function noticeFacts(
     letGo: page.letGo,
     touch: own !== null && own.phase !== "joined" ? own.reason : "",
     touchCode: own?.code ?? 0,
+    muted: own?.phase === "joined" && store.restraints.muted.includes(own.user),
+    frozen: own?.phase === "joined" && store.restraints.frozen,
   };
 }

@@ -8,7 +8,7 @@ import { Help } from "../ui/help";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
-import { Panel } from "../ui/panel";
+import { Panel } from "../ui/cards/panel";
 import { inks } from "../ui/plots/canvas";
 import { Rumble } from "../ui/rumble";
 import { keep, recall, Theme } from "../ui/theme";
@@ -85,7 +85,7 @@ export class Page {
     this.upload = new UploadDesk(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => userColour(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); });
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user) => { this.store.order(order, user); });
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },

@@ -1,13 +1,14 @@
 /**
  * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
  *
- * client -> server    hello, set_law, bye; a watcher: watch, set_view, set_latency
- * server -> client    welcome, user_joined, user_left, error; to a watcher: watching, latency
+ * client -> server    hello, set_law, bye; a watcher: watch, set_view, set_latency, moderate
+ * server -> client    welcome, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated
  */
 
 import type { BodyInfo } from "../model/body";
 import type { GeometryName, LawName } from "../model/laws";
 import type { Encoding } from "../model/scene";
+import type { Order } from "../model/orders";
 import { MAX_POSITION, ProtocolError } from "./frame";
 import {
   checkKeys,
@@ -67,7 +68,8 @@ export type ClientControl =
       readonly token?: string;
     }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
-  | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number };
+  | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number }
+  | { readonly type: "moderate"; readonly action: Order; readonly user: number | null };
 
 export interface Welcome {
   readonly type: "welcome";
@@ -104,6 +106,8 @@ export type ServerControl =
   | { readonly type: "user_joined"; readonly user: number; readonly name: string }
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number }
+  | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
+  | { readonly type: "moderated"; readonly action: string; readonly user: number | null; readonly done: boolean }
   | { readonly type: "error"; readonly code: number; readonly message: string };
 
 export function encodeControl(message: ClientControl): string {
@@ -143,6 +147,23 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       user: integer(f, "user"),
       delay: number(f, "delay", 0, 10),
       jitter: number(f, "jitter", 0, 10),
+    }),
+  ],
+  [
+    "restraints",
+    (f: Fields): ServerControl => ({
+      type: "restraints",
+      frozen: flag(f, "frozen"),
+      muted: list(f, "muted").map((_, i, all) => integer(Object.fromEntries(all.entries()), `${i}`)),
+    }),
+  ],
+  [
+    "moderated",
+    (f: Fields): ServerControl => ({
+      type: "moderated",
+      action: text(f, "action"),
+      user: f["user"] === null ? null : integer(f, "user"),
+      done: flag(f, "done"),
     }),
   ],
   ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), message: text(f, "message") })],

@@ -31,7 +31,12 @@ export interface NoticeFacts {
   /** Why the own hand is not in the room; empty for no reason. */
   readonly touch: string;
   readonly touchCode: number;
+  /** Whether an administrator has muted the own hand, or frozen the object while it is there. */
+  readonly muted: boolean;
+  readonly frozen: boolean;
 }
+
+const PUT_OUT = /put out|banned/; // in the server's words
 
 /** The most urgent notice; null where all is well. */
 export function notice(c: NoticeFacts): Notice | null {
@@ -52,6 +57,17 @@ export function notice(c: NoticeFacts): Notice | null {
     return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",
       `The page was paused for ${period(c.slept)} and has caught up.${hand}`, "dismiss");
   }
+  return ofRestraints(c);
+}
+
+function ofRestraints(c: NoticeFacts): Notice | null {
+  if (c.muted) {
+    return make("muted", "info", "You are muted",
+      "An administrator of this room has muted you: the object takes none of your force until you are unmuted.", "dismiss");
+  }
+  if (c.frozen) {
+    return make("frozen", "info", "The object is frozen", "An administrator of this room has frozen it: it takes nobody's force.", "dismiss");
+  }
   return null;
 }
 
@@ -62,7 +78,9 @@ function ofWatch(c: NoticeFacts): Notice | null {
   }
   const reason = sentence(c.reason);
   if (c.phase === "refused" && c.code === UNAUTHENTICATED) return make("invitation", "bad", "You need an invitation", reason);
-  if (c.phase === "refused" && c.code === FORBIDDEN) return make("forbidden", "bad", "You may not come in", reason);
+  if (c.phase === "refused" && c.code === FORBIDDEN) {
+    return make("forbidden", "bad", PUT_OUT.test(reason) ? "You are out of this room" : "You may not come in", reason);
+  }
   switch (c.phase) {
     case "watching":
       return null;

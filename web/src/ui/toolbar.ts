@@ -24,7 +24,7 @@ export class Toolbar {
   constructor(actions: ToolbarActions) {
     const tour = el(
       "button",
-      { class: "button tour-button", attrs: { type: "button", "aria-keyshortcuts": "G" }, on: { click: actions.tour } },
+      { class: "button tour-button", attrs: { type: "button", "aria-label": "Guided tour", "aria-keyshortcuts": "G" }, on: { click: actions.tour } },
       icon("play"),
       el("span", { text: "Guided tour", class: "tour-long" }),
       el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),

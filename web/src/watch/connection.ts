@@ -17,6 +17,7 @@ import type {
   WatchPhase,
   WatchStatus,
 } from "../model/scene";
+import type { Order, Restraints } from "../model/orders";
 import type { Pass } from "../model/pass";
 import { ABNORMAL, BAD_MESSAGE, FORBIDDEN, NORMAL, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
@@ -91,6 +92,10 @@ export class Watch implements SceneStore {
     return this.store.room.roster;
   }
 
+  get restraints(): Restraints {
+    return this.store.room.restraints;
+  }
+
   get status(): WatchStatus {
     const rates = this.traffic.rates(this.world.now());
     const { cached, missing } = this.store.blocks;
@@ -126,6 +131,10 @@ export class Watch implements SceneStore {
 
   setLatency(user: number, { delay, jitter }: Latency): void {
     this.say(encodeControl({ type: "set_latency", user, delay, jitter }));
+  }
+
+  order(order: Order, user?: number): void {
+    this.say(encodeControl({ type: "moderate", action: order, user: user ?? null }));
   }
 
   readonly subscribe = (listener: () => void): (() => void) => {

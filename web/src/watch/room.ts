@@ -1,6 +1,7 @@
 /** The users and the events of a room. */
 
 import type { Latency, RoomEvent } from "../model/scene";
+import { NO_RESTRAINTS, type Restraints } from "../model/orders";
 import type { WatchEvent } from "./session";
 
 const MOST_EVENTS = 100;
@@ -11,6 +12,7 @@ export class Room {
   private readonly names = new Map<number, string>();
   private readonly latencies = new Map<number, Latency>();
   events: readonly RoomEvent[] = [];
+  restraints: Restraints = NO_RESTRAINTS;
 
   get roster(): readonly { readonly user: number; readonly name: string }[] {
     return [...this.names].map(([user, name]) => ({ user, name })).sort((a, b) => a.user - b.user);
@@ -30,6 +32,8 @@ export class Room {
       case "watching":
         this.names.clear();
         this.latencies.clear();
+        // A room that has some tells them next.
+        this.restraints = NO_RESTRAINTS;
         for (const { user, name } of event.users) this.names.set(user, name);
         break;
       case "user_joined":
@@ -48,11 +52,27 @@ export class Room {
         this.say({ at, kind: "latency", user, name: this.nameOf(user), detail });
         break;
       }
+      case "restraints":
+        this.restrain({ frozen: event.frozen, muted: event.muted }, at);
+        break;
       case "error":
         this.say({ at, kind: "error", user: 0, name: "", detail: event.message });
         break;
+      case "moderated":
       case "rest_mesh":
       case "scene":
+    }
+  }
+
+  private restrain(next: Restraints, at: number): void {
+    const before = this.restraints;
+    this.restraints = next;
+    if (before.frozen !== next.frozen) {
+      this.say({ at, kind: "restraint", user: 0, name: "", detail: next.frozen ? "The object is frozen." : "The object takes forces again." });
+    }
+    for (const user of this.names.keys()) {
+      const [was, is] = [before.muted.includes(user), next.muted.includes(user)];
+      if (was !== is) this.say({ at, kind: "restraint", user, name: this.nameOf(user), detail: is ? "is muted." : "is not muted any more." });
     }
   }
 

@@ -11,13 +11,13 @@ import { PROTOCOL_VERSION } from "../protocol/version";
 
 export type WatchEvent =
   | Watching
-  | Extract<ServerControl, { type: "user_joined" | "user_left" | "latency" | "error" }>
+  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "latency" | "error" }>
   | { readonly type: "rest_mesh"; readonly mesh: RestMesh }
   | { readonly type: "scene"; readonly scene: Scene };
 
 type State = "await_watching" | "await_mesh" | "watching" | "closed";
 
-const EVENTS = ["latency", "user_joined", "user_left", "error"];
+const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "error"];
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_watching: ["watching", "error"],
   await_mesh: ["rest_mesh", ...EVENTS],

@@ -7,5 +7,7 @@ describe("news for ears", () => {
     expect(spoken({ ...event, kind: "joined" })).toBe("ann touches the object.");
     expect(spoken({ ...event, kind: "left", name: "" })).toBe("User 3 has left.");
     expect(spoken({ ...event, kind: "latency" })).toBe("");
+    expect(spoken({ ...event, kind: "restraint", detail: "is muted." })).toBe("ann is muted.");
+    expect(spoken({ ...event, kind: "restraint", user: 0, name: "", detail: "The object is frozen." })).toBe("The object is frozen.");
   });
 });

@@ -3,7 +3,7 @@ import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0,
+  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, muted: false, frozen: false,
 };
 
 describe("notices", () => {
@@ -51,6 +51,14 @@ describe("notices", () => {
 
   it("welcome back from a pause, and say that the hand was let go", () => {
     expect(notice({ ...WELL, slept: 3700, letGo: true })?.text).toBe("The page was paused for 62 min and has caught up. Your hand was let go meanwhile.");
+  });
+
+  it("tell a hand why the object does not answer, and who was put out that it was", () => {
+    expect(notice({ ...WELL, muted: true, frozen: true })?.title).toBe("You are muted");
+    expect(notice({ ...WELL, frozen: true })?.title).toBe("The object is frozen");
+    const reason = "you were put out of this room: you may come back in 300 s";
+    expect(notice({ ...WELL, phase: "refused", code: 4403, reason })).toMatchObject({ title: "You are out of this room", text: "You were put out of this room: you may come back in 300 s." });
+    expect(notice({ ...WELL, phase: "refused", code: 4403, reason: "no" })?.title).toBe("You may not come in");
   });
 
   it("are sentences", () => {

@@ -96,6 +96,24 @@ describe("one who watches", () => {
     ]);
   });
 
+  test("gives orders, and hears what is kept from the object until it connects anew", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.watch.order("ban", 7);
+    browser.watch.order("freeze");
+    expect(browser.line.texts.slice(1)).toEqual([
+      { type: "moderate", action: "ban", user: 7 },
+      { type: "moderate", action: "freeze", user: null },
+    ]);
+    browser.line.say({ type: "moderated", action: "ban", user: 7, done: false });
+    browser.line.say({ type: "restraints", frozen: true, muted: [1, 9] });
+    expect(browser.watch.restraints).toEqual({ frozen: true, muted: [1, 9] });
+    browser.line.say({ type: "restraints", frozen: false, muted: [] });
+    expect(browser.watch.events.map(({ detail }) => detail)).toEqual([
+      "The object is frozen.", "is muted.", "The object takes forces again.", "is not muted any more.",
+    ]);
+  });
+
   test("says so later when the view was changed while it was joining", () => {
     const browser = new Browser();
     browser.line.onopen?.();

@@ -174,7 +174,7 @@ class _Room:
     def _allow(self) -> None:
         if self.server is not None:
             room = self.server.room
-            room.seats.allow(self.allowed.users, len(room.members))
+            room.seats.allow(self.allowed.users, room.seated(self.server.clock.now()))
             room.watch_seats.allow(self.allowed.watchers, len(self.server.audience.watchers))
 
     async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
@@ -203,7 +203,7 @@ class _Room:
         return Report(
             users=users,
             watchers=watchers,
-            held_users=room.seats.give_back(users),
+            held_users=room.seats.give_back(room.seated(server.clock.now())),
             held_watchers=room.watch_seats.give_back(watchers),
             users_serial=self.allowed.users_serial,
             watchers_serial=self.allowed.watchers_serial,

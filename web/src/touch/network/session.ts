@@ -9,14 +9,14 @@ import { dampingLimit, type DeviceInfo } from "../loop/device";
 import { HAPTIC_PERIOD } from "../loop/schedule";
 
 export type TouchEvent =
-  | Extract<ServerControl, { type: "welcome" | "user_joined" | "user_left" | "error" }>
+  | Extract<ServerControl, { type: "welcome" | "user_joined" | "user_left" | "restraints" | "error" }>
   | { readonly type: "patch"; readonly patch: Patch };
 
 type State = "await_welcome" | "joined" | "closed";
 
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_welcome: ["welcome", "error"],
-  joined: ["patch", "user_joined", "user_left", "error"],
+  joined: ["patch", "user_joined", "user_left", "restraints", "error"],
   closed: [],
 };
 

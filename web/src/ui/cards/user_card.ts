@@ -1,14 +1,16 @@
 /** The card of one user: force, stiffness of its contact, plots, and the injected delay. */
 
-import type { Latency, UserState } from "../model/scene";
-import { dot, norm, sub } from "../model/vec";
-import { depthOf, proxyOf } from "../view/pose";
-import { el, say, show, slider, type Slider, symbol } from "./dom";
-import { icon } from "./icons";
-import type { Inks } from "./plots/canvas";
-import { type Lane, StripChart } from "./plots/strip_chart";
-import { TraceBuffer } from "./plots/trace_buffer";
-import { fixed, LAWS, milliseconds, softWords, stiffness } from "./words";
+import type { Order } from "../../model/orders";
+import type { Latency, UserState } from "../../model/scene";
+import { dot, norm, sub } from "../../model/vec";
+import { depthOf, proxyOf } from "../../view/pose";
+import { el, say, show, slider, type Slider, symbol } from "../dom";
+import { icon } from "../icons";
+import { UserOrders } from "./orders";
+import type { Inks } from "../plots/canvas";
+import { type Lane, StripChart } from "../plots/strip_chart";
+import { TraceBuffer } from "../plots/trace_buffer";
+import { fixed, LAWS, milliseconds, softWords, stiffness } from "../words";
 
 /** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
@@ -36,6 +38,13 @@ const LANES: readonly Lane[] = [
   { name: "delay of the loop", unit: "ms", factor: 1e3, least: 0.1, zero: true, height: 22, lines: [{ column: COLUMN.delay, colour: "--ink-2" }] },
 ];
 
+/** What of the room a card depends on. */
+export interface CardFacts {
+  readonly mayDelay: boolean;
+  readonly admin: boolean;
+  readonly muted: boolean;
+}
+
 export class UserCard {
   readonly root: HTMLElement;
   readonly trace = new TraceBuffer(4, CAPACITY);
@@ -55,9 +64,11 @@ export class UserCard {
   private readonly toggle: HTMLButtonElement;
   private readonly chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
+  private readonly orders: UserOrders;
   private requested: Latency = { delay: 0, jitter: 0 };
 
-  constructor(user: number, setLatency: (latency: Latency) => void) {
+  constructor(user: number, setLatency: (latency: Latency) => void, order: (order: Order) => void) {
+    this.orders = new UserOrders(order);
     const send = (change: Partial<Latency>): void => {
       this.requested = { ...this.requested, ...change };
       setLatency(this.requested);
@@ -79,6 +90,7 @@ export class UserCard {
       ),
       this.soft,
       this.latency.root,
+      this.orders.root,
     );
     this.toggle = el(
       "button",
@@ -114,7 +126,9 @@ export class UserCard {
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
-  write(user: UserState | undefined, name: string, own: boolean, mayDelay: boolean): void {
+  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted }: CardFacts): void {
+    // Nobody needs to put itself out.
+    this.orders.write(name, muted, admin && !own);
     say(this.name, own ? `${name} (you)` : name);
     this.root.classList.toggle("own", own);
     show(this.latency.root, mayDelay && user !== undefined);
@@ -128,7 +142,7 @@ export class UserCard {
       return;
     }
     const f = norm(user.force);
-    say(this.law, LAWS[user.law]);
+    say(this.law, muted ? "muted" : LAWS[user.law]);
     say(this.force, `${fixed(f, 2)} N`);
     this.bar.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
     say(this.alone, user.c_ii > 0 ? stiffness(1 / user.c_ii) : stiffness(0));

@@ -1,11 +1,13 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
-import type { Encoding, Latency, SceneStore, SceneSnapshot } from "../model/scene";
+import type { Order } from "../../model/orders";
+import type { Encoding, Latency, SceneStore, SceneSnapshot } from "../../model/scene";
 import { AreaCard } from "./area_card";
-import { type Choice, choice, el, say, show } from "./dom";
-import { type Inks, inks } from "./plots/canvas";
+import { type Choice, choice, el, say, show } from "../dom";
+import { type Inks, inks } from "../plots/canvas";
+import { RoomOrders } from "./orders";
 import { UserCard } from "./user_card";
-import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "./words";
+import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
 const OPEN_AT_FIRST = 3;
 
@@ -30,13 +32,18 @@ export class Panel {
   });
   private readonly colour: (user: number) => string;
   private readonly setLatency: (user: number, latency: Latency) => void;
+  private readonly order: (order: Order, user?: number) => void;
+  private readonly roomOrders: RoomOrders;
   private ink: Inks | null = null;
 
   constructor(
     colour: (user: number) => string,
     setLatency: (user: number, latency: Latency) => void,
     setEncoding: (encoding: Encoding) => void,
+    order: (order: Order, user?: number) => void,
   ) {
+    this.order = order;
+    this.roomOrders = new RoomOrders(order);
     this.encoding = choice<Encoding>(
       "How the surface comes",
       [
@@ -53,6 +60,7 @@ export class Panel {
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       el("h2", { class: "panel-title", id: "hands" }, "Hands", this.count),
+      this.roomOrders.root,
       this.time,
       this.empty,
       this.list,
@@ -96,8 +104,13 @@ export class Panel {
     for (const user of [...present].sort((a, b) => a - b)) {
       const state = view?.users.find((u) => u.user === user);
       const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
-      this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, store.info?.allow_latency === true);
+      this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, {
+        mayDelay: store.info?.allow_latency === true,
+        admin: store.info?.room_admin === true,
+        muted: store.restraints.muted.includes(user),
+      });
     }
+    this.roomOrders.write(store.restraints, store.info?.room_admin === true);
     say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);
     show(this.empty, present.size === 0 && store.status.phase === "watching");
@@ -129,7 +142,7 @@ export class Panel {
     if (card === undefined) {
       card = new UserCard(user, (latency) => {
         this.setLatency(user, latency);
-      });
+      }, (order) => { this.order(order, user); });
       card.paint(this.colour(user));
       card.open(this.cards.size < OPEN_AT_FIRST);
       this.cards.set(user, card);

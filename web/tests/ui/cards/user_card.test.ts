@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
-import type { UserState } from "../../src/model/scene";
-import { sample } from "../../src/ui/user_card";
-import { proxyOf } from "../../src/view/pose";
-import { user } from "../users";
+import type { UserState } from "../../../src/model/scene";
+import { sample } from "../../../src/ui/cards/user_card";
+import { proxyOf } from "../../../src/view/pose";
+import { user } from "../../users";
 
 describe("the sample of a user", () => {
   it("is probe and proxy below the resting surface", () => {

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
-import type { UserState } from "../../src/model/scene";
-import { areaWords } from "../../src/ui/area_card";
-import { user } from "../users";
+import type { UserState } from "../../../src/model/scene";
+import { areaWords } from "../../../src/ui/cards/area_card";
+import { user } from "../../users";
 
 describe("the words under the area", () => {
   it("say who is outside, and that a lag of the room keeps them from swinging", () => {

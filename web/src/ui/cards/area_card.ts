@@ -1,9 +1,9 @@
 /** Fig. 8 with everybody's gains as moving dots, and the same in words. */
 
-import type { UserState } from "../model/scene";
-import { choice, el, say, symbol } from "./dom";
-import { drawArea, periods, verdict, type Yardstick } from "./plots/area_plot";
-import type { Inks } from "./plots/canvas";
+import type { UserState } from "../../model/scene";
+import { choice, el, say, symbol } from "../dom";
+import { drawArea, periods, verdict, type Yardstick } from "../plots/area_plot";
+import type { Inks } from "../plots/canvas";
 
 export class AreaCard {
   readonly root: HTMLElement;

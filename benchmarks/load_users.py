@@ -1,0 +1,147 @@
+"""The users of `load.py`, in a process of their own, and the bare server beside ours."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import select
+import struct
+import time
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection as Pipe
+
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.exceptions import ConnectionClosed
+
+from core_users import PERIOD, Count, User
+
+T_SERVER = 12  # bytes before the time of its tick, in a patch
+
+
+@dataclass
+class RoomCount(Count):
+    """Patches of one room, and when its ticks were.
+
+    Attributes:
+        ticks: Times of its ticks on the server's clock, each once [s].
+    """
+
+    ticks: list[float] = field(default_factory=list[float])
+
+    def add(self, came: bytes, at: int, length: int) -> None:
+        """Count a patch."""
+        super().add(came, at, length)
+        (t,) = struct.unpack_from("<d", came, at + T_SERVER)
+        if not self.ticks or t > self.ticks[-1]:
+            self.ticks.append(t)
+
+
+def crowd(cores: set[int], pipe: Pipe) -> None:
+    """Main function of the process: play each scene that the pipe orders.
+
+    Args:
+        cores: That it may run on.
+        pipe: A scene is a list of addresses and a number of users for each. `True` is answered by
+            what came since the last: patches and bytes, times of ticks for each address, and the
+            processor time of this process so far; `False` ends the scene.
+    """
+    os.sched_setaffinity(0, cores)
+    with contextlib.suppress(EOFError):
+        while True:
+            _play(pipe, *pipe.recv())
+
+
+def _play(pipe: Pipe, urls: list[str], users: int) -> None:
+    counts = [RoomCount() for _ in urls]
+    everybody = [
+        (User(url, "plane", "press", 0.0, 2.0 * math.pi * i / users, i), count)
+        for url, count in zip(urls, counts, strict=True)
+        for i in range(users)
+    ]
+    poll = select.epoll()
+    by_file = {user.socket.fileno(): (user, count) for user, count in everybody}
+    for file in (*by_file, pipe.fileno()):
+        poll.register(file, select.EPOLLIN)
+    start, sent, many = time.perf_counter() + PERIOD, 0, len(everybody)
+    while True:
+        due = start + sent * PERIOD / many
+        for file, _ in poll.poll(max(0.0, due - time.perf_counter())):
+            if file != pipe.fileno():
+                user, count = by_file[file]
+                user.read(count)
+            elif pipe.recv():
+                pipe.send(([(c.patches, c.size, c.ticks) for c in counts], time.process_time()))
+                for count in counts:
+                    count.patches = count.size = 0
+                    count.ticks = []
+            else:
+                for user, _ in everybody:
+                    user.leave()
+                return
+        now = time.perf_counter()
+        # One that was held up leaves samples out, as a client does.
+        sent = max(sent, int((now - start - 4.0 * PERIOD) / PERIOD * many))
+        while start + sent * PERIOD / many <= now:
+            user = everybody[sent % many][0]
+            try:
+                user.write(now - start)
+            except OSError as error:
+                raise RuntimeError(f"a user was closed: {user.rest!r}") from error
+            sent += 1
+
+
+def bare(cores: set[int], pipe: Pipe) -> None:
+    """A server of `websockets` alone that takes samples and sends as many bytes at the same rate.
+
+    Args:
+        cores: That it may run on.
+        pipe: To which it says where it is, and its processor time whenever it is asked.
+    """
+    os.sched_setaffinity(0, cores)
+    sizes: dict[ServerConnection, int] = {}
+    newest: dict[ServerConnection, str | bytes] = {}
+
+    async def handle(ws: ServerConnection) -> None:
+        assert ws.request is not None
+        sizes[ws] = int(ws.request.path[1:])
+        with contextlib.suppress(ConnectionClosed):
+            async for message in ws:
+                newest[ws] = message
+        del sizes[ws]
+
+    async def produce() -> None:
+        due = time.perf_counter()
+        while True:
+            now = time.perf_counter()
+            patches = {
+                size: bytes(T_SERVER) + struct.pack("<d", now) + bytes(size - T_SERVER - 8)
+                for size in set(sizes.values())
+            }
+            for ws, size in list(sizes.items()):
+                broadcast([ws], patches[size])
+            due += PERIOD
+            # As ours: of ticks that are overdue one is done, and the others are left out.
+            due += PERIOD * max(0.0, (time.perf_counter() - due) // PERIOD)
+            await asyncio.sleep(max(0.0, due - time.perf_counter()))
+
+    async def play() -> None:
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+
+        def answer() -> None:
+            try:
+                pipe.recv()
+                pipe.send(time.process_time())
+            except EOFError:
+                loop.remove_reader(pipe.fileno())
+                ended.set()
+
+        async with serve(handle, "127.0.0.1", 0, compression=None) as server:
+            loop.add_reader(pipe.fileno(), answer)
+            pipe.send(f"ws://127.0.0.1:{next(iter(server.sockets)).getsockname()[1]}")
+            producing = asyncio.ensure_future(produce())
+            await ended.wait()
+            producing.cancel()
+
+    asyncio.run(play())

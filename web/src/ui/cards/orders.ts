@@ -1,0 +1,104 @@
+/** Buttons of who administers the room: to mute, put out and ban somebody; to freeze and reset the object. */
+
+import type { Order, Restraints } from "../../model/orders";
+import { el, say, show } from "../dom";
+
+const SURE_FOR = 4000; // ms for which a button that asks waits for the second press
+
+interface OrderButton {
+  readonly root: HTMLButtonElement;
+  /** Words, and the name for those who hear them without what stands round it. */
+  set(words: string, about: string): void;
+}
+
+/** A button; one that cannot be undone asks to be pressed once more. */
+function orderButton(press: () => void, sure: string | null): OrderButton {
+  let asked = 0;
+  let [words, about] = ["", ""];
+  const root = el("button", { class: "order", attrs: { type: "button" } });
+  const write = (): void => {
+    const text = asked === 0 ? words : (sure ?? words);
+    say(root, text);
+    root.setAttribute("aria-label", `${text} ${about}`.trim());
+    root.classList.toggle("sure", asked !== 0);
+  };
+  const forget = (): void => {
+    clearTimeout(asked);
+    asked = 0;
+    write();
+  };
+  root.addEventListener("click", () => {
+    if (sure !== null && asked === 0) {
+      asked = window.setTimeout(forget, SURE_FOR);
+      write();
+      return;
+    }
+    forget();
+    press();
+  });
+  root.addEventListener("blur", forget);
+  return {
+    root,
+    set: (next, name) => {
+      if (next === words && name === about) return;
+      [words, about] = [next, name];
+      write();
+    },
+  };
+}
+
+/** Of one user, in its card. */
+export class UserOrders {
+  readonly root: HTMLElement;
+  private readonly mute: OrderButton;
+  private readonly kick: OrderButton;
+  private readonly ban: OrderButton;
+  private muted = false;
+
+  constructor(order: (order: Order) => void) {
+    this.mute = orderButton(() => { order(this.muted ? "unmute" : "mute"); }, null);
+    this.kick = orderButton(() => { order("kick"); }, null);
+    this.ban = orderButton(() => { order("ban"); }, "Ban for good?");
+    this.mute.root.title = "The object takes none of this user\u2019s force";
+    this.kick.root.title = "Out of the room, for five minutes";
+    this.ban.root.title = "Out of the room for good, with everybody who comes later by the same invitation";
+    this.root = el("div", { class: "orders", attrs: { role: "group" } }, this.mute.root, this.kick.root, this.ban.root);
+  }
+
+  write(name: string, muted: boolean, visible: boolean): void {
+    this.muted = muted;
+    show(this.root, visible);
+    this.root.setAttribute("aria-label", `Orders about ${name}`);
+    this.mute.set(muted ? "Unmute" : "Mute", name);
+    this.kick.set("Put out", name);
+    this.ban.set("Ban", name);
+  }
+}
+
+/** Of the room, above the cards. */
+export class RoomOrders {
+  readonly root: HTMLElement;
+  private readonly freeze: OrderButton;
+  private readonly reset: OrderButton;
+  private readonly words = el("p", { class: "fine", text: "The object is frozen: it takes nobody\u2019s force." });
+  private readonly buttons: HTMLElement;
+  private frozen = false;
+
+  constructor(order: (order: Order) => void) {
+    this.freeze = orderButton(() => { order(this.frozen ? "unfreeze" : "freeze"); }, null);
+    this.reset = orderButton(() => { order("reset"); }, null);
+    this.reset.set("Reset", "the object");
+    this.reset.root.title = "All forces fade, and the object begins anew";
+    this.freeze.root.title = "The object takes nobody\u2019s force, until you let it";
+    this.buttons = el("div", { class: "orders", attrs: { role: "group", "aria-label": "Orders about the object" } }, this.freeze.root, this.reset.root);
+    this.root = el("div", { class: "room-orders" }, this.words, this.buttons);
+  }
+
+  write(restraints: Restraints, admin: boolean): void {
+    this.frozen = restraints.frozen;
+    this.freeze.set(this.frozen ? "Unfreeze" : "Freeze", "the object");
+    show(this.words, this.frozen);
+    show(this.buttons, admin);
+    show(this.root, admin || this.frozen);
+  }
+}
