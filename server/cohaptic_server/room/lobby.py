@@ -142,7 +142,7 @@ class Lobby:
         self.audience.show(watcher, now, clear=clear)
         if watcher.slow and not was_slow:
             words = "one who watches is slow: its scenes are not acknowledged"
-            outcome.say(words, peer.source)
+            outcome.say("watcher_slow", words, peer.source)
         return outcome
 
     def report_scene(self) -> Outcome:
@@ -150,7 +150,8 @@ class Lobby:
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
-            outcome.say(f"the scene cannot be shown: {problem}", warning=True)
+            told = f"the scene cannot be shown: {problem}"
+            outcome.say("no_scene", told, warning=True)
         self._scene_problem = problem
         return outcome
 
@@ -193,13 +194,14 @@ class Lobby:
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
-            outcome.say(f"one who watches left: {reason}", peer.source)
+            outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
         elif peer.user is None:
-            outcome.say(f"a client was refused: {reason}", peer.source)
+            outcome.say("refused", f"a client was refused: {reason}", peer.source)
         else:
             left = self.room.leave(peer.user, reason, lost)
             if left is not None:
-                outcome.say(f"{left.name} left: {reason}", peer.source)
+                told = f"{left.name} left: {reason}"
+                outcome.say("left", told, peer.source, user=left.name)
                 self._tell_others(peer, left, outcome)
         return outcome
 
@@ -218,7 +220,8 @@ class Lobby:
         session.send_patch(patch)
         if session.problem and not previous_problem and peer.user is not None:
             name = self.room.members[peer.user].hello.name
-            outcome.say(f"{name} gets no patch: {session.problem}", peer.source, warning=True)
+            told = f"{name} gets no patch: {session.problem}"
+            outcome.say("no_patch", told, peer.source, user=name, warning=True)
 
     def _handle_events(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
@@ -260,7 +263,8 @@ class Lobby:
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
         changes = {"to_wall": to_wall, "session": session_token}
         session.accept(welcome.model_copy(update=changes), mesh)
-        outcome.say(f"{hello.name} joined with {hello.law.value}", peer.source)
+        told = f"{hello.name} joined with {hello.law.value}"
+        outcome.say("joined", told, peer.source, user=hello.name)
         self._tell_others(peer, joined, outcome)
 
     def _watch(self, peer: Peer, watch: Watch, now: float, to_wall: float) -> None:

@@ -60,7 +60,7 @@ def moderate(
             _put_out(peers, removed, wish.user, member.hello.name, now, to_wall, outcome, ban=ban)
     admin.session.send(Moderated(action=action, user=wish.user, done=True))
     whom = "" if wish.user is None else f" of {room.name_of(wish.user)}"
-    outcome.say(f"{admin.guest.sub}: {action}{whom}", admin.source)
+    outcome.say("moderated", f"{admin.guest.sub}: {action}{whom}", admin.source)
 
 
 def _put_out(

@@ -54,6 +54,7 @@ class Member:
 
     Attributes:
         touch: Newest sample; None before the first.
+        used, seen: Samples that were the newest at a tick, and the sequence number of the last.
         gains: That the user chose itself; None for the server's.
         geometry: Of its patches.
     """
@@ -65,6 +66,8 @@ class Member:
     max_force: float
     muted: bool = False
     touch: Touch | None = None
+    used: int = 0
+    seen: int = 0
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
 
@@ -247,6 +250,10 @@ class Room:
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None
         released = self.frozen or self._reset_at is not None
+        for member in self.members.values():
+            if member.touch is not None and member.touch.seq != member.seen:
+                member.seen = member.touch.seq
+                member.used += 1
         # Who is muted lets go as one does whose samples have stopped: its force fades.
         touches = [
             replace(touch, fresh=False)

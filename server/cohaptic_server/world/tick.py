@@ -99,7 +99,7 @@ def advance(
     turned = steep_contacts(tracked.contacts.slopes)
     steep = [i for i in turned if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
-    loads, starts = loads_of(tracked.contacts, *applied[1:], wide, fading)
+    loads, starts = loads_of(tracked.contacts, applied.force, applied.tangential, wide, fading)
     if (prefetching := touched_body.prefetching) is not None:
         prefetching.prefetch(_vertices_ahead(body, tracked))
     response = body.respond(loads, state.response)
