@@ -22,9 +22,9 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.access_options import AccessOptions, in_words_of
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.resolved_object import resolved, wanted
+from cohaptic_server.monitoring.logs import LogStyle
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.rooms.config import (
-    AccessTable,
     ObjectTable,
     RoomsConfig,
     RoomTable,
@@ -33,24 +33,25 @@ from cohaptic_server.rooms.config import (
 )
 from cohaptic_server.rooms.config_errors import ConfigError
 from cohaptic_server.rooms.supervisor import Supervisor
+from cohaptic_server.rooms.tables import AccessTable
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 
-_WITH_CONFIG = ("config", "quiet", "lifeline")
+_WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
 # Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it
 # would leave rooms open to everybody whose owner believes that they are not.
 _KEYS = "COHAPTIC_KEYS"
 _ENDED_AT_ONCE = 130  # exit status, as a shell gives it for Ctrl-C
 
 
-def serve_rooms(context: typer.Context, path: Path, *, quiet: bool, lifeline: bool) -> None:
+def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
     """Serve the rooms of a configuration until interrupted.
 
     Args:
         context: Of the command, which says what was given.
         path: Of the configuration.
-        quiet: Whether to log warnings only.
+        style: Of the log.
         lifeline: Whether to end as well when standard input closes.
 
     Raises:
@@ -60,10 +61,9 @@ def serve_rooms(context: typer.Context, path: Path, *, quiet: bool, lifeline: bo
     config = load_config(path)
     _check_objects(path, config)
     _check_access(path, config)
-    level = logging.WARNING if quiet else logging.INFO
     with _state_folder(config.access) as access:
         config = config.model_copy(update={"access": access})
-        asyncio.run(_serve(config, level, lifeline=lifeline))
+        asyncio.run(_serve(config, style, lifeline=lifeline))
 
 
 @contextlib.contextmanager
@@ -191,9 +191,9 @@ def _check_objects(path: Path, config: RoomsConfig) -> None:
         raise ConfigError(path, problems)
 
 
-async def _serve(config: RoomsConfig, level: int, *, lifeline: bool) -> None:
+async def _serve(config: RoomsConfig, style: LogStyle, *, lifeline: bool) -> None:
     builds = {name: partial(build_room, table) for name, table in config.rooms.items()}
-    supervisor = Supervisor(config, builds, level, partial(protect, config.access, config.host))
+    supervisor = Supervisor(config, builds, style, partial(protect, config.access, config.host))
     stop = asyncio.Event()
     _on_signals(supervisor, stop, lifeline=lifeline)
     try:
@@ -223,6 +223,9 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
     print(f"listening {url}", flush=True)
     logging.info("%d rooms: %s", len(config.rooms), " ".join(config.rooms))
     logging.info("page %s", page_address(url))
+    if supervisor.admin is not None:
+        admin = supervisor.admin.url
+        logging.info("admin port %s; see it with: cohaptic top %s", admin, admin)
     for line in in_words_of(protect(config.access, config.host), config.host):
         logging.warning("%s", line)
 

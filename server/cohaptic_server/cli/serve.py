@@ -24,6 +24,9 @@ from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, w
 from cohaptic_server.cli.rooms import serve_rooms
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort, admin_address
+from cohaptic_server.monitoring.logs import LogFormat, LogStyle, set_up_log
+from cohaptic_server.monitoring.reporting import run_reported
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
@@ -75,11 +78,23 @@ Limit = Annotated[
         " 5 a second and 100 at once. All: docs/protocol.md."
     ),
 ]
+Admin = Annotated[
+    str | None,
+    typer.Option(
+        metavar="PORT",
+        help="Metrics, health and what `cohaptic top` shows, on this port of 127.0.0.1; or"
+        " ADDRESS:PORT, for whoever reaches it.",
+    ),
+]
+LogForm = Annotated[
+    LogFormat, typer.Option(help="Lines for people, or for machines one JSON object each.")
+]
 Config = Annotated[
     Path | None,
     typer.Option(
         help="Serve the rooms of this TOML file, each in a process of its own, in place of one;"
-        " no other option goes with it but --quiet."
+        " no other option goes with it but --quiet"
+        " and --log-format."
     ),
 ]
 AllowUpload = Annotated[
@@ -114,7 +129,9 @@ def serve(
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
     limit: Limit = None,
+    admin: Admin = None,
     config: Config = None,
+    log_format: LogForm = LogFormat.TEXT,
     quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
@@ -123,15 +140,10 @@ def serve(
     On 127.0.0.1 anybody of this machine may touch. On another address it asks for a decision: who
     comes in (--keys or --open), and how it is secured (--tls-cert and --tls-key, or --insecure).
     """
-    logging.basicConfig(
-        stream=sys.stderr,
-        level=logging.WARNING if quiet else logging.INFO,
-        format="%(asctime)s %(message)s",
-        datefmt="%H:%M:%S",
-    )
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # our own lines report connections
+    style = LogStyle(logging.WARNING if quiet else logging.INFO, log_format)
+    set_up_log(style)
     if config is not None:
-        serve_rooms(context, config, quiet=quiet, lifeline=lifeline)
+        serve_rooms(context, config, style, lifeline=lifeline)
         return
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
@@ -162,7 +174,8 @@ def serve(
             progress=progress,
             late=True,  # a process of its own solves with the factor
         )
-    serving = _serve(touched, settings, protection, damping, nonlinear=nonlinear)
+    watched = None if admin is None else admin_address(admin, settings.allow_hosts)
+    serving = _serve(touched, settings, protection, damping, watched, nonlinear=nonlinear)
     asyncio.run(until_interrupted(serving, lifeline=lifeline))
 
 
@@ -171,11 +184,13 @@ async def _serve(
     settings: ServerSettings,
     protection: Protection,
     damping: float,
+    watched: AdminAddress | None,
     *,
     nonlinear: bool,
 ) -> None:
     served = ServedBody(body)
     again: asyncio.Future[None] | None = None
+    admin = None if watched is None else AdminPort(watched)
     try:
         # First: the process gets ready while this one does, and hands need not wait for it.
         served.start()
@@ -183,11 +198,15 @@ async def _serve(
         if settings.allow_upload:
             take_uploads(server, served, damping, nonlinear=nonlinear)
         url = await server.start()
+        if admin is not None:
+            await admin.open()
         again = asyncio.ensure_future(reload_changed(protection.watched))
-        await _run(server, url, settings, served.pump)
+        await _run(server, url, settings, served.pump, admin)
     finally:
         if again is not None:
             again.cancel()
+        if admin is not None:
+            await admin.close()
         served.stop()
 
 
@@ -196,6 +215,7 @@ async def _run(
     url: str,
     settings: ServerSettings,
     before_tick: Callable[[], None] | None,
+    admin: AdminPort | None,
 ) -> None:
     """Say where the server is, tick until interrupted, then say how that went."""
     # The first line is for scripts that start a server and wait for its address.
@@ -211,6 +231,8 @@ async def _run(
         logging.info("ticks take longer than they need: %s", describe("kernels"))
     if settings.allow_upload:
         logging.info("%s", in_words(UploadLimits()))
+    if admin is not None:
+        logging.info("admin port %s; see it with: cohaptic top %s", admin.url, admin.url)
     for line in in_words_of(server.protection, settings.host):
         logging.warning("%s", line)
     # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
@@ -220,7 +242,7 @@ async def _run(
         # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
-            await server.run(before_tick)
+            await run_reported(server, before_tick, admin)
     finally:
         meters = server.meters
         logging.info(

@@ -7,14 +7,7 @@ messages themselves, and the closing of a connection, wait in the session of eac
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.messages import (
-    Hello,
-    Restraints,
-    ServerControl,
-    SetLaw,
-    UserLeft,
-    wrong_version,
-)
+from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, Watch
@@ -149,7 +142,7 @@ class Lobby:
         self.audience.show(watcher, now, clear=clear)
         if watcher.slow and not was_slow:
             words = "one who watches is slow: its scenes are not acknowledged"
-            outcome.say(words, peer.source)
+            outcome.say("watcher_slow", words, peer.source)
         return outcome
 
     def report_scene(self) -> Outcome:
@@ -157,7 +150,8 @@ class Lobby:
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
-            outcome.say(f"the scene cannot be shown: {problem}", warning=True)
+            told = f"the scene cannot be shown: {problem}"
+            outcome.say("no_scene", told, warning=True)
         self._scene_problem = problem
         return outcome
 
@@ -200,13 +194,14 @@ class Lobby:
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
-            outcome.say(f"one who watches left: {reason}", peer.source)
+            outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
         elif peer.user is None:
-            outcome.say(f"a client was refused: {reason}", peer.source)
+            outcome.say("refused", f"a client was refused: {reason}", peer.source)
         else:
             left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
-                outcome.say(f"{left.name} left: {reason}", peer.source)
+                told = f"{left.name} left: {reason}"
+                outcome.say("left", told, peer.source, user=left.name)
                 self._tell_others(peer, left, outcome)
         return outcome
 
@@ -225,7 +220,8 @@ class Lobby:
         session.send_patch(patch)
         if session.problem and not previous_problem and peer.user is not None:
             name = self.room.members[peer.user].hello.name
-            outcome.say(f"{name} gets no patch: {session.problem}", peer.source, warning=True)
+            told = f"{name} gets no patch: {session.problem}"
+            outcome.say("no_patch", told, peer.source, user=name, warning=True)
 
     def _handle_events(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
@@ -267,11 +263,12 @@ class Lobby:
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
         changes = {"to_wall": to_wall, "session": session_token}
         session.accept(welcome.model_copy(update=changes), mesh)
-        outcome.say(f"{hello.name} joined with {hello.law.value}", peer.source)
+        told = f"{hello.name} joined with {hello.law.value}"
+        outcome.say("joined", told, peer.source, user=hello.name)
         self._tell_others(peer, joined, outcome)
         if self.room.members[welcome.user].muted:  # under another number than before
             tell_restraints(self.room, self.peers, outcome)
-        elif self.room.restraints != Restraints():
+        elif self.room.restrains:
             tell_restraints(self.room, [peer], outcome)
 
     def _watch(self, peer: Peer, watch: Watch, now: float, to_wall: float) -> None:
@@ -280,7 +277,7 @@ class Lobby:
         try:
             session_token = self.entrance.enter(peer, watch, now, to_wall)
             self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
-            if self.room.restraints != Restraints():
+            if self.room.restrains:
                 watcher.send(self.room.restraints)
         except ProtocolError as error:
             watcher.fail(error)

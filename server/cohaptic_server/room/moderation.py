@@ -66,7 +66,7 @@ def moderate(
     if action in _RESTRAINTS:
         tell_restraints(room, peers, outcome)
     whom = "" if wish.user is None else f" of {room.name_of(wish.user)}"
-    outcome.say(f"{admin.guest.sub}: {action}{whom}", admin.source)
+    outcome.say("moderated", f"{admin.guest.sub}: {action}{whom}", admin.source)
 
 
 def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None:

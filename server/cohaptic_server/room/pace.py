@@ -7,7 +7,11 @@ that its own successor is due, is missed as well.
 
 from __future__ import annotations
 
+import numpy as np
+
+from cohaptic.status.histogram import Histogram
 from cohaptic.status.quantiles import Tally
+from cohaptic_server.numeric import Mask
 
 WINDOW = 10.0  # s; over less, one process that starts elsewhere looks like a slow machine
 # Share of missed ticks in a window from which on the machine does not keep up. A desktop misses one
@@ -49,17 +53,26 @@ class TickMeters:
         cost: Time from each tick's start until its patches are written [s].
         late: Delay of each tick's start [s].
         watch_cost: Time for serving the watchers after a tick [s].
+        costs, delays: `cost` and `late` in buckets with fixed edges, for those who collect them.
+        deep, fast: Times a user's force was limited in a tick, as `world.users.Applied` counts.
     """
 
     def __init__(self) -> None:
         self.ticks = self.missed = self.left_out = 0
         self.cost, self.late, self.watch_cost = Tally(), Tally(), Tally()
+        self.costs, self.delays = Histogram(), Histogram()
+        self.deep = self.fast = 0
 
     def leave_out(self, count: int) -> None:
         """Count ticks that are left out."""
         self.ticks += count
         self.missed += count
         self.left_out += count
+
+    def limit(self, deep: Mask, fast: Mask) -> None:
+        """Count the forces that a tick has limited, as `world.users.Applied` has them."""
+        self.deep += int(np.count_nonzero(deep))
+        self.fast += int(np.count_nonzero(fast))
 
     def add(self, due: float, started: float, written: float, period: float) -> None:
         """Count a tick.
@@ -72,8 +85,11 @@ class TickMeters:
         """
         self.ticks += 1
         self.missed += is_missed(due, written, period)
-        self.late.add(max(0.0, started - due))
-        self.cost.add(written - started)
+        late, cost = max(0.0, started - due), written - started
+        self.late.add(late)
+        self.delays.add(late)
+        self.cost.add(cost)
+        self.costs.add(cost)
 
 
 class Pace:

@@ -48,11 +48,15 @@ class LogLine:
         text: Of the line.
         warning: Whether it tells of a problem.
         source: Whom it is about; too many lines about one are left out.
+        event: What has happened, in a word for machines.
+        user: Name of who it happened to; empty for who has none.
     """
 
     text: str
     warning: bool = False
     source: str = ""
+    event: str = ""
+    user: str = ""
 
 
 @dataclass(slots=True)
@@ -69,9 +73,12 @@ class Outcome:
     delayed: list[Peer] = field(default_factory=list[Peer])
     log: list[LogLine] = field(default_factory=list[LogLine])
 
-    def say(self, text: str, source: str = "", *, warning: bool = False) -> None:
+    def say(
+        self, event: str, text: str, source: str = "", *, user: str = "", warning: bool = False
+    ) -> None:
         """Add a line to the log, as one printable line: it may quote strangers."""
-        self.log.append(LogLine(one_line(text, _LONGEST_LINE), warning, source))
+        line = one_line(text, _LONGEST_LINE)
+        self.log.append(LogLine(line, warning, source, event, one_line(user, _LONGEST_LINE)))
 
 
 NOTHING = Outcome()  # of a sample: nobody adds to it, and the shell passes over it

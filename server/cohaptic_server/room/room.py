@@ -6,10 +6,7 @@ go. Joining and leaving are events.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
 
 from cohaptic.control.law import Gains, Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
@@ -24,7 +21,6 @@ from cohaptic.protocol.messages import (
     Welcome,
 )
 from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic.vec import norm
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
@@ -33,7 +29,7 @@ from cohaptic_server.room.muted import Muted
 from cohaptic_server.room.names import Claim, KeptNames, may_replace
 from cohaptic_server.room.seating import Seating
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.force_limits import fair_cap
+from cohaptic_server.world.force_limits import within_budget
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
@@ -56,6 +52,7 @@ class Member:
 
     Attributes:
         touch: Newest sample; None before the first.
+        used, seen: Samples that were the newest at a tick, and the sequence number of the last.
         gains: That the user chose itself; None for the server's.
         geometry: Of its patches.
     """
@@ -67,6 +64,8 @@ class Member:
     max_force: float
     muted: bool = False
     touch: Touch | None = None
+    used: int = 0
+    seen: int = 0
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
 
@@ -249,6 +248,11 @@ class Room:
         return str(user) if member is None else member.hello.name
 
     @property
+    def restrains(self) -> bool:
+        """Whether an administrator keeps anything from the body."""
+        return self.restraints != Restraints()
+
+    @property
     def restraints(self) -> Restraints:
         """What an administrator keeps from the body."""
         muted = tuple(user for user, member in self.members.items() if member.muted)
@@ -267,6 +271,10 @@ class Room:
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None
         released = self.frozen or self._reset_at is not None
+        for member in self.members.values():
+            if member.touch is not None and member.touch.seq != member.seen:
+                member.seen = member.touch.seq
+                member.used += 1
         # Who is muted lets go as one does whose samples have stopped: its force fades.
         touches = [
             replace(touch, fresh=False)
@@ -280,18 +288,6 @@ class Room:
         dt = self.settings.simulation_period
         self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
         return self.patches
-
-
-def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
-    """Samples of which the body takes no more than a budget together, shared fairly.
-
-    Args:
-        touches: Of all users.
-        budget: Most of their forces together [N].
-    """
-    demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
-    cap = fair_cap(demands, budget)
-    return [t if t.max_force <= cap else replace(t, max_force=cap) for t in touches]
 
 
 def _gains(fixed: FixedGains | None) -> Gains | None:

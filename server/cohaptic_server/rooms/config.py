@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import os
 import tomllib
 from collections.abc import Mapping
@@ -10,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 from pydantic_settings import (
     BaseSettings,
     PydanticBaseSettingsSource,
@@ -25,6 +24,7 @@ from cohaptic.room_address import NAMES, is_room_name
 from cohaptic_server.bodies.modal.modes import DAMPING_RATIO
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.config_errors import ConfigError, KeyProblem, problems_of
+from cohaptic_server.rooms.tables import AccessTable, AdminTable, Table
 from cohaptic_server.settings import ServerSettings
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
@@ -48,23 +48,10 @@ def _named(name: str) -> str:
     return name
 
 
-def _address(said: str) -> str:
-    try:
-        return str(ipaddress.ip_address(said.strip("[]")))
-    except ValueError:
-        raise ValueError("an address: 127.0.0.1") from None
-
-
 LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
-class _Table(BaseModel):
-    """A table of the file. Numbers may be given where a text is wanted: a limit, a modulus."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
-
-
-class ObjectTable(_Table):
+class ObjectTable(Table):
     """Of an object from a file, as the options of `cohaptic serve` of the same names.
 
     A modulus is a number, or a list with those of parts: `["3e3", "tumour=60e3"]`.
@@ -89,24 +76,7 @@ class ObjectTable(_Table):
     auto: bool = False
 
 
-class AccessTable(_Table):
-    """Who may come in, as the options of `cohaptic serve` of the same names.
-
-    Without `state`, bans and used tokens are kept for as long as the server runs.
-
-    TLS is a proxy's: the room is in the request, which has to be read before a process gets it.
-    """
-
-    keys: Path | None = None
-    open: bool = False
-    single_use: bool = False
-    insecure: bool = False
-    state: Path | None = None
-    # The front counts with them as well as the rooms.
-    trust_proxy: tuple[Annotated[str, AfterValidator(_address)], ...] = ()
-
-
-class RoomTable(_Table):
+class RoomTable(Table):
     """One room.
 
     Args:
@@ -155,6 +125,7 @@ class RoomsConfig(BaseSettings):
         allow_origins: Further origins whose pages may connect.
         limits: Budgets of all connections together.
         access: Who may come in.
+        admin: Metrics and health for those who look after the server.
         rooms: By name.
     """
 
@@ -174,6 +145,7 @@ class RoomsConfig(BaseSettings):
     allow_origins: tuple[str, ...] = ()
     limits: LimitTable = Field(default_factory=dict)
     access: AccessTable = AccessTable()
+    admin: AdminTable = AdminTable()
     rooms: dict[Annotated[str, AfterValidator(_named)], RoomTable] = Field(
         min_length=1, max_length=MAX_ROOMS
     )

@@ -140,7 +140,8 @@ class Front:
 
     def _expire(self, newcomer: _Newcomer) -> None:
         source = newcomer.source
-        self._gate.tell(source, f"{source} sent no request in {HEAD_TIMEOUT:g} s")
+        told = f"{source} sent no request in {HEAD_TIMEOUT:g} s"
+        self._gate.tell(source, "no_request", told)
         self._drop(newcomer)
 
     def _drop(self, newcomer: _Newcomer) -> None:

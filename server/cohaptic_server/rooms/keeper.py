@@ -14,6 +14,8 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from cohaptic.clock import Clock
+from cohaptic_server.monitoring.logs import PLAIN, LogStyle
+from cohaptic_server.monitoring.metrics import RoomMetrics
 from cohaptic_server.rooms.directory import Directory, Lease, LeaseError
 from cohaptic_server.rooms.process.channel import Channel, open_channel
 from cohaptic_server.rooms.process.handing_over import hand_over, handing_pair
@@ -22,6 +24,7 @@ from cohaptic_server.rooms.process.reports import (
     Failed,
     Left,
     Line,
+    Measured,
     ReadAgain,
     Ready,
     Report,
@@ -49,8 +52,9 @@ class House:
         clock: Of this process.
         left: Called with the source of each connection that has ended.
         changed: Called with a room that has begun, ended or reported.
+        measured: Called with the name of a room and what it tells of itself.
         make_process: As from `room_processes`.
-        level: Of the log.
+        style: Of the log.
         protect: As for `Supervisor`.
     """
 
@@ -59,8 +63,9 @@ class House:
     left: Callable[[str], None]
     changed: Callable[[Keeper], None]
     make_process: Callable[..., BaseProcess]
-    level: int = logging.INFO
+    style: LogStyle = PLAIN
     protect: Protect = Protection
+    measured: Callable[[str, RoomMetrics], None] = lambda room, metrics: None
 
 
 class Keeper:
@@ -136,6 +141,7 @@ class Keeper:
             log.warning(
                 "room %s has ended%s; it is started again%s",
                 self.name, told, f" in {pause:g} s" if pause else "",
+                extra=self._told("room_ended"),
             )  # fmt: skip
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._stopping.wait(), pause or 1e-3)
@@ -174,12 +180,13 @@ class Keeper:
                     self._build,
                     their_control,
                     their_door,
-                    house.level,
+                    house.style,
                     house.protect,
                 ),
                 name=f"room {self.name}",
             )
-            await asyncio.to_thread(_start, self.process)
+            # Not daemonic: a room has a process of its own for columns.
+            await asyncio.to_thread(self.process.start)
             their_control.close()
             their_door.close()
             self._channel = await open_channel(control, self._hear, gone.set)
@@ -216,7 +223,8 @@ class Keeper:
                     self.lease = await house.directory.claim(self.name, holder, now)
                     continue
             if now >= self.lease.until:
-                log.warning("room %s says nothing for %.1f s", self.name, now - self._heard)
+                told, silent = self._told("room_silent"), now - self._heard
+                log.warning("room %s says nothing for %.1f s", self.name, silent, extra=told)
                 return
 
     async def _end(self, *ends: socket.socket) -> None:
@@ -240,6 +248,9 @@ class Keeper:
             self.lease = None
         house.changed(self)
 
+    def _told(self, event: str) -> dict[str, str]:
+        return {"event": event, "room": self.name}
+
     def _hear(self, line: Line) -> None:
         house = self._house
         match line:
@@ -253,13 +264,16 @@ class Keeper:
                 self._ready = self._heard = house.clock.now()
                 took = self._ready - self._started
                 pid = self.process.pid if self.process is not None else None
-                log.info("room %s is open, process %s, after %.1f s", self.name, pid, took)
+                words, told = "room %s is open, process %s, after %.1f s", self._told("room_open")
+                log.info(words, self.name, pid, took, extra=told)
                 self.first.set()
                 house.changed(self)
             case Report():
                 self._heard = house.clock.now()
                 self.report = line
                 house.changed(self)
+            case Measured():
+                house.measured(self.name, line.metrics)
             case Failed():
                 self.state, self.problem = "broken", line.why
                 self.first.set()
@@ -283,8 +297,3 @@ def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
         )
     make: Callable[..., BaseProcess] = context.Process
     return make
-
-
-def _start(process: BaseProcess) -> None:
-    # Not daemonic: a room has a process of its own for columns.
-    process.start()

@@ -7,8 +7,13 @@ import contextlib
 import logging
 from collections.abc import Mapping, Sequence
 
+import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
+from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort
+from cohaptic_server.monitoring.lines import RoomLine, ServerLine
+from cohaptic_server.monitoring.logs import PLAIN, LogStyle
+from cohaptic_server.monitoring.metrics import RoomHealth, RoomMetrics, ServerHealth
 from cohaptic_server.rooms.config import RoomsConfig, is_plain_balloon
 from cohaptic_server.rooms.directory import LocalDirectory
 from cohaptic_server.rooms.front import Front, Place
@@ -34,19 +39,21 @@ class Supervisor:
     Args:
         config: Of the server.
         builds: What makes the body of each room, in its process.
-        level: Of the log of the rooms.
+        style: Of the log of the rooms.
         protect: Makes what says who comes into a room, in its process.
 
     Attributes:
         keepers: By room.
         users, watchers: Seats of all rooms together.
+        admin: That is told how all is; None without one.
+        draining: Whether nobody is let in any more.
     """
 
     def __init__(
         self,
         config: RoomsConfig,
         builds: Mapping[str, Build],
-        level: int = logging.INFO,
+        style: LogStyle = PLAIN,
         protect: Protect = Protection,
     ) -> None:
         if not CAN_HAND_OVER:
@@ -56,11 +63,17 @@ class Supervisor:
         clock = SystemClock()
         proxies = config.access.trust_proxy
         self.gate = Gate(config.front.limits, clock, proxies=proxies)
+        table = config.admin
+        self.admin: AdminPort | None = None
+        if table.port is not None:
+            self.admin = AdminPort(AdminAddress(table.port, table.host, config.allow_hosts))
+        self.draining = False
         directory = LocalDirectory(config.lease)
         make = room_processes(_preload(config))
         house = House(
-            directory, clock, self.gate.sources.leave, self._changed, make, level, protect
-        )
+            directory, clock, self.gate.sources.leave, self._changed, make, style, protect,
+            self._measured,
+        )  # fmt: skip
         self.keepers = {
             name: Keeper(config.settings_of(name), builds[name], house) for name in config.rooms
         }
@@ -91,6 +104,8 @@ class Supervisor:
         """
         doors = await open_doors(self.config.front, self.gate)
         url = url_of(self.config.host, doors[0])
+        if self.admin is not None:
+            await self.admin.open()
         await self._site.start()
         self._front = Front(doors, self.gate, self._places)
         self._front.open()
@@ -109,6 +124,8 @@ class Supervisor:
 
     async def drain(self) -> None:
         """Let nobody in any more, let the rooms end, and end those that have not in time."""
+        self.draining = True
+        self._report()
         front, self._front = self._front, None
         if front is not None:
             front.close()
@@ -125,6 +142,8 @@ class Supervisor:
             await asyncio.wait(waiting, timeout=self.config.drain)
         if self._sharing is not None:
             self._sharing.cancel()
+        if self.admin is not None:
+            await self.admin.close()
         self._site.stop()
         self.gate.report(after=0.0)
 
@@ -170,6 +189,28 @@ class Supervisor:
                 self._begun.add(name)
                 self._share()
 
+    def _measured(self, room: str, metrics: RoomMetrics) -> None:
+        if self.admin is not None:
+            self.admin.tell(RoomLine(room=room, metrics=metrics))
+
+    def _report(self) -> None:
+        """Tell the admin port how the server is."""
+        if self.admin is None:
+            return
+        rooms = tuple(
+            RoomHealth(name=k.name, state=k.state, problem=k.problem, restarts=k.restarts.count)
+            for k in self.keepers.values()
+        )
+        sources = self.gate.sources
+        health = ServerHealth(
+            version=cohaptic.__version__,
+            draining=self.draining,
+            rooms=rooms,
+            connections=sources.open,
+            refused=sources.refused,
+        )
+        self.admin.tell(ServerLine(health=health))
+
     def _share(self) -> None:
         changed = {*self.users.share(), *self.watchers.share()}
         for name in changed:
@@ -188,6 +229,7 @@ class Supervisor:
             with contextlib.suppress(KeyError):
                 self._share()
             self.gate.report()
+            self._report()
             await asyncio.sleep(_SHARE_EVERY)
 
 

@@ -106,7 +106,8 @@ class Door(socket.socket):
                 return taken, peer
             self._refused += 1
             turn_away(taken, refusal)
-            self._gate.tell(source, f"a connection from {source} was refused: {refusal.why}")
+            told = f"a connection from {source} was refused: {refusal.why}"
+            self._gate.tell(source, "refused", told)
 
     def close(self) -> None:
         """Listen no more."""
@@ -130,7 +131,8 @@ class Door(socket.socket):
             with contextlib.suppress(OSError):
                 connection, _ = super().accept()
                 turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
-        self._gate.tell("no files", f"connections are refused: {error.strerror}", warning=True)
+        told = f"connections are refused: {error.strerror}"
+        self._gate.tell("no files", "no_files", told, warning=True)
 
 
 def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:

@@ -14,6 +14,8 @@ from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.log_lines import LogLines
 from cohaptic_server.guard.meter import Meter
 from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources, forwarded_source, source_of
+from cohaptic_server.room.peer import LogLine
+from cohaptic_server.shell.traffic import Traffic
 
 log = logging.getLogger("cohaptic.server")
 
@@ -38,6 +40,7 @@ class Gate:
         sources: Of all addresses.
         proxies: As given, as connections are counted.
         taken: Connections that are open, by the number of their file.
+        traffic: What came, went and was turned away.
     """
 
     def __init__(
@@ -52,6 +55,7 @@ class Gate:
         self.sources = Sources(limits)
         self.proxies = frozenset(source_of(address) for address in proxies)
         self.taken: dict[int, Taken] = {}
+        self.traffic = Traffic()
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
         self._simulation_hz = simulation_hz
@@ -60,10 +64,16 @@ class Gate:
         """Of a new connection."""
         return Meter(self.limits, self._simulation_hz)
 
-    def tell(self, source: str, text: str, *, warning: bool = False) -> None:
+    def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
         """Write a line about an address to the log, unless there are too many about it."""
-        if self._lines.pass_on(source, self.clock.now()):
-            log.log(logging.WARNING if warning else logging.INFO, "%s", text)
+        self.write(LogLine(text, warning, source, event))
+
+    def write(self, line: LogLine) -> None:
+        """The same, of a line that is made."""
+        if self._lines.pass_on(line.source, self.clock.now()):
+            level = logging.WARNING if line.warning else logging.INFO
+            told = {"event": line.event, "user": line.user, "source": line.source}
+            log.log(level, "%s", line.text, extra=told)
 
     def enter(self, connection: Taken, source: str) -> Refusal | None:
         """Count a connection until it is closed.
@@ -112,7 +122,8 @@ class Gate:
             return
         self._next_report = now + 1.0
         for source, count in self._lines.left_out(now, after):
-            log.warning("%d lines about %s were left out", count, source)
+            told = {"event": "lines_left_out", "source": source}
+            log.warning("%d lines about %s were left out", count, source, extra=told)
 
 
 class Turns:

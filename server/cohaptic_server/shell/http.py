@@ -135,6 +135,8 @@ class Web:
             origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
             return self._refuse_upload(connection, plain_request, origins, hosts)
         refused = self._check(connection, request)
+        if refused is not None:
+            self._gate.traffic.refused["origin or host"] += 1
         if refused is not None or "Upgrade" in headers:
             return refused
         room, path = split_path(request.path)
@@ -192,6 +194,7 @@ class Web:
         if refusal is None:
             connection.count_response(size)
             return response(answer)
+        self._gate.traffic.spent["unread bytes"] += 1
         return response(too_many(request, refusal))
 
     def close(self) -> None:

@@ -75,8 +75,8 @@ class CohapticServer:
         self.clock = SystemClock()
         self.room = Room(body, settings)
         self.protection = protection or Protection()
-        proxies = self.protection.proxies
-        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, proxies)
+        trusted = self.protection.proxies
+        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, trusted)
         self.web = Web(body, settings, self.gate, solve)
         self.audience = Audience(self.room, self.web.model)
         state, room = self.protection.state, settings.room or MAIN
@@ -203,8 +203,8 @@ class CohapticServer:
         period = self.settings.simulation_period
         self.meters.leave_out(left_out)
         self.meters.add(due, started, written, period)
-        line = pace.see(1 + left_out, left_out + is_missed(due, written, period))
-        if line:
+        self.meters.limit(*self.room.world.users.applied[3:])
+        if line := pace.see(1 + left_out, left_out + is_missed(due, written, period)):
             log.warning("%s", line)
 
     def _show(self, now: float) -> None:
@@ -224,7 +224,7 @@ class CohapticServer:
     ) -> None:
         connections = self._connections if connections is None else connections
         for line in outcome.log:
-            self.gate.tell(line.source, line.text, warning=line.warning)
+            self.gate.write(line)
         for peer in outcome.delayed:
             connections[peer].apply_latency()
         for peer in outcome.flush:
@@ -233,8 +233,7 @@ class CohapticServer:
     def connect(self, ws: Wire) -> Connection:
         """Take in a websocket that is open; its small binary messages are heard from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
-        now = self.clock.now()
-        peer = self.lobby.connect(now, ws.subprotocol, offered, ws.source)
+        peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered, ws.source)
         take = partial(self._take, self.lobby)
         connection = self._connections[peer] = Connection(ws, peer, self.clock, take)
         ws.deliver, ws.dismiss = connection.receive_frame, connection.fail
@@ -268,6 +267,7 @@ class CohapticServer:
             ws.deliver = None
             connection.take_rest()
             del connections[peer]
+            self.gate.traffic.end(peer.session.close)
             self._carry_out(lobby.disconnect(peer, reason), connections)
             await connection.closed()
 

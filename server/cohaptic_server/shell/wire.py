@@ -55,6 +55,7 @@ class Wire(ServerConnection):
         self._gate = gate or Gate(Limits(), SystemClock())
         self._now = self._gate.clock.now
         self._meter = self._gate.meter()
+        self._traffic = self._gate.traffic
         self._stream = ClientStream(MAX_INBOUND_BYTES)
         self._waiting = 0  # messages that the library has and the handler has not taken
         self._deaf = self._brings_files = False
@@ -70,6 +71,7 @@ class Wire(ServerConnection):
     def count_response(self, size: int) -> None:
         """A response of so many bytes goes out, which `Sources.respond` has let pass."""
         self._unread += size
+        self._traffic.sent += size
 
     def come_from(self, said: Sequence[str]) -> Refusal | None:
         """Count it with whom a proxy says; why it is not taken, if it is not.
@@ -94,7 +96,15 @@ class Wire(ServerConnection):
     def write(self, messages: list[str | bytes]) -> None:
         """Write messages without waiting, in one system call; nothing once the close has begun."""
         if messages and self.state is State.OPEN:
-            self.transport.write(b"".join(map(make_frame, messages)))
+            data = b"".join(map(make_frame, messages))
+            self._traffic.sent += len(data)
+            self.transport.write(data)
+
+    async def send(self, message: Any, **options: Any) -> None:
+        """As in the library; waits for the peer."""
+        whole = isinstance(message, str | bytes)
+        self._traffic.sent += len(message) if whole else sum(map(len, message))
+        await super().send(message, **options)
 
     def unsent(self) -> int:
         """Bytes that were written and have not left the process."""
@@ -130,6 +140,8 @@ class Wire(ServerConnection):
         error: ProtocolError | None
         alone = len(pieces) == 1 and is_small_binary(pieces[0])
         if alone and not self._stream.flooded:
+            # Its whole frame, as `is_small_binary` knows it; every call here is one per sample.
+            self._traffic.received += 6 + (pieces[0][1] & 0x7F)
             error = self._meter.sample(self._now())
             deliver = self.deliver
             if error is None and deliver is not None and not self._waiting:
@@ -137,6 +149,7 @@ class Wire(ServerConnection):
                     deliver(pieces[0])
                     return
         else:
+            self._traffic.received += sum(map(len, pieces))
             error = self._excess(pieces, in_head=in_head)
         if error is not None:
             self._stop_hearing(error)
@@ -179,7 +192,9 @@ class Wire(ServerConnection):
         self._deaf = True
         self.transport.pause_reading()
         self._gate.sources.dismiss(self.source, self._now())
-        self._gate.tell(self.source, f"{self.source} asked for too much: {error}", warning=True)
+        self._traffic.spent[error.subject] += 1
+        told = f"{self.source} asked for too much: {error}"
+        self._gate.tell(self.source, "budget_spent", told, warning=True)
         if self.state is not State.OPEN:
             self.transport.abort()
             return
@@ -194,5 +209,7 @@ class Wire(ServerConnection):
     def _cut(self) -> None:
         """The request has not come in time."""
         if not self._stream.opened:
-            self._gate.tell(self.source, f"{self.source} sent no request in {HEAD_TIMEOUT:g} s")
+            self._traffic.refused["no request"] += 1
+            told = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
+            self._gate.tell(self.source, "no_request", told)
             self.transport.abort()

@@ -97,6 +97,7 @@ def apply_forces(
     max_force = MAX_INDENTATION * body.mesh.size / np.maximum(c_ii, 1e-12)
     max_force = np.where(c_ii < np.inf, max_force, np.inf)
     limited = limit_forces(requested, max_force)
+    deep = limited < requested
     lag = _lags(state, tracked)
     along = was = tracked.tangential
     if tracked.rough:
@@ -119,7 +120,8 @@ def apply_forces(
     C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
     share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
     tangential = was + share[:, None] * (along - was) if tracked.rough else along
-    return Applied(presence, previous + share * (normal - previous), tangential)
+    normal = previous + share * (normal - previous)
+    return Applied(presence, normal, tangential, deep, share < 1.0)
 
 
 def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:

@@ -10,10 +10,15 @@ others, without a change of its own force; that is left to the clients, whose ow
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from cohaptic.control.stability.lag_choice import kept
+from cohaptic.vec import norm
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.state import Touch
 
 # N/s by which all others together may change the force on one hand. Fingers that tap reach about
 # 100 N/s on their own force, and a neighbour feels the share that it has of their compliance.
@@ -89,3 +94,15 @@ def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Flo
         dt: Simulation period [s].
     """
     return np.asarray(requested + kept(lag, dt) * (previous - requested))
+
+
+def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
+    """Samples of which the body takes no more than a budget together, shared fairly.
+
+    Args:
+        touches: Of all users.
+        budget: Most of their forces together [N].
+    """
+    demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
+    cap = fair_cap(demands, budget)
+    return [t if t.max_force <= cap else replace(t, max_force=cap) for t in touches]

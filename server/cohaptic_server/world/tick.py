@@ -103,7 +103,7 @@ def advance(
     turned = steep_contacts(tracked.contacts.slopes)
     steep = [i for i in turned if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
-    loads, starts = loads_of(tracked.contacts, *applied[1:], wide, fading)
+    loads, starts = loads_of(tracked.contacts, applied.force, applied.tangential, wide, fading)
     if (prefetching := touched_body.prefetching) is not None:
         prefetching.prefetch(_vertices_ahead(body, tracked))
     response = body.respond(loads, state.response)
@@ -133,7 +133,9 @@ def advance(
     turning = find_turning_lag(
         hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
     )
-    turning = max(turning, find_own_turning_lag(body, hands, tracked.contacts.slopes, dt))
+    if turned:
+        own_turn = find_own_turning_lag(body, hands, tracked.contacts.slopes, dt)
+        turning = max(turning, own_turn)
 
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)

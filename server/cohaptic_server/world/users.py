@@ -19,7 +19,7 @@ from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.body import Response
-from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.numeric import Floats, Ints, Mask, vec3
 from cohaptic_server.world.contact import Contacts
 from cohaptic_server.world.displacement_field import (
     NOWHERE_KNOWN,
@@ -156,6 +156,9 @@ def settings_of(touches: Sequence[Touch]) -> Floats:
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
 
 
+NOBODYS: Mask = np.zeros(0, dtype=np.bool_)
+
+
 class Applied(NamedTuple):
     """The forces of the users that the body carries in a tick.
 
@@ -163,11 +166,15 @@ class Applied(NamedTuple):
         presence: Share of each user's force that counts, 0 to 1, shape (n,).
         force: Normal, shape (n,) [N].
         tangential: Zeros without friction, shape (n, 3) [N].
+        deep: Whose force was cut to what the body bears there, or all together, shape (n,).
+        fast: Whose force was slowed down for the sake of others, shape (n,).
     """
 
     presence: Floats
     force: Floats
     tangential: Floats
+    deep: Mask = NOBODYS
+    fast: Mask = NOBODYS
 
     @classmethod
     def of(cls, users: Sequence[UserState]) -> Applied:

@@ -24,8 +24,9 @@ from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.keys import Key, KeyRing, write_keys
 from cohaptic_server.cli.rooms import protect
 from cohaptic_server.credentials.key_file import save_keys
-from cohaptic_server.rooms.config import AccessTable, RoomsConfig, RoomTable
+from cohaptic_server.rooms.config import RoomsConfig, RoomTable
 from cohaptic_server.rooms.supervisor import Supervisor
+from cohaptic_server.rooms.tables import AccessTable
 from tests.server.access.some import ALL, KEY, OTHER, RING, token
 from tests.server.peers import hello
 from tests.server.rooms.bodies import small

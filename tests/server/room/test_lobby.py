@@ -84,7 +84,8 @@ def test_who_joins_is_welcomed_and_the_others_hear_of_it(small_balloon: Balloon)
     second = connect(there)
     outcome = say(there, second, encode_control(hello("second", law=Law.PI)))
     assert outcome.flush == [first, second]
-    assert outcome.log == [LogLine(f"second joined with {Law.PI.value}")]
+    told = f"second joined with {Law.PI.value}"
+    assert outcome.log == [LogLine(told, event="joined", user="second")]
     assert news(first) == [UserJoined(user=second.user or 0, name="second")]
 
 
@@ -165,7 +166,7 @@ def test_who_leaves_is_told_to_the_others_with_the_reason(
     if said is not None:
         say(there, leaves, said)
     outcome = there.disconnect(leaves, reason)
-    assert outcome.log == [LogLine(f"leaves left: {told}")]
+    assert outcome.log == [LogLine(f"leaves left: {told}", event="left", user="leaves")]
     assert outcome.flush == [stays]
     assert news(stays) == [UserLeft(user=leaves.user or 0, name="leaves", reason=told)]
     assert there.peers == [stays]

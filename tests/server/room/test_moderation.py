@@ -18,9 +18,10 @@ from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import KICKED_FOR
-from cohaptic_server.room.room import RESET_AFTER, Room, within_budget
+from cohaptic_server.room.room import RESET_AFTER, Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.world.force_limits import within_budget
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
 from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome

@@ -24,7 +24,8 @@ def test_a_name_that_draws_on_terminals_is_logged_as_one_printable_line(
 @given(st.text(max_size=2000))
 def test_whatever_is_said_a_line_of_the_log_is_short_and_printable(text: str) -> None:
     outcome = Outcome()
-    outcome.say(text, "somewhere")
+    outcome.say("joined", text, "somewhere", user=text)
     (line,) = outcome.log
     assert line.text.isprintable()
     assert len(line.text) <= 403
+    assert line.user == line.text

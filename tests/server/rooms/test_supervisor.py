@@ -20,6 +20,7 @@ from cohaptic.errors import CloseCode
 from cohaptic_server.rooms.config import RoomsConfig, RoomTable
 from cohaptic_server.rooms.process.room_process import Build
 from cohaptic_server.rooms.supervisor import Supervisor
+from tests.server.monitoring.asking import ask, status_once
 from tests.server.peers import hello_text
 from tests.server.rooms.bodies import slow, small, torn
 from tests.server.shell.stage import Client, names, visit
@@ -252,3 +253,29 @@ def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:
                 os.kill(pid, 0)
 
     asyncio.run(main())
+
+
+def test_the_admin_port_tells_of_every_room_of_one_that_is_stopped_and_of_the_end() -> None:
+    async def run() -> None:
+        async with served(
+            {"main": small, "other": small, "torn": torn}, admin={"port": 0}, lease=60.0
+        ) as house:
+            admin = house.supervisor.admin
+            assert admin is not None
+            ready = await status_once(admin.url, lambda told: bool(told["ready"]))
+            states = {room["name"]: room["state"] for room in ready["rooms"]}
+            assert states == {"main": "open", "other": "open", "torn": "broken"}
+            house.signal("other", signal.SIGSTOP)
+            told = await status_once(admin.url, lambda told: not told["rooms"][1]["ticking"])
+            house.signal("other", signal.SIGCONT)
+            assert told["ready"]
+            assert told["rooms"][0]["ticking"]
+            await status_once(admin.url, lambda told: bool(told["rooms"][1]["ticking"]))
+            code, text = await ask(f"{admin.url}/metrics")
+            assert code == 200
+            assert b'cohaptic_room_ticking{room="main"} 1.0' in text
+            assert b'cohaptic_ticks_total{room="other"}' in text
+            house.supervisor.draining = True
+            await status_once(admin.url, lambda told: told["reasons"] == ["the server is draining"])
+
+    asyncio.run(run())

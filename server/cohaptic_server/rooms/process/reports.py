@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from cohaptic.errors import one_line
+from cohaptic_server.monitoring.metrics import RoomMetrics
 
 LONGEST = 64 * 1024  # characters of a line
 
@@ -67,6 +68,17 @@ class Report(_Line):
     missed: int = Field(ge=0)
 
 
+class Measured(_Line):
+    """What a room tells those who look after the server, once a second.
+
+    Args:
+        metrics: Of the room.
+    """
+
+    kind: Literal["measured"] = "measured"
+    metrics: RoomMetrics
+
+
 class Allow(_Line):
     """Seats that a room may hold.
 
@@ -94,7 +106,7 @@ class ReadAgain(_Line):
     kind: Literal["read_again"] = "read_again"
 
 
-FromRoom = Ready | Failed | Left | Report
+FromRoom = Ready | Failed | Left | Report | Measured
 ToRoom = Allow | Stop | ReadAgain
 Line = FromRoom | ToRoom
 _LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])

@@ -22,6 +22,8 @@ from cohaptic.runtime.scheduling import (
 )
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.reloading import reload_changed
+from cohaptic_server.monitoring.gather import Gatherer
+from cohaptic_server.monitoring.logs import LogStyle, set_up_log
 from cohaptic_server.rooms.process.channel import Channel, open_channel
 from cohaptic_server.rooms.process.handing_over import HandedDoor
 from cohaptic_server.rooms.process.precedence import Precedence
@@ -31,6 +33,7 @@ from cohaptic_server.rooms.process.reports import (
     Failed,
     Left,
     Line,
+    Measured,
     ReadAgain,
     Ready,
     Report,
@@ -42,7 +45,8 @@ from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 
 REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
-_MEASURED_OVER = 4  # reports: the system counts time in hundredths of a second
+# Reports: the system counts time in hundredths of a second, and metrics come once a second.
+_MEASURED_OVER = 4
 _SWITCH_INTERVAL = 5e-4  # s, as `cohaptic serve`
 _NOT_PREPARED = 2  # exit status
 log = logging.getLogger("cohaptic.server")
@@ -56,7 +60,7 @@ def run_room(
     build: Build,
     control: socket.socket,
     door: socket.socket,
-    level: int,
+    style: LogStyle,
     protect: Protect = Protection,
 ) -> None:
     """Main function of the process.
@@ -66,17 +70,10 @@ def run_room(
         build: Makes its body; a function of a module, which the process can import.
         control: One end of the channel to the supervisor.
         door: Where connections come out.
-        level: Of the log.
+        style: Of the log.
         protect: Makes what says who comes in; reads the files of keys.
     """
-    logging.basicConfig(
-        stream=sys.stderr,
-        level=level,
-        format=f"%(asctime)s [{settings.room}] %(message)s",
-        datefmt="%H:%M:%S",
-        force=True,
-    )
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    set_up_log(style, settings.room)
     # The supervisor's: it ends the rooms in order, and tells them to read their files again.
     for number in ("SIGINT", "SIGHUP"):
         if hasattr(signal, number):
@@ -179,8 +176,10 @@ class _Room:
 
     async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
         precedence = Precedence()
+        gatherer = Gatherer(server)
         used, done = _processor_time(), _ticks_done(server)
         while True:
+            channel.tell_newest(Measured(metrics=gatherer.gather()))
             for _ in range(_MEASURED_OVER):
                 channel.tell_newest(self._report(server))
                 await asyncio.sleep(REPORT_EVERY)

@@ -1,0 +1,80 @@
+"""Lines of JSON from a server to the process of its admin port."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from cohaptic.errors import one_line
+from cohaptic_server.monitoring.metrics import RoomMetrics, ServerHealth
+
+LONGEST = 256 * 1024  # bytes; a room of 64 users takes 20 KB, the health of 200 rooms 40 KB
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ServerLine(_Line):
+    """How the server is; in place of the one before."""
+
+    kind: Literal["server"] = "server"
+    health: ServerHealth
+
+
+class RoomLine(_Line):
+    """What a room tells; in place of the one before of the same room."""
+
+    kind: Literal["room"] = "room"
+    room: str
+    metrics: RoomMetrics
+
+
+class OpenLine(_Line):
+    """The other way, once: the admin port is open.
+
+    Args:
+        url: Of it.
+    """
+
+    kind: Literal["open"] = "open"
+    url: str
+
+
+class RefusedLine(_Line):
+    """The other way, once: it cannot be opened.
+
+    Args:
+        name, value, limit: As of a `SettingError`.
+    """
+
+    kind: Literal["refused"] = "refused"
+    name: str
+    value: str
+    limit: str
+
+
+Line = ServerLine | RoomLine | OpenLine | RefusedLine
+_LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
+
+
+class BadLine(ValueError):
+    """A line that is none of these."""
+
+
+def encode(line: Line) -> bytes:
+    """As a line, with its end."""
+    return line.model_dump_json().encode() + b"\n"
+
+
+def decode(data: bytes) -> Line:
+    """From a line.
+
+    Raises:
+        BadLine: It is none.
+    """
+    try:
+        return _LINES.validate_json(data)
+    except ValidationError as error:
+        raise BadLine(one_line(repr(data), 200)) from error

@@ -1,0 +1,133 @@
+"""What a room and a server tell of themselves, as frozen values that pass between processes.
+
+Of a user the metrics have a seat beside its name: a name is a stranger's, and there may be
+any number of them over a day, while a room has so many seats and no more.
+"""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from cohaptic.status.histogram import TIME_EDGES
+
+
+class _Frozen(BaseModel):
+    # Numbers only: infinity is no JSON, and would pass for a missing value on the way.
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class TimeCounts(_Frozen):
+    """A histogram of times.
+
+    Args:
+        counts: Of each bucket of `TIME_EDGES` and of what is above, not cumulated.
+        total: Sum of all times [s].
+    """
+
+    counts: list[int] = Field(min_length=len(TIME_EDGES) + 1, max_length=len(TIME_EDGES) + 1)
+    total: float = Field(ge=0.0)
+
+
+NO_TIMES = TimeCounts(counts=[0] * (len(TIME_EDGES) + 1), total=0.0)
+
+
+class UserMetrics(_Frozen):
+    """One who touches.
+
+    Args:
+        seat: Lowest number that was free when it came, from 1.
+        name: As it gave it.
+        delay: Of its loop, as gains are chosen for; None before it was measured [s].
+        loss: Share of its samples of late that no tick has used, since newer ones came with them or
+            they were too many, 0 to 1.
+        silence: Since its newest message [s].
+        force: That the body gets of it now [N].
+        skipped: Patches that were replaced before they could be sent, so far.
+    """
+
+    seat: int = Field(ge=1)
+    name: str
+    delay: float | None
+    loss: float = Field(ge=0.0, le=1.0)
+    silence: float = Field(ge=0.0)
+    force: float
+    skipped: int = Field(ge=0)
+
+
+class RoomMetrics(_Frozen):
+    """A room.
+
+    Args:
+        hz: Ticks per second that it should have.
+        ticks, missed, left_out: As `TickMeters` counts.
+        cost, lateness: Of its ticks.
+        users: Who touches.
+        max_users: Who may touch at once.
+        watchers, max_watchers: Who watches, and who may at once.
+        lag: Of the room [s].
+        coupling: Of its hands.
+        margin: Of their stability; None where they do not couple.
+        limited: Times that a user's force was limited in a tick, by why.
+        refused: Sessions and requests that were refused, by cause.
+        spent: Connections closed for a budget that was spent, by budget.
+        connections: That are open.
+        received, sent: Bytes.
+        processor: Time of processors that its process has taken [s].
+        memory: Resident in its process [bytes]; 0 where the system does not tell.
+    """
+
+    hz: float = 60.0
+    ticks: int = 0
+    missed: int = 0
+    left_out: int = 0
+    cost: TimeCounts = NO_TIMES
+    lateness: TimeCounts = NO_TIMES
+    users: tuple[UserMetrics, ...] = ()
+    max_users: int = 0
+    watchers: int = 0
+    max_watchers: int = 0
+    lag: float = 0.0
+    coupling: float = 0.0
+    margin: float | None = None
+    limited: dict[str, int] = {}
+    refused: dict[str, int] = {}
+    spent: dict[str, int] = {}
+    connections: int = 0
+    received: int = 0
+    sent: int = 0
+    processor: float = 0.0
+    memory: int = 0
+
+
+class RoomHealth(_Frozen):
+    """How a room is, as whoever keeps it knows.
+
+    Args:
+        name: Of the room.
+        state: starting, open, broken or stopped.
+        problem: Why it is broken.
+        restarts: Of its process so far.
+    """
+
+    name: str
+    state: str
+    problem: str = ""
+    restarts: int = 0
+
+
+class ServerHealth(_Frozen):
+    """How a server is, a few times a second.
+
+    Args:
+        version: Of the program.
+        draining: Whether it takes nobody any more, since it is about to end.
+        rooms: All of them.
+        connections: That are open, at the door.
+        refused: Connections that were not taken so far.
+    """
+
+    version: str
+    draining: bool
+    rooms: tuple[RoomHealth, ...]
+    connections: int = 0
+    refused: int = 0

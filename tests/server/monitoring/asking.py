@@ -1,0 +1,40 @@
+"""Asks an admin port, as a probe or Prometheus does."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from typing import Any
+
+PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
+
+
+async def ask(url: str, **headers: str) -> tuple[int, bytes]:
+    """Status and body."""
+
+    def get() -> tuple[int, bytes]:
+        request = urllib.request.Request(url, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
+                return answer.status, answer.read()
+        except urllib.error.HTTPError as error:
+            with error:
+                return error.code, error.read()
+
+    return await asyncio.to_thread(get)
+
+
+async def status_once(url: str, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """The state, once it is as it should be; also while nobody answers."""
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            try:
+                told: dict[str, Any] = json.loads((await ask(f"{url}/status"))[1])
+                if condition(told):
+                    return told
+            except OSError:
+                pass
+            await asyncio.sleep(0.1)

@@ -1,0 +1,137 @@
+"""What stands in `deploy/` fits the program, and its files fit each other."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+from prometheus_client.parser import text_string_to_metric_families
+
+from cohaptic.cli.app import build_app
+from cohaptic_server.cli.access_options import AccessOptions
+from cohaptic_server.monitoring.exposition import exposition
+from cohaptic_server.rooms.config import load_config
+from tests.server.monitoring.some import room, ticking, user
+
+DEPLOY = Path(__file__).parents[2] / "deploy"
+RUNBOOK = (DEPLOY.parent / "docs/how-to/operate-a-server.md").read_text()
+yaml: Any = pytest.importorskip("yaml")
+
+
+def metrics() -> set[str]:
+    """Names of all families that a server with a user tells, as queries name them."""
+    line = room(users=(user(),), margin=2.0, limited={"depth": 1}, refused={"x": 1}, spent={"x": 1})
+    text = exposition(ticking(line), 1.0).decode()
+    return {
+        f"{family.name}_total" if family.type == "counter" else family.name
+        for family in text_string_to_metric_families(text)
+    }
+
+
+def named(text: str) -> set[str]:
+    """Metrics that a query names, without the suffixes of histograms."""
+    found = re.findall(r"cohaptic_\w+", text)
+    return {re.sub(r"(?<=seconds)_(bucket|sum|count)$", "", name) for name in found}
+
+
+def test_queries_of_alerts_and_dashboard_name_metrics_that_there_are() -> None:
+    board = json.loads((DEPLOY / "dashboard/cohaptic.json").read_text())
+    queries = [target["expr"] for panel in board["panels"] for target in panel["targets"]]
+    rules = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"][0]["rules"]
+    told = metrics()
+    assert len(queries) > 14
+    for query in (*queries, *(rule["expr"] for rule in rules)):
+        assert named(query) <= told, query
+        assert named(query) or "up{" in query
+
+
+def test_the_runbook_has_every_metric_and_every_alert() -> None:
+    table = RUNBOOK[RUNBOOK.index("## Metrics") : RUNBOOK.index("## Alerts")]
+    rows = "\n".join(line for line in table.splitlines() if line.startswith("| `"))
+    listed = {f"cohaptic_{name}" for name in re.findall(r"`(\w+)`", rows)}
+    assert metrics() <= listed
+    assert listed - metrics() <= {"cohaptic_depth", "cohaptic_speed"}
+    rules = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"][0]["rules"]
+    assert {rule["alert"] for rule in rules} == set(re.findall(r"^\*\*(\w+)\*\*", RUNBOOK, re.M))
+
+
+def test_the_containers_fit_each_other_and_the_files_beside_them() -> None:
+    compose = yaml.safe_load((DEPLOY / "docker-compose.yml").read_text())
+    services = compose["services"]
+    config = load_config(DEPLOY / "rooms.compose.toml")
+    proxy = services["proxy"]["networks"]["inside"]["ipv4_address"]
+    assert config.access.trust_proxy == (proxy,)
+    # It says itself who comes in and how that is secured, so it starts.
+    AccessOptions(open=config.access.open, insecure=config.access.insecure).protection(config.host)
+    scrape = yaml.safe_load((DEPLOY / "prometheus.yml").read_text())["scrape_configs"][0]
+    (target,) = scrape["static_configs"][0]["targets"]
+    host, _, port = target.partition(":")
+    assert host in services
+    assert host in config.allow_hosts
+    assert int(port) == config.admin.port
+    assert f":{port}/readyz" in (DEPLOY / "Dockerfile").read_text()
+    for name, service in services.items():
+        assert set(service.get("depends_on", ())) <= set(services), name
+        for volume in service.get("volumes", ()):
+            source = volume.split(":")[0]
+            if source.startswith("."):
+                assert (DEPLOY / source).is_file(), source
+            else:
+                assert source in compose["volumes"], source
+        if service["image"] == "cohaptic":
+            understood(service["command"])
+    assert "server:8765" in (DEPLOY / "Caddyfile.compose").read_text()
+    assert {n for n, s in services.items() if "profiles" in s} == {"prometheus", "grafana"}
+
+
+def understood(arguments: list[str]) -> None:
+    """Parse a command line as the program does; an option that there is not raises."""
+    group: Any = typer.main.get_command(build_app(only=arguments[0]))
+    command = group if arguments[0] not in getattr(group, "commands", ()) else None
+    command = command or group.commands[arguments[0]]
+    command.make_context(arguments[0], list(arguments[1:]))
+
+
+def test_the_default_command_and_the_unit_are_command_lines_of_the_program() -> None:
+    lines = (DEPLOY / "Dockerfile").read_text()
+    (command,) = re.findall(r"^CMD (\[.*\])$", lines, re.M)
+    understood(json.loads(command))
+    unit = (DEPLOY / "cohaptic.service").read_text()
+    (start,) = re.findall(r"^ExecStart=\S+ (.*)$", unit, re.M)
+    understood(start.split())
+    with pytest.raises(Exception, match="No such option"):
+        understood(["serve", "--no-such-option"])
+
+
+PROMTOOL, ANALYZE = shutil.which("promtool"), shutil.which("systemd-analyze")
+
+
+@pytest.mark.skipif(PROMTOOL is None, reason="promtool is not installed")
+def test_promtool_finds_nothing_wrong() -> None:
+    assert PROMTOOL is not None
+    for what, name in (("rules", "alerts.yml"), ("config", "prometheus.yml")):
+        done = subprocess.run(
+            [PROMTOOL, "check", what, str(DEPLOY / name)], capture_output=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(ANALYZE is None, reason="systemd is not installed")
+def test_systemd_finds_nothing_wrong(tmp_path: Path) -> None:
+    assert ANALYZE is not None
+    text = (DEPLOY / "cohaptic.service").read_text()
+    unit = tmp_path / "cohaptic.service"
+    for wrong, expected in (("", True), ("RestrictEverything=yes\nNoNewPrivileges", False)):
+        told = text.replace("/opt/cohaptic/bin/cohaptic", sys.executable)
+        unit.write_text(told if expected else told.replace("NoNewPrivileges", wrong))
+        done = subprocess.run(
+            [ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode == 0 and "Unknown" not in done.stderr) is expected, done.stderr
