@@ -30,10 +30,10 @@ budgets = st.floats(-1.0, 20.0)  # N s/m
 
 
 def test_no_room_is_unstable_beyond_the_theorems_edge() -> None:
-    """Science 3.8, 5,000 rooms of every kind: unequal delays, soft devices, friction."""
+    """Science 3.8, rooms of every kind: unequal delays, soft devices, friction."""
     rng = np.random.default_rng(0)
     strong = unequal = with_friction = nearly = 0
-    for _ in range(5000):
+    for _ in range(1500):
         room = draw(rng)
         S, longest = room.coupling, float(room.delays.max())
         m = coupling_radius(S)
@@ -45,10 +45,10 @@ def test_no_room_is_unstable_beyond_the_theorems_edge() -> None:
         with_friction += m > 1.0 and len(room.stiffness) < len(S)
         nearly += m > 1.0 and rate * longest > -0.003
     # They try the theorem: with a lag, far apart, in three axes, and next to the axis.
-    assert strong > 3000
-    assert unequal > 1000
-    assert with_friction > 300
-    assert nearly > 300
+    assert strong > 900
+    assert unequal > 300
+    assert with_friction > 90
+    assert nearly > 90
 
 
 def test_for_equal_delays_the_edge_is_exact() -> None:
