@@ -20,6 +20,7 @@ from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.demo.settled import Placement
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_server.world.rims import is_met_squarely
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _HALVED = 3  # times at the most
@@ -41,6 +42,7 @@ def place_on_limb(body: Body, held: npt.NDArray[np.bool_]) -> Placement:
     under, soft = depth_under(mesh, candidates), vertex_compliance(body)[candidates]
     fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, width_of_hand(mesh))
     fit &= supported(mesh, candidates, held, 2.0 * radius) & (under > 0.0) & (soft > MIN_COMPLIANCE)
+    fit[fit] = is_met_squarely(body, candidates[fit])
     x, normals = mesh.vertices[candidates], mesh.normals[candidates]
     for first in np.flatnonzero(fit)[np.argsort(-soft[fit], kind="stable")].tolist():
         gap = np.linalg.norm(x - x[first], axis=1)

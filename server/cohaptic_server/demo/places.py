@@ -26,6 +26,7 @@ from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.rims import is_met_squarely
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _PRESSED = 6  # admissible candidates at which a press is tried
@@ -89,6 +90,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
         if away.sum() >= users:
             break
     fit = away
+    fit[fit] = is_met_squarely(body, candidates[fit])
     admissible = candidates[fit]
     if len(admissible) < users:
         raise BodyError(
