@@ -63,7 +63,7 @@ def test_the_runbook_has_every_metric_and_every_alert() -> None:
 
 
 def test_the_containers_fit_each_other_and_the_files_beside_them() -> None:
-    compose = yaml.safe_load((DEPLOY / "docker-compose.yml").read_text())
+    compose = yaml.safe_load((DEPLOY.parent / "docker-compose.yml").read_text())
     services = compose["services"]
     config = load_config(DEPLOY / "rooms.compose.toml")
     proxy = services["proxy"]["networks"]["inside"]["ipv4_address"]
@@ -82,7 +82,7 @@ def test_the_containers_fit_each_other_and_the_files_beside_them() -> None:
         for volume in service.get("volumes", ()):
             source = volume.split(":")[0]
             if source.startswith("."):
-                assert (DEPLOY / source).is_file(), source
+                assert (DEPLOY.parent / source).is_file(), source
             else:
                 assert source in compose["volumes"], source
         if service["image"] == "cohaptic":
