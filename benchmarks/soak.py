@@ -1,6 +1,6 @@
 """A server with four rooms under everything that happens to one, from a seed.
 
-    python benchmarks/soak.py [--minutes 10] [--seed 1] [--people 16] [--json FILE]
+    python benchmarks/soak.py [--minutes 10] [--seed 1] [--people 16] [--step 0.35] [--json FILE]
 
 Users join, leave, vanish, stall, come back and choose other laws; watchers come who acknowledge
 nothing; others send rubbish; two `cohaptic touch` are killed with SIGKILL and held up by SIGSTOP;
@@ -34,6 +34,11 @@ from soak_server import ROOMS, STORMY, Server
 
 HZ = 20.0  # samples a second of each user: the machine is for the server
 STEP = 0.35  # s between two happenings
+# Draws of the first happenings, so that also a short time has one of each kind: two native clients
+# and users come, one watches, one does harm, one stalls, and so on; the last are kills or halts.
+OPENING = (
+    *2 * (0.96,), *4 * (0.1,), 0.93, 0.9, 0.65, 0.82, 0.75, *3 * (0.99,), 0.55, 0.55, *3 * (0.96,),
+)  # fmt: skip
 EVERY = 60.0  # s between two looks with nobody there
 SOON = 40.0  # s in which everybody has gone, and every room is open
 GROWTH = 0.05  # of memory after warm-up
@@ -58,13 +63,14 @@ class Storm:
         self._native: list[Process] = []
         self._stopped: list[tuple[float, int]] = []
         self._numbers = itertools.count()
+        self._opening = list(reversed(OPENING))
         self.kills = self.native_kills = 0
 
     def happen(self) -> None:
         """One event."""
         draw, now = self._draw, time.monotonic()
         self._go_on(now)
-        kind = draw.random()
+        kind = self._opening.pop() if self._opening else draw.random()
         if len(self._people) < self._most and kind < 0.5:
             room = self.server.room(draw.choice(ROOMS))
             self._people.append(Person(room, HZ, self.count, draw.randrange(2**32)))
@@ -192,16 +198,16 @@ async def soon(condition: Callable[[], bool]) -> bool:
 
 
 async def play(
-    storm: Storm, seconds: float, every: float
+    storm: Storm, seconds: float, every: float, step: float
 ) -> tuple[list[dict[str, int]], list[str]]:
     """The whole of it: memory at each look, and what was wrong."""
     memories: list[dict[str, int]] = []
     wrong: list[str] = []
     start = time.monotonic()
-    next_look = start + every
+    next_look = start + max(every, step * len(OPENING))
     while time.monotonic() < start + seconds:
         storm.happen()
-        await asyncio.sleep(STEP)
+        await asyncio.sleep(step)
         if time.monotonic() >= next_look or time.monotonic() >= start + seconds:
             memory, found = await storm.look()
             memories.append(memory)
@@ -231,6 +237,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--people", type=int, default=16)
+    parser.add_argument("--step", type=float, default=STEP, help="s between two happenings")
     options = parser.parse_args()
     seconds = 60.0 * options.minutes
     with tempfile.TemporaryDirectory() as name:
@@ -239,7 +246,7 @@ def main() -> None:
         storm = Storm(server, options.people, options.seed, folder)
         try:
             every = min(EVERY, seconds / 4.0)
-            memories, wrong = asyncio.run(play(storm, seconds, every))
+            memories, wrong = asyncio.run(play(storm, seconds, every, options.step))
         finally:
             server.process.wait()
         wrong += [f"log: {line}" for line in server.faults()]

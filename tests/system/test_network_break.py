@@ -52,12 +52,11 @@ def test_a_hand_comes_back_to_its_seat_and_name_with_a_smooth_force(
     until(lambda: state(left)[1] < 0.1)
     # Whoever comes meanwhile finds no seat, and the name is not free.
     late = touch(url, "late", tmp_path)
-    until(lambda: not late.running)
     until(lambda: state(left)[1] > 1.0)
     path.passes = False
     silent = CLOCK.now()
     until(lambda: state(left)[1] == 0.0)
-    until(lambda: CLOCK.now() > silent + SILENCE)
+    until(lambda: CLOCK.now() > silent + SILENCE and not late.running)
     assert state(right)[1] > 0.5
     path.passes = True
     until(lambda: state(left)[1] > 1.0)

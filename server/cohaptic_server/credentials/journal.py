@@ -13,6 +13,7 @@ import queue
 import tempfile
 import threading
 from pathlib import Path
+from typing import BinaryIO, Final
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError, one_line
@@ -32,6 +33,8 @@ AGAIN_AFTER = 5.0  # s between two attempts on a disk that takes nothing
 MOST_WAITING = 4096
 # Lines after which those that say nothing any more are left out: twice what can count.
 _LINES = 2 * (MOST_USED + MOST_REMOVED)
+# To read and to add to; Windows would change the ends of lines.
+_APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _CLOSING = 1.0  # s for what waits to be written at the end
 _MOST_BYTES = 64 * 1024 * 1024  # of a file; `_LINES` of the longest that a server makes have less
 
@@ -63,7 +66,6 @@ class Journal:
             SettingError: The file cannot be read or written.
         """
         try:
-            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             records = self._write_anew()
         except OSError as error:
             limit = f"one that can be read and written ({error.strerror})"
@@ -105,9 +107,12 @@ class Journal:
                 if self._failed:
                     log.warning("%s is written again", self._path)
                 self._failed = False
-        os.close(self._file)
+        if self._file >= 0:
+            os.close(self._file)
 
     def _write_out(self) -> None:
+        if self._file < 0:  # it could not be opened again
+            self._write_anew()
         while self._unwritten:
             line = self._unwritten[0]
             # The end of a line first: the one before may have been cut short by a full disk.
@@ -116,8 +121,20 @@ class Journal:
                 raise OSError(0, "the disk is full")
             del self._unwritten[0]
             self._lines += 1
-        if self._lines > self._most:
+        if self._lines > self._most or not self._in_place():
             self._write_anew()
+
+    def _in_place(self) -> bool:
+        """Whether the file is still the one that the next process will find.
+
+        Another server that was given the same folder has put its own there, or somebody who tidies
+        up has taken it away.
+        """
+        try:
+            there, mine = self._path.stat(), os.fstat(self._file)
+        except FileNotFoundError:
+            return False
+        return (there.st_dev, there.st_ino) == (mine.st_dev, mine.st_ino)
 
     def _tell(self, error: OSError) -> None:
         if not self._failed:
@@ -130,26 +147,51 @@ class Journal:
 
     def _write_anew(self) -> list[Record]:
         """Write what counts into another file that takes its place; returns that."""
-        records: list[Record] = []
-        with contextlib.suppress(FileNotFoundError), self._path.open("rb") as file:
-            lines = file.read(_MOST_BYTES).split(b"\n")
-            records = [one for line in lines if (one := decode(line)) is not None]
+        self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        lines = _lines_at(self._path)
+        if self._file >= 0 and not self._in_place():
+            # What this process has kept is in no folder any more.
+            os.lseek(self._file, 0, os.SEEK_SET)
+            with os.fdopen(os.dup(self._file), "rb") as file:
+                lines += _newest_lines(file)
+        records = dict.fromkeys(one for line in lines if (one := decode(line)) is not None)
         wall = self._clock.now() + self._clock.to_wall()
-        records = still_counting(records, wall)
+        counting = still_counting(records, wall)
         # `mkstemp` makes it with mode 0600: who was put out is nobody else's business.
         handle, name = tempfile.mkstemp(prefix=f".{self._path.name}.", dir=self._path.parent)
         try:
-            with os.fdopen(os.dup(handle), "wb") as file:
-                file.write(b"".join(map(encode, records)))
+            with os.fdopen(handle, "wb") as file:
+                file.write(b"".join(map(encode, counting)))
                 file.flush()
                 os.fsync(file.fileno())
+            # Windows moves no file that is open, and puts none in the place of one that is.
+            if self._file >= 0:
+                os.close(self._file)
+                self._file = -1
             os.replace(name, self._path)
         except BaseException:
-            os.close(handle)
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(name)
             raise
-        if self._file >= 0:
-            os.close(self._file)
-        self._file, self._lines = handle, len(records)
-        return records
+        finally:
+            if self._file < 0:
+                self._file = os.open(self._path, _APPEND, 0o600)
+        self._lines = len(counting)
+        return counting
+
+
+def _lines_at(path: Path) -> list[bytes]:
+    if not path.exists():
+        return []
+    # A pipe would be waited for, for ever; a folder has its own error.
+    if not (path.is_file() or path.is_dir()):
+        raise OSError(0, "it is no file")
+    with path.open("rb") as file:
+        return _newest_lines(file)
+
+
+def _newest_lines(file: BinaryIO) -> list[bytes]:
+    """Of a file that is longer than any of ours, its end: that is what was written last."""
+    size = os.fstat(file.fileno()).st_size
+    file.seek(max(0, size - _MOST_BYTES))
+    return file.read(_MOST_BYTES).split(b"\n")

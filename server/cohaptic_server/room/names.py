@@ -8,6 +8,7 @@ side, its name is kept for who had it.
 from __future__ import annotations
 
 import hmac
+from collections import Counter
 from dataclasses import dataclass
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
@@ -67,15 +68,27 @@ class KeptNames:
         self._kept: dict[str, tuple[Claim, float]] = {}
         self._seats: dict[str, float] = {}  # until when [s]
 
-    def keep(self, name: str, claim: Claim, now: float, *, seat: bool = True) -> None:
-        """Keep a name for who had it, and for a while its seat."""
+    def keep(self, name: str, claim: Claim, now: float, *, since: float | None) -> None:
+        """Keep a name for who had it, and for a while its seat.
+
+        Args:
+            name: Of who was there.
+            claim: To it.
+            now: Time [s].
+            since: When it took its seat [s]; None for one whose seat is not kept. It is kept for no
+                longer than it was taken: who only comes and vanishes, by one name after another,
+                would keep everybody out and be nowhere for an administrator to put it out.
+        """
         self._seats.pop(name, None)
-        if seat:
-            self._seats[name] = now + SEAT_KEPT_FOR
+        if since is not None:
+            self._seats[name] = now + min(SEAT_KEPT_FOR, now - since)
         self._kept.pop(name, None)
         self._kept[name] = (claim, now + KEPT_FOR)
         if len(self._kept) > _MOST_KEPT:
-            del self._kept[next(iter(self._kept))]
+            # Of the address that has most: who fills the list loses its own names first.
+            sources = Counter(whose.source for whose, _ in self._kept.values())
+            ((most, _),) = sources.most_common(1)
+            del self._kept[next(n for n, (whose, _) in self._kept.items() if whose.source == most)]
 
     def seats(self, now: float) -> int:
         """How many of them have a seat kept as well."""

@@ -51,6 +51,7 @@ class Member:
         muted: Whether the body gets none of it.
 
     Attributes:
+        joined: When it came [s].
         touch: Newest sample; None before the first.
         used, seen: Samples that were the newest at a tick, and the sequence number of the last.
         gains: That the user chose itself; None for the server's.
@@ -63,6 +64,7 @@ class Member:
     claim: Claim
     max_force: float
     muted: bool = False
+    joined: float = field(init=False)
     touch: Touch | None = None
     used: int = 0
     seen: int = 0
@@ -70,6 +72,7 @@ class Member:
     geometry: Geometry = field(init=False)
 
     def __post_init__(self) -> None:
+        self.joined = self.heard
         self.gains = _gains(self.hello.fixed_gains)
         self.geometry = Geometry[self.hello.geometry.upper()]
 
@@ -89,10 +92,8 @@ class Room:
         frames: Meshes of the body, encoded.
         next_user: Number of who comes next.
         frozen: Whether the body takes nobody's force.
-        force_budget: Most of all forces together that the body gets [N]; None for no limit but the
-            world's.
-        seats: Of users.
-        watch_seats: Of watchers.
+        force_budget: Most of all forces together [N]; None for no limit but the world's.
+        seats, watch_seats: Of users, and of watchers.
         muted: Whom an administrator has muted.
     """
 
@@ -145,9 +146,8 @@ class Room:
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
         if holder is None:
-            # Seats of those whose connections were just lost are not free.
-            self.seats.check(self.seated(now))
-        if holder is not None:
+            self.seats.check(len(self.members), self._kept.seats(now))
+        else:
             self.leave(holder.user)
         user = self.next_user
         self.next_user += 1
@@ -235,7 +235,8 @@ class Room:
         if member is None:
             return None
         if lost is not None:
-            self._kept.keep(member.hello.name, member.claim, lost, seat=seat)
+            since = member.joined if seat else None
+            self._kept.keep(member.hello.name, member.claim, lost, since=since)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def seated(self, now: float) -> int:
@@ -244,8 +245,7 @@ class Room:
 
     def name_of(self, user: int) -> str:
         """Of a user; its number for one who is not in the room."""
-        member = self.members.get(user)
-        return str(user) if member is None else member.hello.name
+        return self.members[user].hello.name if user in self.members else str(user)
 
     @property
     def restrains(self) -> bool:
@@ -257,6 +257,12 @@ class Room:
         """What an administrator keeps from the body."""
         muted = tuple(user for user, member in self.members.items() if member.muted)
         return Restraints(frozen=self.frozen, muted=muted)
+
+    def take_over(self, before: Room) -> None:
+        """Have the seats of a room before this, and what an administrator has ordered there."""
+        self.seats, self.watch_seats = before.seats, before.watch_seats
+        self.muted, self.frozen = before.muted, before.frozen
+        self.force_budget = before.force_budget
 
     def reset(self, now: float) -> None:
         """Put the body back to where it was at the beginning, once every force has faded."""

@@ -39,16 +39,24 @@ class Seating:
         self.held = min(self.held, max(self.wanted, used))
         return self.held
 
-    def check(self, present: int) -> None:
-        """Raise RemoteProtocolError if there is no seat for one more than are present."""
+    def check(self, present: int, kept: int = 0) -> None:
+        """Raise RemoteProtocolError if there is no seat for one more.
+
+        Args:
+            present: How many are here.
+            kept: How many more seats wait for those whose connections were just lost.
+        """
         limit = self.most if self.held is None else min(self.most, self.held)
-        if present < limit:
+        if present + kept < limit:
             return
         words = (
             f"at most {limit}"
             if limit == self.most
             else (f"at most {limit}: the other rooms of this server have its other seats")
         )
+        if kept:
+            words += f"; {kept} of them kept a few seconds for who lost the connection: try again"
+        name = f"number of {self.who}"
         raise RemoteProtocolError(
-            f"number of {self.who}", present + 1, words + self.instead, CloseCode.ROOM_FULL
+            name, present + kept + 1, words + self.instead, CloseCode.ROOM_FULL
         )

@@ -185,7 +185,7 @@ class CohapticServer:
         room = Room(body, self.settings, self.room.next_user)
         room.frames.prepare()
         self.web.serve(body, wanted.use(body))
-        room.seats, room.watch_seats = self.room.seats, self.room.watch_seats
+        room.take_over(self.room)
         self.room = room
         self.audience = Audience(room, self.web.model)
         self.lobby = Lobby(room, self.audience, self.entrance)

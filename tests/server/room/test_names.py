@@ -5,7 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER, Claim, KeptNames, may_replace
+from cohaptic_server.room.names import (
+    KEPT_FOR,
+    REPLACE_AFTER,
+    SEAT_KEPT_FOR,
+    Claim,
+    KeptNames,
+    may_replace,
+)
 
 claims = st.builds(Claim, st.sampled_from([None, "a" * 16, "b" * 16]), st.sampled_from("xy"))
 
@@ -26,7 +33,7 @@ def test_a_kept_name_goes_to_its_owner_or_its_address_until_it_is_free(
     owner: Claim, other: Claim, later: float
 ) -> None:
     kept = KeptNames()
-    kept.keep("ann", owner, 0.0)
+    kept.keep("ann", owner, 0.0, since=None)
     same = owner.source == other.source or (owner.key is not None and owner.key == other.key)
     if same or later >= KEPT_FOR:
         kept.check("ann", other, later)
@@ -41,7 +48,7 @@ def test_a_kept_name_goes_to_its_owner_or_its_address_until_it_is_free(
 def test_names_that_are_kept_are_bounded_and_the_newest_win() -> None:
     kept, stranger = KeptNames(), Claim(None, "stranger")
     for number in range(1000):
-        kept.keep(f"user{number}", Claim(None, "home"), 0.0)
+        kept.keep(f"user{number}", Claim(None, "home"), 0.0, since=None)
     refused = 0
     for number in range(1000):
         try:
@@ -51,3 +58,25 @@ def test_names_that_are_kept_are_bounded_and_the_newest_win() -> None:
     assert refused == 64
     with pytest.raises(RemoteProtocolError):
         kept.check("user999", stranger, 1.0)
+
+
+def test_who_fills_the_list_takes_nobody_elses_name_or_seat() -> None:
+    kept, stranger = KeptNames(), Claim(None, "stranger")
+    kept.keep("victim", Claim(None, "home"), 100.0, since=0.0)
+    for number in range(200):
+        kept.keep(f"bad{number}", Claim(None, "bad"), 100.0, since=None)
+    assert kept.seats(100.0 + 0.9 * SEAT_KEPT_FOR) == 1
+    with pytest.raises(RemoteProtocolError):
+        kept.check("victim", stranger, 101.0)
+    kept.check("bad0", stranger, 101.0)
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.0, 30.0))
+def test_a_seat_is_kept_for_as_long_as_it_was_taken_and_not_for_long(
+    taken: float, later: float
+) -> None:
+    kept = KeptNames()
+    kept.keep("ann", Claim(None, "home"), 100.0, since=100.0 - taken)
+    limit = min(taken, SEAT_KEPT_FOR)
+    if abs(later - limit) > 1e-9:
+        assert kept.seats(100.0 + later) == (later < limit)

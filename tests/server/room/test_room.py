@@ -131,15 +131,26 @@ def test_the_seat_of_a_lost_connection_is_kept_for_its_owner_and_not_for_long(
     here = room(small_balloon, max_users=2)
     mine = hello("left").model_copy(update={"key": "a" * 16})
     here.join(hello("right"), 0.0, "there")
-    here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
-    with pytest.raises(RemoteProtocolError) as caught:
-        here.join(hello("third"), 1.0 + 0.5 * SEAT_KEPT_FOR, "there")
+    here.leave(here.join(mine, 0.0, "home")[0].user, lost=20.0)
+    with pytest.raises(RemoteProtocolError, match=r"1 of them kept .* try again") as caught:
+        here.join(hello("third"), 20.0 + 0.9 * SEAT_KEPT_FOR, "there")
     assert caught.value.code is CloseCode.ROOM_FULL
-    back = here.join(mine, 1.0 + 0.5 * SEAT_KEPT_FOR, "elsewhere")[0].user
-    here.leave(back, lost=20.0)
-    here.join(hello("third"), 20.0 + SEAT_KEPT_FOR, "there")
+    back = here.join(mine, 20.0 + 0.9 * SEAT_KEPT_FOR, "elsewhere")[0].user
+    with pytest.raises(RemoteProtocolError, match=r"at most 2; you can"):
+        here.join(hello("third"), 35.0, "there")
+    here.leave(back, lost=60.0)
+    here.join(hello("third"), 60.0 + SEAT_KEPT_FOR, "there")
     with pytest.raises(RemoteProtocolError):
-        here.join(mine, 20.0 + SEAT_KEPT_FOR, "elsewhere")
+        here.join(mine, 60.0 + SEAT_KEPT_FOR, "elsewhere")
+
+
+def test_who_comes_and_vanishes_by_many_names_keeps_nobody_out(small_balloon: Balloon) -> None:
+    here = room(small_balloon, max_users=4)
+    for k in range(40):
+        now = 0.1 * k
+        here.leave(here.join(hello(f"bad{k}"), now, "bad")[0].user, lost=now + 0.05)
+    for k in range(4):
+        here.join(hello(f"good{k}"), 4.0, "good")
 
 
 def test_who_leaves_is_named_once_with_the_reason(small_balloon: Balloon) -> None:
