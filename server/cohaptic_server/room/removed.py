@@ -67,8 +67,12 @@ class Removed:
             self._keep(removal)
 
     def _add(self, removal: Removal, until: float, now: float) -> None:
-        self._removals = [one for one in self._removals if one[1] > now][1 - MOST_REMOVED :]
-        self._removals.append((removal, until))
+        counting = [one for one in self._removals if one[1] > now]
+        if len(counting) >= MOST_REMOVED:
+            # The oldest who would come back anyway; a ban goes only where all are bans.
+            kicks = [k for k, (_, until) in enumerate(counting) if until < float("inf")]
+            del counting[kicks[0] if kicks else 0]
+        self._removals = [*counting, (removal, until)]
 
     def check(self, guest: Guest, name: str, source: str, now: float) -> None:
         """Raise Denied for one who was put out and whose time is not over.

@@ -22,6 +22,18 @@ def test_the_list_is_bounded_and_the_oldest_is_forgotten_first() -> None:
         removed.check(guest(f"s{2 * MOST_REMOVED - 1}"), "", "", 0.0)
 
 
+def test_however_many_are_kicked_a_ban_holds() -> None:
+    removed = Removed()
+    removed.add(guest("bad", "b"), "bad", "", 0.0, 0.0, ban=True)
+    for i in range(2 * MOST_REMOVED):
+        removed.add(guest(f"s{i}", f"i{i}"), f"n{i}", "", 0.0, 0.0, ban=False)
+    assert len(removed) == MOST_REMOVED
+    with pytest.raises(Denied, match="banned"):
+        removed.check(guest("bad"), "", "", 1.0)
+    with pytest.raises(Denied, match="come back"):
+        removed.check(guest(f"s{2 * MOST_REMOVED - 1}"), "", "", 1.0)
+
+
 def test_who_was_kicked_is_told_how_long_and_forgotten_after_that() -> None:
     removed = Removed()
     removed.add(guest("s"), "n", "", 0.0, 0.0, ban=False)
