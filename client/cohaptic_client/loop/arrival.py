@@ -8,7 +8,7 @@ from typing import Final
 from cohaptic.control.geometry import Sight, blend, difference, shift
 from cohaptic.control.mesh_surface import Surface
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import Vec3, sub
+from cohaptic.vec import Vec3
 from cohaptic_client.loop.gains import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.state import LoopSettings, LoopState
@@ -53,10 +53,9 @@ def receive(
     else:
         fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
     before, offset = state.surface, None
-    there = over_material(state, state.probe)
-    at_arrival = shown(state, there, progress(state, now, settings))
+    at_arrival = shown(state, state.probe, progress(state, now, settings))
     if before is not None and at_arrival is not None:
-        offset = difference(at_arrival, before.look(there))
+        offset = difference(at_arrival, before.look(state.probe))
     return LoopState(
         patch=patch,
         arrived=now,
@@ -84,21 +83,11 @@ def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
     return min(1.0, (now - state.arrived) / way) if way > 0.0 else 1.0
 
 
-def over_material(state: LoopState, tip: Vec3) -> Vec3:
-    """Where a tip would be over the surface free of its own force, which does not show the stretch.
-
-    A finger that sticks carries the material with it: what lies under it is the surface at its
-    anchor, whose normal does not change however far it is pulled along (science 3.10).
-
-    Args:
-        state: After the last period.
-        tip: Position [m].
-    """
-    return sub(tip, state.friction.stretch)
-
-
 def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
     """The surface at a probe, on the way from the patch before to the newest.
+
+    At the tip also with friction: over the tip less its way over the material a curved patch would
+    turn with that way, and a finger that slides be carried off by its own force (science 3.10).
 
     Args:
         state: After the arrival of the newest patch.

@@ -12,7 +12,7 @@ from cohaptic.control.friction import anchor_of
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.arrival import is_silent, over_material, progress, shown
+from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, press
 from cohaptic_client.loop.energy import balance
 from cohaptic_client.loop.passivity import NOTHING_OWED
@@ -35,7 +35,7 @@ def step(
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
     share = progress(state, now, settings)
-    sight = shown(state, over_material(state, sample.position), share)
+    sight = shown(state, sample.position, share)
     contact = NO_SURFACE
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings)

@@ -2,7 +2,7 @@
 
 import { blend, difference, look, shift, type Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
-import { sub, type Vec3 } from "../../model/vec";
+import type { Vec3 } from "../../model/vec";
 import type { Patch } from "../../protocol/patch";
 import { settled, switchLaw } from "./law_fade";
 import type { LoopSettings, LoopState } from "./state";
@@ -29,9 +29,8 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
       ? settled(patch.law, gains)
       : switchLaw(state.fade, patch.law, gains, state.normal_force, state.sight);
   const before = state.patch;
-  const there = overMaterial(state, state.probe);
-  const atArrival = shown(state, there, now, settings);
-  const offset = before !== null && atArrival !== null ? difference(atArrival, look(before, there)) : null;
+  const atArrival = shown(state, state.probe, now, settings);
+  const offset = before !== null && atArrival !== null ? difference(atArrival, look(before, state.probe)) : null;
   return { ...state, patch, arrived: now, before, offset, k_h_before: fade.now.gains.k_h, fade, patience };
 }
 
@@ -49,11 +48,6 @@ export function nextPatience(patience: number, gap: number): number {
  */
 export function isSilent(state: LoopState, now: number, settings: LoopSettings): boolean {
   return now - state.arrived > Math.max(settings.limits.silent_after, state.patience);
-}
-
-/** Where a tip would be over the surface free of its own force (`over_material` of `arrival.py`) [m]. */
-export function overMaterial(state: LoopState, tip: Vec3): Vec3 {
-  return sub(tip, state.friction.stretch);
 }
 
 /** The surface at a probe at `now`, in transition from the previous patch to the newest. */

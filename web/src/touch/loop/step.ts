@@ -8,7 +8,7 @@
 import { anchorOf } from "../../control/friction";
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
 import { MAX_POSITION } from "../../protocol/frame";
-import { isSilent, overMaterial, shown } from "./arrival";
+import { isSilent, shown } from "./arrival";
 import { NO_CONTACT, contactForce } from "./contact_force";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";
 import { guard } from "./safety";
@@ -25,7 +25,7 @@ export function step(
   // A late period moves the force by no more than two punctual ones.
   const counted = Math.min(dt, 2 * settings.limits.period);
   const silent = isSilent(state, now, settings);
-  const sight = shown(state, overMaterial(state, sample.position), now, settings);
+  const sight = shown(state, sample.position, now, settings);
   const { patch, fade } = state;
   const contact =
     sight === null || patch === null || fade === null
