@@ -18,14 +18,19 @@ def body() -> Solid:
     return soft_block()
 
 
-@pytest.mark.parametrize("geometry", ["plane", "mesh"])
-def test_a_hand_alone_with_friction_rests_at_a_rim_behind_a_delay(
-    body: Solid, geometry: GeometryName
-) -> None:
-    """It swung by a sixth of its force when its place was found from the force."""
+@pytest.fixture(scope="module")
+def place(body: Solid) -> Place:
+    """Next to a rim of the top."""
     mesh = body.mesh
     k = int(np.argmin(np.linalg.norm(mesh.vertices - (-0.02, 0.0, 0.12), axis=1)))
-    place = Place(vec3(mesh.vertices[k]), vec3(-mesh.normals[k]))
+    return Place(vec3(mesh.vertices[k]), vec3(-mesh.normals[k]))
+
+
+@pytest.mark.parametrize("geometry", ["plane", "mesh"])
+def test_a_hand_alone_with_friction_rests_at_a_rim_behind_a_delay(
+    body: Solid, place: Place, geometry: GeometryName
+) -> None:
+    """It swung by a sixth of its force when its place was found from the force."""
     forces: list[float] = []
     for delay in (0.0, 0.2):
         session = VirtualSession(body)
@@ -47,12 +52,9 @@ def test_several_hands_with_friction_rest_and_no_force_jumps(body: Solid, number
 
 @pytest.mark.parametrize("geometry", ["sphere", "mesh"])
 def test_a_hand_that_slides_at_a_rim_is_not_carried_away_by_its_own_curved_patch(
-    body: Solid, geometry: GeometryName
+    body: Solid, place: Place, geometry: GeometryName
 ) -> None:
     """Its force went from 0.5 to 1.9 N by 40 mN in a millisecond while the hand stayed."""
-    mesh = body.mesh
-    k = int(np.argmin(np.linalg.norm(mesh.vertices - (-0.02, 0.0, 0.12), axis=1)))
-    place = Place(vec3(mesh.vertices[k]), vec3(-mesh.normals[k]))
     clamp = Hand(mass=2.0, damping=400.0, stiffness=5e4)
     script = HandScript(depth=0.005, approach_at=1.2, place=place, hand=clamp)
     session = VirtualSession(body)

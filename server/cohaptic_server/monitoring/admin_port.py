@@ -13,9 +13,9 @@ from multiprocessing.process import BaseProcess
 
 from cohaptic.errors import SettingError
 from cohaptic_server.monitoring.admin_process import serve_admin
+from cohaptic_server.monitoring.json_lines import BadLine
 from cohaptic_server.monitoring.lines import (
     LONGEST,
-    BadLine,
     Line,
     OpenLine,
     RefusedLine,

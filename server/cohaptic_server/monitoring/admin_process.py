@@ -20,10 +20,10 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.monitoring.json_lines import BadLine
 from cohaptic_server.monitoring.known import Known
 from cohaptic_server.monitoring.lines import (
     LONGEST,
-    BadLine,
     OpenLine,
     RefusedLine,
     decode,

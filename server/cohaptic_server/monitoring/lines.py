@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from cohaptic.errors import one_line
+from cohaptic_server.monitoring.json_lines import JsonLines
 from cohaptic_server.monitoring.metrics import RoomMetrics, ServerHealth
 
 LONGEST = 256 * 1024  # bytes; a room of 64 users takes 20 KB, the health of 200 rooms 40 KB
@@ -56,25 +56,6 @@ class RefusedLine(_Line):
 
 
 Line = ServerLine | RoomLine | OpenLine | RefusedLine
-_LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
-
-
-class BadLine(ValueError):
-    """A line that is none of these."""
-
-
-def encode(line: Line) -> bytes:
-    """As a line, with its end."""
-    return line.model_dump_json().encode() + b"\n"
-
-
-def decode(data: bytes) -> Line:
-    """From a line.
-
-    Raises:
-        BadLine: It is none.
-    """
-    try:
-        return _LINES.validate_json(data)
-    except ValidationError as error:
-        raise BadLine(one_line(repr(data), 200)) from error
+_KINDS: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
+_LINES = JsonLines(_KINDS)
+encode, decode = _LINES.encode, _LINES.decode

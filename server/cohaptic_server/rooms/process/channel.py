@@ -6,7 +6,8 @@ import asyncio
 import socket
 from collections.abc import Callable
 
-from cohaptic_server.rooms.process.reports import LONGEST, BadLine, Line, decode, encode
+from cohaptic_server.monitoring.json_lines import BadLine
+from cohaptic_server.rooms.process.reports import LONGEST, Line, decode, encode
 
 
 class Channel(asyncio.Protocol):

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from cohaptic.errors import one_line
+from cohaptic_server.monitoring.json_lines import JsonLines
 from cohaptic_server.monitoring.metrics import RoomMetrics
 
 LONGEST = 64 * 1024  # characters of a line
@@ -109,29 +109,10 @@ class ReadAgain(_Line):
 FromRoom = Ready | Failed | Left | Report | Measured
 ToRoom = Allow | Stop | ReadAgain
 Line = FromRoom | ToRoom
-_LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
+_KINDS: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
+_LINES = JsonLines(_KINDS)
+encode, decode = _LINES.encode, _LINES.decode
 
 
 # Before a room has been told how many it may seat: none.
 NO_SEATS = Allow(users=0, watchers=0, users_serial=0, watchers_serial=0)
-
-
-class BadLine(ValueError):
-    """A line that is none of these."""
-
-
-def encode(line: Line) -> bytes:
-    """As a line, with its end."""
-    return line.model_dump_json().encode() + b"\n"
-
-
-def decode(data: bytes) -> Line:
-    """From a line.
-
-    Raises:
-        BadLine: It is none.
-    """
-    try:
-        return _LINES.validate_json(data)
-    except ValidationError as error:
-        raise BadLine(one_line(repr(data), 200)) from error

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic_server.monitoring.json_lines import BadLine
 from cohaptic_server.rooms.process.reports import (
     Allow,
-    BadLine,
     Failed,
     Left,
     Line,
