@@ -203,7 +203,8 @@ class CohapticServer:
         period = self.settings.simulation_period
         self.meters.leave_out(left_out)
         self.meters.add(due, started, written, period)
-        self.meters.limit(*self.room.world.users.applied[3:])
+        applied = self.room.world.users.applied
+        self.meters.limit(applied.deep, applied.fast)
         if line := pace.see(1 + left_out, left_out + is_missed(due, written, period)):
             log.warning("%s", line)
 
