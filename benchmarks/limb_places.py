@@ -17,7 +17,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.demo.places import is_open, placement_at, supported, width_of_hand
 from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.settled import Placement
+from cohaptic_server.demo.settled import Placement, held_fast
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
 from cohaptic_server.world.rims import is_met_squarely
@@ -57,13 +57,13 @@ def place_on_limb(body: Body, held: npt.NDArray[np.bool_]) -> Placement:
 
 
 def _with_equilibrium(placement: Placement, body: Body) -> Placement:
-    """The same, less deep where nothing would be known of its forces: they slide for ever."""
+    """The same, less deep where hands would slide off, or for ever, so that nothing is known."""
     for _ in range(_HALVED):
         scene = Scene(2, places=placement.places, depth=placement.depth)
         try:
-            reference(scene, body, pressed=True)
+            if held_fast(scene, reference(scene, body, pressed=True)):
+                break
         except BodyError:
-            placement = replace(placement, depth=0.5 * placement.depth)
-        else:
-            break
+            pass  # nothing is known of it either
+        placement = replace(placement, depth=0.5 * placement.depth)
     return placement

@@ -17,6 +17,7 @@ from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.demo.scene import Scene, reference
+from cohaptic_server.world.equilibrium import Equilibrium
 
 # Contact radii along the surface from its place at which a hand has slid off: 12 mm of a finger.
 _SLID = 1.5
@@ -26,8 +27,9 @@ _PATIENCE = 60
 # hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and never came to
 # rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
 _GIVES_WAY = 1.5
-# Iterations of `solve`: where hands rest it takes 20 to 40, and those that creep longer swing.
-_PATIENCE = 60
+# Of a hand's stiffness, up to which a contact may turn its force: at 1 it slides off, and a limb
+# that gives way sideways as well leaves less.
+_HOLDS = 0.5
 _TRIED = 3  # placements at each depth; where none of them rests, few others do
 _DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # shares of the intended depth
 
@@ -101,7 +103,20 @@ def rests(body: Body, placement: Placement) -> bool:
         # One that has come through to the far side touches no more; another may be pushed off.
         if not (touching[0] if pressed else touching[1:].all()):
             return False
+        if not held_fast(scene, found):
+            return False
         slid = np.linalg.norm(along, axis=1) > _SLID * body.contact_radius
         if (touching & (slid | (np.diag(found.compliance) > soft))).any():
             return False
     return True
+
+
+def held_fast(scene: Scene, found: Equilibrium) -> bool:
+    """Whether hands can hold their tips where they found an equilibrium (science 3.12).
+
+    Args:
+        scene: With the hands.
+        found: Its equilibrium.
+    """
+    stiffness = [scene.script(k).hand.stiffness for k in range(len(found.force))]
+    return bool((found.turning <= _HOLDS * np.array(stiffness)).all())

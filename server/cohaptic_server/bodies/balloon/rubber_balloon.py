@@ -23,8 +23,9 @@ from cohaptic_server.bodies.balloon.constant_volume_solver import order_from_bas
 from cohaptic_server.bodies.balloon.filled_sheet import FilledSheet, FilledState
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
-from cohaptic_server.bodies.body import DenseResponse, Load, Response
+from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
+from cohaptic_server.bodies.finite_response import FiniteResponse
 from cohaptic_server.bodies.newton import Iterate, NewtonIteration
 from cohaptic_server.cholesky.symbolic import analyse, dofs
 from cohaptic_server.mesh.enclosed_volume import volume
@@ -38,7 +39,7 @@ _CAPS = (0.14, 0.3, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
-class RubberResponse(DenseResponse):
+class RubberResponse(FiniteResponse):
     """A response that the next tick can start from.
 
     Args:
@@ -109,5 +110,6 @@ class RubberBalloon:
             fields,
             0.5 * (C + C.T),
             iterate.state.energy - self._rest.state.energy,
+            loads,
             iterate,
         )

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.body import DenseResponse, Load, Response
+from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.damping import check_damping, lagged
+from cohaptic_server.bodies.finite_response import FiniteResponse
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, Iterate, NewtonIteration, TickLimits
 from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_solid.rubber_tetrahedra import RubberTetrahedra, SolidState
@@ -45,7 +46,7 @@ def tick_seconds(nodes: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class RubberSolidResponse(DenseResponse):
+class RubberSolidResponse(FiniteResponse):
     """A response that the next tick can start from.
 
     Args:
@@ -123,6 +124,7 @@ class RubberSolid:
             fields[:, surface],
             0.5 * (C + C.T),
             iterate.state.energy - self._rest.state.energy,
+            loads,
             iterate,
         )
 

@@ -1,0 +1,63 @@
+"""A body under finite deformation, and its surface without one user's own forces (science 3.12).
+
+On a linear body the surface free of a force does not know that force. Under finite deformation the
+tangent's does: u - C f, with u and C of the deformed state, bends as the force grows. A finger that
+presses then turns its own contact, learns of it a loop delay later, and swings.
+
+So a user's free surface is also without what the forces did beyond their tangent, r = u - sum C f,
+as far as the dent at each place is that user's own. Who is alone has the resting surface. Only
+along its force the contact point stays where the tangent puts it, by a displacement of the whole
+surface: there u - C f is the step of Newton's method, which any other surface would spoil.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from cohaptic_server.bodies.body import DenseResponse, Load
+from cohaptic_server.numeric import Floats, Ints
+
+# m; a dent far below it belongs to nobody, so that shares do not jump as a force begins.
+_NO_DENT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteResponse(DenseResponse):
+    """A response whose displacement is not the sum of its fields times forces.
+
+    Args:
+        loads: That the body answers.
+    """
+
+    loads: Sequence[Load]
+
+    def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
+        """Displacement of some vertices for each user, without the loads of that user."""
+        left = super().without_own(spans, forces, starts, vertices)
+        users = zip(pairwise(spans.tolist()), pairwise(starts.tolist()), strict=True)
+        for (first, last), (a, b) in users:
+            if first < last and a < b:
+                left[a:b] -= self._own_beyond_tangent(first, last, vertices[a:b])
+        return left
+
+    def _own_beyond_tangent(self, first: int, last: int, vertices: Ints) -> Floats:
+        """A user's part of r, without what it moves the contact along its force, (k, 3) [m].
+
+        Args:
+            first, last: The user's loads, that along the normal first.
+            vertices: Shape (k,).
+        """
+        load = self.loads[first]
+        every = np.concatenate([vertices, load.vertices])
+        forces = np.array([one.force for one in self.loads])
+        dents = forces[:, None, None] * self.fields[:, every]
+        own, tangent = dents[first:last].sum(axis=0), dents.sum(axis=0)
+        mine, others = (own**2).sum(axis=1), ((tangent - own) ** 2).sum(axis=1)
+        share = mine / (mine + others + _NO_DENT**2)
+        part = share[:, None] * (self.displacement[every] - tangent)
+        contact = load.weights @ part[len(vertices) :]
+        return np.asarray(part[: len(vertices)] - (contact @ load.direction) * load.direction)
