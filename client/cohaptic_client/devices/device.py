@@ -10,15 +10,24 @@ from cohaptic.vec import Vec3
 
 @dataclass(frozen=True, slots=True)
 class DeviceInfo:
-    """Abilities of a device.
+    """Abilities of a device, at its tip.
 
     Args:
         name: For people.
-        max_force: It can give; 0 for one that only senses [N].
+        max_force: It can give for a short time; 0 for one that only senses [N].
         max_stiffness: It renders stably, from its maker or from measurements [N/m].
         damping: Physical damping of its tip, for Colgate's bound b > K T / 2 + |B| [N s/m].
         stall: A loop that stood still for longer lets the hand go; the tip of a real device may
             be deep inside an object by then [s].
+        max_damping: It renders stably; 0 where nobody has measured it [N s/m].
+        inertia: Apparent mass of its tip; 0 where nobody has measured it [kg].
+        friction: Coulomb friction that the hand feels from its mechanics [N].
+        resolution: Least step of position that its sensors tell apart [m].
+        latency: From the tip's motion to the force that answers it, its own share of the loop [s].
+        rate: At which it reports and takes forces at best [Hz].
+        sensed_axes: Degrees of freedom of translation that it senses, 1 to 3.
+        force_axes: Along which it gives force, 0 to 3.
+        switch: Whether it has a switch that the hand can hold while it holds the device.
     """
 
     name: str
@@ -26,6 +35,15 @@ class DeviceInfo:
     max_stiffness: float
     damping: float = 0.0
     stall: float = 0.02
+    max_damping: float = 0.0
+    inertia: float = 0.0
+    friction: float = 0.0
+    resolution: float = 0.0
+    latency: float = 0.0
+    rate: float = 1000.0
+    sensed_axes: int = 3
+    force_axes: int = 3
+    switch: bool = False
 
 
 @dataclass(init=False)
@@ -36,16 +54,30 @@ class DeviceSample:
         position: [m].
         velocity: [m/s].
         level: Intention of a simulated hand, 0 to 1; 0 for a real one.
+        buttons: A bit for each that is held; bit 0 is the switch of `DeviceInfo.switch`.
+        fresh: False while the hardware is silent: position and velocity are old, and what is
+            written does not reach the hand.
     """
 
     position: Final[Vec3]
     velocity: Final[Vec3]
     level: Final[float]
+    buttons: Final[int]
+    fresh: Final[bool]
 
-    def __init__(self, position: Vec3, velocity: Vec3, level: float = 0.0) -> None:
+    def __init__(
+        self,
+        position: Vec3,
+        velocity: Vec3,
+        level: float = 0.0,
+        buttons: int = 0,
+        fresh: bool = True,
+    ) -> None:
         self.position = position
         self.velocity = velocity
         self.level = level
+        self.buttons = buttons
+        self.fresh = fresh
 
 
 class Device(Protocol):

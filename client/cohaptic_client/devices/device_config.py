@@ -7,6 +7,7 @@ from typing import Any
 
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic.vec import Vec3
+from cohaptic_client.devices.choice import DeviceChoice
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,14 +15,14 @@ class DeviceConfig:
     """A device and its place.
 
     Args:
-        name: In the catalogue.
+        choice: Of the device, by name and options.
         center: Of the body, where a device's workspace is put [m].
         radius: Of the sphere round it that holds the body [m].
         hand: Of a simulated device.
         intention: Of a simulated device; None for a real one.
     """
 
-    name: str
+    choice: DeviceChoice
     center: Vec3
     radius: float
     hand: Hand
@@ -43,4 +44,5 @@ class DeviceConfig:
                 }
             )
         hand = Hand(**raw["hand"])
-        return cls(raw["name"], tuple(raw["center"]), raw["radius"], hand, intention)
+        choice = DeviceChoice.from_dict(raw["choice"])
+        return cls(choice, tuple(raw["center"]), raw["radius"], hand, intention)

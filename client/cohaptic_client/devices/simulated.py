@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections import deque
+from dataclasses import replace
+from typing import Final
+
 from cohaptic.simulated.hand import Hand, HandState, Intention, move
-from cohaptic.vec import ZERO, Vec3
+from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 
-_SUBSTEP = 0.001  # s; the longest that `hands.move` may take
-_MAX_CATCH_UP = (
-    0.1  # s; after a longer stall of the process the hand goes on from its last position
-)
-
+_SUBSTEP: Final = 0.001  # s; the longest that `hands.move` may take
+# s; after a longer stall of the process the hand goes on from its last position
+_MAX_CATCH_UP: Final = 0.1
+# s; time constant with which a driver tells a velocity from the steps of its sensors
+_VELOCITY_FILTER: Final = 0.005
+_LONGEST_LATENCY: Final = 64  # reports on their way, of a device that is read at 4 kHz for 16 ms
 # A simulated hand stands still with the process that stalls, and nobody is hurt by it.
 # It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
 INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
@@ -19,42 +24,93 @@ INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.
 class SimulatedDevice:
     """A hand that follows an intention and feels the force that the loop writes.
 
+    The damping of `INFO` is only declared: the hand's own does for it. A preset's damping, mass,
+    friction, resolution, latency and largest force are in the mechanics.
+
     Args:
         hand: Its mechanics.
         intention: Of the hand; its time starts with the first `read`.
+        info: Abilities of the device.
     """
 
-    def __init__(self, hand: Hand, intention: Intention) -> None:
+    def __init__(self, hand: Hand, intention: Intention, info: DeviceInfo = INFO) -> None:
+        self._info = info
+        self._modelled = info.inertia > 0.0
+        if self._modelled:
+            mass, damping = hand.mass + info.inertia, hand.damping + info.damping
+            hand = replace(hand, mass=mass, damping=damping)
         self._hand = hand
         self._intention = intention
         self._state = HandState(intention.at(0.0), ZERO)
         self._force = ZERO
         self._start: float | None = None
         self._now = 0.0
+        self._reports = deque[tuple[float, Vec3]](maxlen=_LONGEST_LATENCY)
+        self._seen = self._state.position
+        self._velocity = ZERO
 
     @property
     def info(self) -> DeviceInfo:
-        """Abilities of every simulated device."""
-        return INFO
+        """Abilities of the device."""
+        return self._info
 
     def read(self, now: float) -> DeviceSample:
         """Move the hand up to `now` under the force written last."""
         if self._start is None:
             self._start = self._now = now
-        remaining = min(now - self._now, _MAX_CATCH_UP)
+        passed = now - self._now
+        remaining = min(passed, _MAX_CATCH_UP)
         while remaining > 1e-9:
             dt = min(remaining, _SUBSTEP)
             target = self._intention.at(now - remaining + dt - self._start)
-            self._state = move(self._state, self._hand, target, self._force, dt)
+            self._move(target, dt)
             remaining -= dt
         self._now = now
         level = self._intention.level(now - self._start)
-        return DeviceSample(self._state.position, self._state.velocity, level)
+        if not self._modelled:
+            return DeviceSample(self._state.position, self._state.velocity, level)
+        self._sense(now, passed)
+        return DeviceSample(self._seen, self._velocity, level)
 
     def write(self, force: Vec3) -> None:
         """Force on the hand until the next read [N]."""
+        size = norm(force)
+        if self._modelled and size > self._info.max_force:
+            force = scale(force, self._info.max_force / size)
         self._force = force
 
     def close(self) -> None:
         """Let the hand go."""
         self._force = ZERO
+
+    def _move(self, target: Vec3, dt: float) -> None:
+        """Hand and mechanics for `dt`; the friction of these opposes the motion, or holds."""
+        before = self._state
+        self._state = move(before, self._hand, target, self._force, dt)
+        if self._info.friction <= 0.0:
+            return
+        velocity = self._state.velocity
+        speed, taken = norm(velocity), self._info.friction * dt / self._hand.mass
+        velocity = scale(velocity, 1.0 - taken / speed) if speed > taken else ZERO
+        x, v = before.position, velocity
+        place = (x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2])
+        self._state = HandState(place, velocity)
+
+    def _sense(self, now: float, passed: float) -> None:
+        """Take the report that is here now: in steps of the sensors, and as old as it is."""
+        x, step = self._state.position, self._info.resolution
+        if step > 0.0:
+            x = (step * round(x[0] / step), step * round(x[1] / step), step * round(x[2] / step))
+        self._reports.append((now, x))
+        while len(self._reports) > 1 and self._reports[1][0] <= now - self._info.latency + 1e-9:
+            self._reports.popleft()
+        if passed > 0.0:
+            share = passed / (passed + _VELOCITY_FILTER)
+            way = scale(sub(self._reports[0][1], self._seen), 1.0 / passed)
+            v = self._velocity
+            self._velocity = (
+                v[0] + share * (way[0] - v[0]),
+                v[1] + share * (way[1] - v[1]),
+                v[2] + share * (way[2] - v[2]),
+            )
+        self._seen = self._reports[0][1]

@@ -6,12 +6,18 @@ millimetre or two and a hand on a soft object by centimetres. Rotation and butto
 
 from __future__ import annotations
 
-import importlib
-from typing import Protocol, TypedDict, cast
+from typing import Protocol
 
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.hid_devices import Entry, hidapi, open_first, try_hid
+from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.placing.options import OPTIONS, scale_of, turn_of
+from cohaptic_client.devices.placing.placed import Placed
+from cohaptic_client.devices.placing.workspace import Workspace
 from cohaptic_client.devices.spacemouse_reports import Motion, decode, without_dead_band
 
 # By vendor. The first one is Logitech, whose other products are no SpaceMouse.
@@ -53,7 +59,7 @@ class SpaceMouse:
         max_speed: Of the tip along each axis, at full deflection [m/s].
     """
 
-    info = DeviceInfo(_NAME, max_force=0.0, max_stiffness=1000.0)
+    info = DeviceInfo(_NAME, max_force=0.0, max_stiffness=1000.0, force_axes=0)
 
     def __init__(
         self, transport: Transport, center: Vec3, *, reach: float, max_speed: float = 0.15
@@ -88,6 +94,9 @@ class SpaceMouse:
 
     def write(self, force: Vec3) -> None:
         """Nothing: the device has no motors, so the hand never feels `force` [N]."""
+
+    def release(self) -> None:
+        """Nothing, for the same reason."""
 
     def close(self) -> None:
         """Release the hardware; may be called twice."""
@@ -141,70 +150,44 @@ def open_spacemouse(center: Vec3, *, reach: float, max_speed: float = 0.15) -> S
     Raises:
         DeviceError: hidapi is missing, there is no SpaceMouse, or it may not be opened.
     """
-    hid = _hidapi()
+    hid = hidapi(_NAME)
     entries = [e for vendor in PRODUCTS for e in hid.enumerate(vendor) if _is_spacemouse(e)]
     if not entries:
         advice = "plug one in (a wireless one: its receiver or its cable)"
         raise DeviceError(_NAME, "no SpaceMouse was found", advice)
-    device = hid.device()
-    for entry in entries:
-        try:
-            device.open_path(entry["path"])
-        except OSError:  # hidapi says no more than "open failed"
-            continue
-        device.set_nonblocking(1)
-        return SpaceMouse(device, center, reach=reach, max_speed=max_speed)
-    vendor = entries[0]["vendor_id"]
-    rule = f'KERNEL=="hidraw*", ATTRS{{idVendor}}=="{vendor:04x}", TAG+="uaccess"'
-    raise DeviceError(
-        _NAME,
-        "a SpaceMouse was found but could not be opened",
-        f"on Linux put the line {rule} into /etc/udev/rules.d/70-cohaptic.rules and plug it in "
-        "again; elsewhere quit other programs that use it",
-    )
+    device, _ = open_first(_NAME, "a SpaceMouse", entries)
+    return SpaceMouse(device, center, reach=reach, max_speed=max_speed)
 
 
-class _Entry(TypedDict):
-    path: bytes
-    vendor_id: int
-    product_id: int
-    usage_page: int
-    usage: int
+def _info(choice: DeviceChoice) -> DeviceInfo:
+    scale_of(choice)
+    turn_of(choice)
+    return SpaceMouse.info
 
 
-class _HidDevice(Transport, Protocol):
-    def open_path(self, path: bytes, /) -> object: ...
-
-    def set_nonblocking(self, on: int, /) -> object: ...
-
-
-class _Hidapi(Protocol):
-    def enumerate(self, vendor_id: int, /) -> list[_Entry]: ...
-
-    def device(self) -> _HidDevice: ...
+def _open(config: DeviceConfig) -> Placed:
+    """In a cube of twice the body's size; a scale makes the tip faster and the cube no larger."""
+    scale = scale_of(config.choice)
+    mouse = open_spacemouse(center=ZERO, reach=2.0 * config.radius / scale)
+    return Placed(mouse, Workspace(ZERO, config.center, scale, turn_of(config.choice)))
 
 
-def _is_spacemouse(entry: _Entry) -> bool:
+def find_mice() -> list[Found]:
+    """SpaceMice of this machine; raises DeviceError without hidapi."""
+    hid, found = hidapi(_NAME), list[Found]()
+    for entry in (e for v in PRODUCTS for e in hid.enumerate(v) if _is_spacemouse(e)):
+        where = f"{entry['product_string']} at {entry['path'].decode(errors='replace')}"
+        found.append(try_hid(_NAME, _NAME, where, entry))
+    return found
+
+
+KIND = DeviceKind(
+    _NAME, "a 3Dconnexion SpaceMouse, which only senses", OPTIONS[:2], _info, _open, find_mice
+)
+
+
+def _is_spacemouse(entry: Entry) -> bool:
     """Whether a HID interface is the cap of a SpaceMouse, not a receiver's keyboard or mouse."""
     usage = (entry["usage_page"], entry["usage"])
     known = entry["product_id"] in PRODUCTS.get(entry["vendor_id"], ())
     return known and usage in (_MULTI_AXIS, _UNKNOWN_USAGE)
-
-
-def _hidapi() -> _Hidapi:
-    """The module of hidapi, imported only when a device is to be opened.
-
-    On Linux its wheel has two: `hidraw` shares the device with the kernel's drivers and sees
-    Bluetooth; `hid` does neither. Other systems have `hid` only. A different package from PyPI is
-    called `hid`, too, and wins that name when both are installed.
-    """
-    for name in ("hidraw", "hid"):
-        try:
-            module = importlib.import_module(name)
-        except (ImportError, OSError):  # the other `hid` needs a library of the system
-            continue
-        if hasattr(module, "device"):
-            return cast(_Hidapi, module)
-    problem = "the Python package hidapi is missing, or hidden by the package hid"
-    advice = "run: pip uninstall -y hid; pip install --force-reinstall hidapi"
-    raise DeviceError(_NAME, problem, advice)

@@ -5,27 +5,36 @@ from dataclasses import replace
 import pytest
 
 from cohaptic.errors import DeviceError, SettingError
-from cohaptic_client.devices.catalogue import device_info, open_device
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.catalogue import (
+    NAMES,
+    device_info,
+    device_kind,
+    open_device,
+    read_device,
+)
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.devices.spacemouse import SpaceMouse
 from tests.client.plane import CONFIG
 
-NAMES = ("simulated", "spacemouse")
-
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_a_device_can_do_is_known_without_having_it(name: str) -> None:
-    info = device_info(name)
-    assert info.name == name
+    info = device_info(DeviceChoice(name))
+    assert device_kind(name).name == name
     assert info.max_stiffness > 0.0
     assert info.max_force >= 0.0
     assert info.stall > 0.0
+    assert info.rate > 0.0
+    assert 1 <= info.sensed_axes <= 3
+    assert (info.force_axes > 0) == (info.max_force > 0.0)
 
 
 @pytest.mark.parametrize("name", ["", "Simulated", "phantom"])
 def test_an_unknown_name_is_answered_with_those_that_exist(name: str) -> None:
     with pytest.raises(SettingError) as caught:
-        device_info(name)
+        read_device(name)
     assert str(caught.value) == f"device is {name!r}; it must be one of: {', '.join(NAMES)}"
 
 
@@ -46,7 +55,26 @@ def test_the_spacemouse_moves_in_a_cube_of_twice_the_bodys_size(
         asked.update(asked_for)
         raise DeviceError("spacemouse", "no SpaceMouse was found")
 
-    monkeypatch.setattr("cohaptic_client.devices.catalogue.open_spacemouse", no_hardware)
+    monkeypatch.setattr("cohaptic_client.devices.spacemouse.open_spacemouse", no_hardware)
+    choice = DeviceChoice("spacemouse")
     with pytest.raises(DeviceError):
-        open_device(replace(CONFIG.device, name="spacemouse", center=(1.0, 2.0, 3.0), radius=0.5))
-    assert asked == {"center": (1.0, 2.0, 3.0), "reach": 1.0}
+        open_device(replace(CONFIG.device, choice=choice, center=(1.0, 2.0, 3.0), radius=0.5))
+    assert asked == {"center": ZERO, "reach": 1.0}
+
+    class Reports:
+        def read(self, max_length: int, /) -> list[int]:
+            return [1, 94, 1, 0, 0, 0, 0]  # in full to the right
+
+        def close(self) -> None:
+            pass
+
+    def mouse(center: Vec3, reach: float) -> SpaceMouse:
+        return SpaceMouse(Reports(), center, reach=reach)
+
+    monkeypatch.setattr("cohaptic_client.devices.spacemouse.open_spacemouse", mouse)
+    choice = read_device("spacemouse:scale=2,turn=90")
+    device = open_device(replace(CONFIG.device, choice=choice, center=(1.0, 2.0, 3.0), radius=0.5))
+    tip = device.read(0.0)
+    # The middle of the face that is nearest to a user who sits on the right.
+    assert tip.position == pytest.approx((2.0, 2.0, 3.0))
+    assert tip.velocity == pytest.approx((0.0, 0.3, 0.0))

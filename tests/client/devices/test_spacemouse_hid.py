@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.give_up import give_up
+from tests.client.devices.mocked import run_mocked
 
 SCRIPT = Path(__file__).with_name("umock_spacemouse.py")
-UNAVAILABLE = 77  # exit status of the script
 FULL_SPEED = 0.15  # m/s
 REACH = 0.1  # m
 TOLERANCE = 1e-9  # m or m/s; rounding only
@@ -21,15 +17,7 @@ TOLERANCE = 1e-9  # m or m/s; rounding only
 
 @pytest.mark.skipif(sys.platform != "linux", reason="umockdev mocks devices of Linux only")
 def test_a_mocked_device_is_found_opened_read_and_unplugged(tmp_path: Path) -> None:
-    wrapper = shutil.which("umockdev-wrapper")
-    if wrapper is None:
-        give_up("umockdev is not installed; on Debian: umockdev gir1.2-umockdev-1.0 python3-gi")
-    command = [wrapper, sys.executable, str(SCRIPT), str(tmp_path)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    if run.returncode == UNAVAILABLE:
-        give_up(run.stdout.strip())
-    assert run.returncode == 0, run.stderr
-    seen = json.loads(run.stdout)
+    seen = run_mocked(SCRIPT, str(tmp_path))
 
     assert "no SpaceMouse was found" in seen["before"]
     assert_sample(seen["rest"], [0.0, -REACH, 0.0], [0.0, 0.0, 0.0])

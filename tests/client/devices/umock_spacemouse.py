@@ -9,21 +9,18 @@ is written at a time. Bursts are tested in `test_spacemouse.py`.
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import struct
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from cohaptic.errors import DeviceError
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.devices.spacemouse import SpaceMouse, open_spacemouse
+from tests.client.devices.umock import MockHid, load_umockdev, plug_in
 
-UNAVAILABLE = 77  # the status by which automake's tests say "skipped"
-NODE = "/dev/hidraw0"
 CENTER = (0.0, 0.0, 0.0)
 REACH = 0.1
 
@@ -35,52 +32,7 @@ DESCRIPTOR = bytes.fromhex(
     "  a1 00  85 02  09 33  09 34  09 35  81 02  c0"  # report 2: Rx Ry Rz
     "  c0"
 )
-
-
-def load_umockdev() -> Any:
-    # The system's `gi` is no wheel. Appended, so that nothing else of the system hides ours.
-    sys.path.append("/usr/lib/python3/dist-packages")
-    try:
-        gi: Any = importlib.import_module("gi")
-        gi.require_version("UMockdev", "1.0")
-        return importlib.import_module("gi.repository.UMockdev")
-    except (ImportError, ValueError) as error:
-        print(
-            f"umockdev cannot be used from Python {sys.version_info.major}."
-            f"{sys.version_info.minor}: {error}"
-        )
-        sys.exit(UNAVAILABLE)
-
-
-def plug_in(testbed: Any, directory: Path) -> str:
-    """Add the device as Linux shows it, and return the path of its hidraw node in sysfs."""
-    attributes = ["idVendor", "256f", "idProduct", "c635", "bcdDevice", "0431", "serial", ""]
-    attributes += ["manufacturer", "3Dconnexion", "product", "SpaceMouse Compact"]
-    usb = testbed.add_device("usb", "1-1", None, attributes, ["DEVTYPE", "usb_device"])
-    interface = testbed.add_device(
-        "usb", "1-1:1.0", usb, ["bInterfaceNumber", "00"], ["DEVTYPE", "usb_interface"]
-    )
-    name = "3Dconnexion SpaceMouse Compact"
-    identity = ["HID_ID", "0003:0000256F:0000C635", "HID_NAME", name, "HID_UNIQ", ""]
-    hid = testbed.add_device("hid", "0003:256F:C635.0001", interface, [], identity)
-    testbed.set_attribute_binary(hid, "report_descriptor", DESCRIPTOR)
-    raw = f"{hid}/hidraw/hidraw0"
-    testbed.add_from_string(
-        f"P: {raw.removeprefix('/sys')}\n"
-        "N: hidraw0\n"
-        f"E: DEVNAME={NODE}\nE: SUBSYSTEM=hidraw\nE: MAJOR=240\nE: MINOR=0\n"
-        "A: dev=240:0\n"
-        f"L: device=../../../{hid.rpartition('/')[2]}\n"
-    )
-    size = struct.pack("<I", len(DESCRIPTOR))
-    ioctls = directory / "ioctls"
-    ioctls.write_text(
-        f"@DEV {NODE}\n"
-        f"HIDIOCGRDESCSIZE 0 {size.hex().upper()}\n"
-        f"HIDIOCGRDESC 0 {(size + DESCRIPTOR.ljust(4096, bytes(1))).hex().upper()}\n"
-    )
-    testbed.load_ioctl(NODE, str(ioctls))
-    return raw
+MOUSE = MockHid(0x256F, 0xC635, "3Dconnexion", "SpaceMouse Compact", DESCRIPTOR)
 
 
 def sentence_of(action: Callable[[], object]) -> str:
@@ -105,9 +57,9 @@ def read_until_moved(mouse: SpaceMouse, velocity: tuple[float, ...], now: float)
 def main() -> None:
     testbed = load_umockdev().Testbed.new()
     before = sentence_of(lambda: open_spacemouse(CENTER, reach=REACH))
-    raw = plug_in(testbed, Path(sys.argv[1]))
+    raw = plug_in(testbed, Path(sys.argv[1]), MOUSE)
     mouse = open_spacemouse(CENTER, reach=REACH)
-    device_end = testbed.get_dev_fd(NODE)
+    device_end = testbed.get_dev_fd(MOUSE.node)
 
     rest = mouse.read(0.0)
     os.write(device_end, struct.pack("<B3h", 1, 350, -350, -350))

@@ -1,0 +1,1 @@
+"""Haply Inverse3 and Minverse, through the websocket of the Haply service."""

@@ -1,0 +1,130 @@
+"""hidapi, imported only when a device is to be opened, and what is said when it cannot be."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from typing import Protocol, TypedDict, cast
+
+from cohaptic.errors import DeviceError
+from cohaptic_client.devices.kind import Found
+
+
+class Entry(TypedDict):
+    """A HID interface of this machine."""
+
+    path: bytes
+    vendor_id: int
+    product_id: int
+    product_string: str
+    serial_number: str
+    usage_page: int
+    usage: int
+    interface_number: int
+
+
+class HidDevice(Protocol):
+    """An open HID device."""
+
+    def open_path(self, path: bytes, /) -> object:
+        """Open it; raises OSError."""
+        ...
+
+    def set_nonblocking(self, on: int, /) -> object:
+        """Whether `read` without a time returns at once."""
+        ...
+
+    def read(self, max_length: int, timeout_ms: int = 0, /) -> list[int]:
+        """The next report, empty when there is none; raises OSError when the device is gone."""
+        ...
+
+    def write(self, report: bytes, /) -> int:
+        """Send a report, its id first; returns -1 when it failed."""
+        ...
+
+    def get_report_descriptor(self) -> list[int]:
+        """Layout of its reports."""
+        ...
+
+    def close(self) -> object:
+        """Release the device."""
+        ...
+
+
+class Hidapi(Protocol):
+    """The module."""
+
+    def enumerate(self, vendor_id: int = 0, product_id: int = 0, /) -> list[Entry]:
+        """HID interfaces; 0 for any."""
+        ...
+
+    def device(self) -> HidDevice:
+        """A device to be opened."""
+        ...
+
+
+def hidapi(name: str) -> Hidapi:
+    """The module of hidapi.
+
+    On Linux its wheel has two: `hidraw` shares the device with the kernel's drivers and sees
+    Bluetooth; `hid` does neither. Other systems have `hid` only. A different package from PyPI is
+    called `hid`, too, and wins that name when both are installed.
+
+    Args:
+        name: Of the device, for what is said without one.
+    """
+    for module_name in ("hidraw", "hid"):
+        try:
+            module = importlib.import_module(module_name)
+        except (ImportError, OSError):  # the other `hid` needs a library of the system
+            continue
+        if hasattr(module, "device"):
+            return cast(Hidapi, module)
+    problem = "the Python package hidapi is missing, or hidden by the package hid"
+    advice = "run: pip uninstall -y hid; pip install --force-reinstall hidapi"
+    raise DeviceError(name, problem, advice)
+
+
+def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
+    """What is found of an interface when it is opened, and closed again."""
+    try:
+        device, _ = open_first(name, "it", [entry])
+    except DeviceError as error:
+        return Found(choice, where, "it could not be opened", error.advice)
+    device.close()
+    return Found(choice, where)
+
+
+def udev_rule(vendor: int) -> str:
+    """The line that lets a person at the machine use HID devices of a vendor, on Linux."""
+    return f'KERNEL=="hidraw*", ATTRS{{idVendor}}=="{vendor:04x}", TAG+="uaccess"'
+
+
+def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevice, Entry]:
+    """The first interface that can be opened, in non-blocking mode.
+
+    Args:
+        name: Of the device, for errors.
+        what: It is, for errors, such as "a SpaceMouse".
+        entries: To be tried; at least one.
+
+    Raises:
+        DeviceError: None of them can be opened.
+    """
+    vendor = 0
+    for entry in entries:
+        vendor = entry["vendor_id"]
+        # A new one each time: hidapi closes none that failed.
+        device = hidapi(name).device()
+        try:
+            device.open_path(entry["path"])
+        except OSError:  # hidapi says no more than "open failed"
+            continue
+        device.set_nonblocking(1)
+        return device, entry
+    raise DeviceError(
+        name,
+        f"{what} was found but could not be opened",
+        f"on Linux put the line {udev_rule(vendor)} into /etc/udev/rules.d/70-cohaptic.rules and "
+        "plug it in again; elsewhere quit other programs that use it",
+    )

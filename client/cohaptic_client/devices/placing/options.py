@@ -1,0 +1,79 @@
+"""Options that every device with a workspace has, and the workspace that they ask for."""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.device import DeviceInfo
+from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.placing.placed import Placed, RawDevice
+from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
+
+OPTIONS = (
+    ("scale", "metres in the world for a metre of the device, 0.2 to 5"),
+    ("turn", "of the device about the vertical, degrees"),
+    ("place", "where its middle is put: front (of the body), top or center"),
+    ("recentre", "yes: where the tip is at the start counts as its middle"),
+    ("clutch", "number of the button that holds the tip while the hand moves on; 0 for none"),
+)
+
+# Of the body's radius: just outside the sphere that holds it, so that a hand in the middle of its
+# workspace touches nothing at the start.
+_OUTSIDE = 1.1
+_PLACES: dict[str, Vec3] = {
+    "front": (0.0, -_OUTSIDE, 0.0),
+    "top": (0.0, 0.0, _OUTSIDE),
+    "center": ZERO,
+}
+
+
+def scale_of(choice: DeviceChoice) -> float:
+    """Metres of the world for a metre of the device; raises SettingError."""
+    # Beyond a factor of 5 the stiffness and speed that are left to the world are of no use.
+    return choice.number("scale", 1.0, 0.2, 5.0)
+
+
+def turn_of(choice: DeviceChoice) -> float:
+    """Turn of the device about the vertical [rad]; raises SettingError."""
+    return math.radians(choice.number("turn", 0.0, -360.0, 360.0, "degrees"))
+
+
+def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
+    """Abilities behind the workspace of a choice; raises SettingError for a wrong option."""
+    choice.one_of("place", _PLACES, "front")
+    choice.one_of("recentre", ("yes", "no"), "no")
+    turn_of(choice)
+    _clutch_of(choice)
+    return seen_from_world(info, scale_of(choice))
+
+
+def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
+    """The device in the world that the options of its configuration ask for.
+
+    Args:
+        raw: In its own frame.
+        config: With the choice, and the body's place.
+        middle: Of its workspace, in its own frame [m].
+    """
+    choice = config.choice
+    dx, dy, dz = _PLACES[choice.one_of("place", _PLACES, "front")]
+    (x, y, z), r = config.center, config.radius
+    return Placed(
+        raw,
+        Workspace(
+            origin=middle,
+            center=(x + r * dx, y + r * dy, z + r * dz),
+            scale=scale_of(choice),
+            turn=turn_of(choice),
+        ),
+        recentre=choice.one_of("recentre", ("yes", "no"), "no") == "yes",
+        clutch=_clutch_of(choice),
+    )
+
+
+def _clutch_of(choice: DeviceChoice) -> int:
+    """Bit of the button that holds the tip; 0 for none."""
+    number = int(choice.number("clutch", 0, 0, 16))
+    return 1 << number - 1 if number else 0

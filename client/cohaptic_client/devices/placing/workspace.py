@@ -1,0 +1,73 @@
+"""The one map between the frame of a device and the world, both ways.
+
+The frame of a device has its axes as the user sees them: right, away from the user, up, which are
+those of the world. With scale s a motion of the device by d is one of s d in the world. Forces keep
+their size: the limits of the safety layer are newtons on the hand, and have to hold there. Power is
+therefore scaled by the constant 1 / s, and a port that is passive behind a constant stays passive.
+What the hand feels of a stiffness k of the world is s k, so that a device which renders k_d stably
+has k_d / s to give to the world; the same holds for damping.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from cohaptic.vec import Vec3
+from cohaptic_client.devices.device import DeviceInfo
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """How a device's frame lies in the world.
+
+    Args:
+        origin: Point of the device's frame that is put on `center` [m].
+        center: In the world [m].
+        scale: Metres of the world for a metre of the device.
+        turn: Of the device's frame about the vertical, counterclockwise from above [rad].
+    """
+
+    origin: Vec3
+    center: Vec3
+    scale: float = 1.0
+    turn: float = 0.0
+
+    def position(self, device: Vec3) -> Vec3:
+        """Point of the world for a point of the device [m]."""
+        o, c = self.origin, self.center
+        x, y, z = self.velocity((device[0] - o[0], device[1] - o[1], device[2] - o[2]))
+        return (c[0] + x, c[1] + y, c[2] + z)
+
+    def velocity(self, device: Vec3) -> Vec3:
+        """Velocity in the world for one of the device [m/s]."""
+        s = self.scale
+        x, y, z = _turned(device, self.turn)
+        return (s * x, s * y, s * z)
+
+    def force(self, world: Vec3) -> Vec3:
+        """Force on the hand, in the device's frame, for one in the world; of the same size [N]."""
+        return _turned(world, -self.turn)
+
+    def holding(self, device: Vec3, world: Vec3) -> Workspace:
+        """The same, with the point `device` of the device put on `world`: centring, and clutch."""
+        return replace(self, origin=device, center=world)
+
+
+def seen_from_world(info: DeviceInfo, scale: float) -> DeviceInfo:
+    """Abilities of a device behind a workspace of this scale, in the units of the world."""
+    return replace(
+        info,
+        max_stiffness=info.max_stiffness / scale,
+        damping=info.damping / scale,
+        max_damping=info.max_damping / scale,
+        inertia=info.inertia / scale,
+        resolution=info.resolution * scale,
+    )
+
+
+def _turned(v: Vec3, angle: float) -> Vec3:
+    if angle == 0.0:
+        return v
+    c, s = math.cos(angle), math.sin(angle)
+    return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])

@@ -1,0 +1,161 @@
+"""Devices of Force Dimension and the Novint Falcon, through the maker's DHD library.
+
+Frame of the library: toward the user, the user's right, up, in metres and newtons.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+from cohaptic.errors import DeviceError
+from cohaptic.vec import ZERO, Vec3, is_finite
+from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
+from cohaptic_client.devices.placing.placed import Placed
+from cohaptic_client.devices.vendor.library import function, load
+
+_NAME = "forcedimension"
+_FILES = {"win32": "dhd64.dll", "darwin": "libdhd.dylib", "": "libdhd.so"}
+_WHERE = "the Force Dimension SDK, 3.16 or newer (forcedimension.com)"
+# m; three arms that are folded or stretched are within it, garbage is not
+_FARTHEST = 1.0
+
+# Largest force [N], stiffness [N/m] and damping [N s/m], by what others found usable (CHAI3D).
+_MODELS = {
+    "falcon": (8.0, 3000.0, 20.0),
+    "omega": (12.0, 5000.0, 30.0),
+    "delta": (20.0, 5000.0, 30.0),
+    "sigma": (12.0, 4000.0, 30.0),
+    "lambda": (12.0, 8000.0, 30.0),
+}
+
+
+class ForceDimension:
+    """A device in its own frame: right, away from the user, up.
+
+    Args:
+        library: The maker's.
+        number: Of the device that it opened.
+        info: Abilities.
+    """
+
+    def __init__(self, library: ctypes.CDLL, number: int, info: DeviceInfo) -> None:
+        self.info = info
+        self._library, self._number = library, number
+        self._closed = False
+        # Looked up and made once: the loop calls them in every period.
+        self._call = {
+            name: function(library, _NAME, name)
+            for name in ("dhdGetPosition", "dhdGetLinearVelocity", "dhdSetForce", "dhdGetButton")
+        }
+        self._call["dhdSetForce"].argtypes = [ctypes.c_double] * 3 + [ctypes.c_byte]
+        for name in ("dhdGetPosition", "dhdGetLinearVelocity"):
+            pointer = ctypes.POINTER(ctypes.c_double)
+            self._call[name].argtypes = [pointer] * 3 + [ctypes.c_byte]
+        self._vector = (ctypes.c_double(), ctypes.c_double(), ctypes.c_double())
+
+    def read(self, now: float) -> DeviceSample:
+        """The newest state; raises DeviceError when the device is gone or tells what cannot be."""
+        position = self._vector_of("dhdGetPosition")
+        velocity = self._vector_of("dhdGetLinearVelocity")
+        whole = is_finite(position) and is_finite(velocity)
+        if not whole or max(map(abs, position)) > _FARTHEST:
+            raise DeviceError(_NAME, f"its library tells {position} m, which cannot be")
+        button = self._call["dhdGetButton"](0, self._number)
+        return DeviceSample(position, velocity, buttons=int(button > 0))
+
+    def write(self, force: Vec3) -> None:
+        """Give `force` [N]; raises DeviceError when the device is gone."""
+        if self._closed:
+            raise DeviceError(_NAME, "it is closed", "open it again")
+        self._check(self._set_force(force if is_finite(force) else ZERO))
+
+    def release(self) -> None:
+        """Take the force off the hand; for another thread."""
+        self._set_force(ZERO)
+
+    def close(self) -> None:
+        """Zero force twice, forces off, then release; may be called twice."""
+        if not self._closed:
+            self._closed = True
+            for _ in range(2):
+                self._set_force(ZERO)
+            self._library.dhdEnableForce(0, self._number)
+            self._library.dhdClose(self._number)
+
+    def _set_force(self, force: Vec3) -> int:
+        right, away, up = force
+        return int(self._call["dhdSetForce"](-away, right, up, self._number))
+
+    def _vector_of(self, name: str) -> Vec3:
+        if self._closed:
+            raise DeviceError(_NAME, "it is closed", "open it again")
+        x, y, z = self._vector
+        result = self._call[name](ctypes.byref(x), ctypes.byref(y), ctypes.byref(z), self._number)
+        self._check(result)
+        return (y.value, -x.value, z.value)
+
+    def _check(self, result: int) -> None:
+        # 1: not new since the last call; 2: motors at their limit, direction kept. Both are well.
+        if result < 0:
+            raise DeviceError(
+                _NAME, f"it is gone ({_last_error(self._library)})", "see to its cable and power"
+            )
+
+
+def open_forcedimension(config: DeviceConfig) -> Placed:
+    """Open the device of a configuration; raises DeviceError when it cannot be had."""
+    choice = config.choice
+    library = load(_NAME, _FILES, choice.text("library"), _WHERE)
+    for name in ("dhdOpenID", "dhdGetDeviceCount", "dhdEnableForce", "dhdClose"):
+        function(library, _NAME, name)
+    count = int(library.dhdGetDeviceCount())
+    wanted = int(choice.number("number", 1, 1, 16))
+    if count < 1:
+        advice = "plug it in and switch its power on; on Linux the SDK has the udev rule for it"
+        raise DeviceError(_NAME, "its library finds no device", advice)
+    if wanted > count:
+        raise DeviceError(_NAME, f"there is no device {wanted}", f"devices are 1 to {count}")
+    number = int(library.dhdOpenID(ctypes.c_byte(wanted - 1)))
+    if number < 0:
+        why = _last_error(library)
+        advice = "quit other programs that use it; calibrate it with the SDK's HapticInit"
+        raise DeviceError(_NAME, f"it cannot be opened ({why})", advice)
+    library.dhdEnableForce(1, number)
+    return place(ForceDimension(library, number, _bare_info(choice)), config, middle=ZERO)
+
+
+def _last_error(library: ctypes.CDLL) -> str:
+    say: Any = function(library, _NAME, "dhdErrorGetLastStr")
+    say.restype = ctypes.c_char_p
+    return (say() or b"no reason told").decode(errors="replace")
+
+
+def _bare_info(choice: DeviceChoice) -> DeviceInfo:
+    force, stiffness, damping = _MODELS[choice.one_of("model", _MODELS, "falcon")]
+    return DeviceInfo(
+        _NAME, force, stiffness, max_damping=damping, rate=4000.0, switch=True, latency=0.001
+    )
+
+
+def _info(choice: DeviceChoice) -> DeviceInfo:
+    choice.number("number", 1, 1, 16)
+    return placed_info(choice, _bare_info(choice))
+
+
+KIND = DeviceKind(
+    _NAME,
+    "a device of Force Dimension or a Novint Falcon, through the maker's SDK",
+    (
+        ("model", f"{', '.join(_MODELS)}; the limits of the weakest if it is not given"),
+        ("number", "of the device, where there are several, from 1"),
+        ("library", "file of the maker's library, where the system does not find it"),
+        *OPTIONS,
+    ),
+    _info,
+    open_forcedimension,
+)

@@ -1,0 +1,111 @@
+"""What boards and host tell each other: lines of the serial one, reports of the HID ones. Pure."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+
+from cohaptic.vec import Vec3
+
+LINE = 16  # bytes; to which a command is padded with NUL, as whole transfers are faster
+_FIELDS = 8  # of an answer: model, six counts, error
+_ANSWER = re.compile(rb"\[(-?\d{1,10}(?:,-?\d{1,10}){7})\]")
+_WRIST = 0b111  # error bits of sensors that a tip does not need
+
+# H2 and H3 tell the button by a count that no wrist reaches.
+_PRESSED = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a board tells.
+
+    Args:
+        counts: Of the three encoders.
+        button: Whether it is held.
+        model: Number of the arm's kind; 0 where the board does not know it.
+        error: What it found wrong with the last command, as bits; 0 for nothing.
+    """
+
+    counts: Vec3
+    button: bool = False
+    model: int = 0
+    error: int = 0
+
+
+def command_line(milliamps: Vec3) -> bytes:
+    """A command to the serial board."""
+    a, b, c = (round(each) for each in milliamps)
+    return f"[{a},{b},{c}]\n".encode().ljust(LINE, b"\0")
+
+
+def read_answer(line: bytes) -> Told | None:
+    """An answer of the serial board; None for what is none."""
+    found = _ANSWER.fullmatch(line.strip(b"\0\r\n "))
+    if found is None:
+        return None
+    model, a, b, c, *_, error = (int(each) for each in found[1].split(b","))
+    return Told((float(a), float(b), float(c)), model=model, error=error & ~_WRIST)
+
+
+@dataclass(frozen=True, slots=True)
+class Reports:
+    """Layout of a generation of HID boards.
+
+    Args:
+        name: Of the generation.
+        size: Of a report, both ways [bytes].
+        waits: Whether the board sends nothing before it has heard of the host.
+    """
+
+    name: str
+    size: int
+    waits: bool
+
+    def decode(self, report: bytes) -> Told | None:
+        """What a report tells; None for one of another length."""
+        if len(report) != self.size:
+            return None
+        if not self.waits:
+            a, b, c, _count = struct.unpack("<4h", report)
+            return Told((a, b, c))
+        a, b, c, d, _e, _f, _info = struct.unpack_from("<7h", report)
+        return Told((a, b, c), button=d > _PRESSED)
+
+    def encode(self, milliamps: Vec3) -> bytes:
+        """A command, with the zero of an unnumbered report before it."""
+        a, b, c = (round(each) for each in milliamps)
+        body = struct.pack("<3h", a, b, c)  # what follows is zero: command, attributes
+        return b"\0" + body.ljust(self.size, b"\0")
+
+
+GENERATIONS = {
+    "h1": Reports("h1", 8, waits=False),
+    "h2": Reports("h2", 14, waits=True),
+    "h3": Reports("h3", 64, waits=True),
+}
+
+
+def input_size(descriptor: bytes) -> int:
+    """Bytes of an unnumbered input report, by a report descriptor (HID 1.11, section 6.2.2).
+
+    Returns 0 for a descriptor that is cut off.
+    """
+    size = count = bits = at = 0
+    while at < len(descriptor):
+        head = descriptor[at]
+        length = (0, 1, 2, 4)[head & 0b11]
+        data = descriptor[at + 1 : at + 1 + length]
+        if len(data) < length:
+            return 0
+        value = int.from_bytes(data, "little")
+        kind = head & 0b11111100
+        if kind == 0x74:
+            size = value
+        elif kind == 0x94:
+            count = value
+        elif kind == 0x80:
+            bits += size * count
+        at += 1 + length
+    return bits // 8

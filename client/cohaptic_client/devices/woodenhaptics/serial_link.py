@@ -1,0 +1,186 @@
+"""The serial board: one line for each line, on a port that is never waited for.
+
+The board answers a command and nothing else, and switches its motors off 100 ms after the last.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Protocol
+
+from cohaptic.clock import Clock
+from cohaptic.errors import DeviceError
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.woodenhaptics.arm import NAME
+from cohaptic_client.devices.woodenhaptics.reports import Told, command_line, read_answer
+
+_LONGEST = 4096  # bytes that wait; an answer has 60
+_PATIENCE = 0.005  # s for an answer; then the next command goes out all the same
+_MOST_BAD = 10  # lines in a row that are none, or tell that ours was none: 10 ms of them
+_TEENSY = (0x16C0, 0x0483)
+_CALLS = 0.1  # s between the first commands, until the board answers
+_FIRST_ANSWER = 2.0  # s
+
+
+class Port(Protocol):
+    """An open serial port of pyserial that waits for nothing."""
+
+    def read(self, size: int) -> bytes:
+        """What has come, `size` bytes at most."""
+        ...
+
+    def write(self, data: bytes) -> object:
+        """Send, as far as there is room."""
+        ...
+
+    def close(self) -> None:
+        """Release the port."""
+        ...
+
+
+class SerialLink:
+    """The way to a serial board.
+
+    Args:
+        port: Open; this object closes it.
+    """
+
+    def __init__(self, port: Port) -> None:
+        self._port = port
+        self._rest = b""
+        self._bad = 0
+        self._sent: float | None = None  # when the command went out that waits for its answer
+        self._closed = False
+
+    def poll(self, now: float) -> Told | None:
+        """The newest answer.
+
+        Raises:
+            DeviceError: The port is gone, or what comes from it is not this board's.
+        """
+        newest: Told | None = None
+        for line in self._lines():
+            told = read_answer(line)
+            if told is None or told.error:
+                self._bad += 1
+                problem = "is no answer of it" if told is None else f"tells error {told.error}"
+                if self._bad >= _MOST_BAD:
+                    raise DeviceError(NAME, f"what comes from its board {problem}", "see its cable")
+            else:
+                self._bad = 0
+            self._sent = None
+            # With an error the counts are those of before.
+            newest = told if told is not None and not told.error else newest
+        return newest
+
+    def give(self, milliamps: Vec3, now: float) -> None:
+        """Send a command, if the board has answered the one before."""
+        if self._sent is None or now - self._sent > _PATIENCE:
+            self._sent = now
+            self._try(lambda: self._port.write(command_line(milliamps)))
+
+    def close(self) -> None:
+        """No currents, then release the port; may be called twice."""
+        if not self._closed:
+            self._closed = True
+            try:
+                for _ in range(2):
+                    self._port.write(command_line(ZERO))
+            except OSError:
+                pass  # it is gone, and its board switches off by itself
+            self._port.close()
+
+    def _lines(self) -> list[bytes]:
+        data: bytes = self._rest + self._try(lambda: self._port.read(_LONGEST))
+        *lines, self._rest = data.split(b"\n")
+        if len(self._rest) > _LONGEST:
+            raise DeviceError(NAME, "what comes from its board has no lines", "see its cable")
+        return lines
+
+    def _try(self, action: Any) -> Any:
+        try:
+            return action()
+        except (OSError, TypeError) as error:  # pyserial's is an OSError; a closed port a TypeError
+            advice = "plug it in again, then start again"
+            raise DeviceError(NAME, f"it was unplugged ({error})", advice) from error
+
+
+def find_ports() -> list[Any]:
+    """Serial ports on which such a board may be, by their USB ids and names."""
+    return [each for each in _pyserial().comports() if may_be_board(each)]
+
+
+def may_be_board(port: Any) -> bool:
+    """Whether a port is a Teensy's, and not that of a Haply Inverse3, which is one, too."""
+    names = f"{port.product} {port.description} {port.manufacturer}".lower()
+    return (port.vid, port.pid) == _TEENSY and "haply" not in names
+
+
+def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
+    """The board at a port, once it has answered.
+
+    Raises:
+        DeviceError: There is none, it may not be opened, or something else answers.
+    """
+    try:
+        port = _serial().Serial(path, timeout=0, write_timeout=0, exclusive=True)
+    except OSError as error:
+        raise DeviceError(NAME, *_why_not(path, error)) from error
+    link = SerialLink(port)
+    try:
+        first = _first_answer(link, clock)
+    except DeviceError as error:  # bytes that are no answers
+        link.close()
+        raise _another(path) from error
+    if first is None:
+        link.close()
+        raise _another(path)
+    return link, first
+
+
+def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
+    """Call until the board answers, as the port may swallow the first call; None if it does not."""
+    end = clock.now() + _FIRST_ANSWER
+    while (now := clock.now()) < end:
+        link.give(ZERO, now)
+        called = now
+        while clock.now() < called + _CALLS:
+            told = link.poll(clock.now())
+            if told is not None:
+                return told
+            clock.sleep_until(clock.now() + 0.001)
+    return None
+
+
+def _another(path: str) -> DeviceError:
+    return DeviceError(
+        NAME,
+        f"what is at {path} does not answer as its board does",
+        "see that its firmware is loaded; a Haply Inverse3 has the same USB id: --device haply",
+    )
+
+
+def _why_not(path: str, error: OSError) -> tuple[str, str]:
+    """Problem and advice for a port that cannot be opened."""
+    text = str(error).lower()
+    if "permission" in text:
+        rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="16c0", TAG+="uaccess", '
+        rule += 'ENV{ID_MM_DEVICE_IGNORE}="1"'
+        advice = f"put the line {rule} into /etc/udev/rules.d/70-cohaptic.rules, plug it in again"
+        return f"{path} may not be opened", advice
+    if "lock" in text or "busy" in text:
+        return f"{path} is used by another program", "quit that program"
+    return f"{path} cannot be opened ({error})", "see what `cohaptic devices` lists"
+
+
+def _serial() -> Any:
+    try:
+        return import_module("serial")
+    except ImportError as error:
+        advice = "run: pip install pyserial"
+        raise DeviceError(NAME, "the Python package pyserial is missing", advice) from error
+
+
+def _pyserial() -> Any:
+    _serial()
+    return import_module("serial.tools.list_ports")

@@ -1,0 +1,152 @@
+"""`cohaptic doctor`: what this machine can do for a haptic loop, and what to do where it cannot."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from cohaptic import __version__
+from cohaptic.clock import resolution
+from cohaptic.errors import SettingError
+from cohaptic.runtime.scheduling import memory_lock_limit
+
+MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
+MEMORY: Final = 64 << 20  # bytes; a loop's process has about half of that
+_CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
+_GRACE: Final = 30.0  # s for the measuring process to start and end
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of the report.
+
+    Args:
+        subject: What was looked at.
+        found: What there is.
+        advice: What to do; empty where it is as it should be.
+    """
+
+    subject: str
+    found: str
+    advice: str = ""
+
+    def __str__(self) -> str:
+        mark = "warning" if self.advice else "ok"
+        return f"{mark:8} {self.subject}: {self.found}" + (self.advice and f"; {self.advice}")
+
+
+def of_measurement(measured: dict[str, Any]) -> list[Finding]:
+    """Findings on scheduling, memory, compiled modules and lateness.
+
+    Args:
+        measured: As `loop.running.measure` printed it.
+    """
+    real_time = "real-time" in measured["scheduling"] or "high priority" in measured["scheduling"]
+    locked = measured["memory"] == "memory locked" or sys.platform != "linux"
+    late = measured["late_by_a_period"]
+    lateness = (
+        f"p50 {1e6 * measured['late_p50']:.0f} us, p99 {1e6 * measured['late_p99']:.0f} us, most "
+        f"{1e3 * measured['late_most']:.1f} ms; {100.0 * late:.2f} % of {measured['periods']} "
+        "periods late by more than one"
+    )
+    user = "@audio" if Path("/etc/security/limits.d/audio.conf").exists() else "YOUR_NAME"
+    limits = "to /etc/security/limits.d/cohaptic.conf, and log in again"
+    return [
+        Finding(
+            "scheduling",
+            measured["scheduling"],
+            "" if real_time else f"for real time add the line '{user} - rtprio 10' {limits}",
+        ),
+        Finding(
+            "memory",
+            measured["memory"],
+            "" if locked else f"add the line '{user} - memlock unlimited' {limits}",
+        ),
+        Finding(
+            "loop",
+            measured["compiled"],
+            "" if measured["compiled"] == "compiled" else "install a wheel, or `make compiled`",
+        ),
+        Finding(
+            "lateness",
+            lateness,
+            ""
+            if late <= MOST_LATE
+            else "end other work on this machine, plug in a laptop, switch power saving off",
+        ),
+    ]
+
+
+def of_clock(source: str, resolution: float) -> Finding:
+    """Finding on the clock; `source` is the kernel's, empty where it is unknown."""
+    found = f"{source or 'of the system'}, resolution {1e9 * resolution:.0f} ns"
+    slow = bool(source) and source not in _CLOCKS
+    return Finding("clock", found, "choose tsc if the kernel trusts it: others are slow" * slow)
+
+
+def of_lock_limit(limit: float) -> Finding:
+    """Finding on how much memory may be locked [bytes]."""
+    words = "no limit" if limit == float("inf") else f"{limit / 2**20:.0f} MiB"
+    few = limit < MEMORY and sys.platform == "linux"
+    return Finding("memory lock limit", words, f"{MEMORY >> 20} MiB are needed" * few)
+
+
+def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
+    """Finding on device nodes, each with whether this user may read and write it."""
+    if not nodes:
+        return Finding("USB devices", "no hidraw or serial node; none is plugged in, or no driver")
+    closed = [name for name, may in nodes if not may]
+    if not closed:
+        return Finding("USB devices", f"{len(nodes)} nodes, all of them open to you")
+    advice = (
+        "for a serial device join its group (`sudo usermod -aG dialout $USER`, then log in again); "
+        'for others add a udev rule with TAG+="uaccess" in /etc/udev/rules.d/70-cohaptic.rules'
+    )
+    return Finding("USB devices", f"closed to you: {', '.join(closed)}", advice)
+
+
+def look(seconds: float) -> list[Finding]:
+    """Everything that is to be said of this machine, measuring for some seconds."""
+    found = [
+        Finding("versions", f"cohaptic {__version__}, Python {platform.python_version()}, "
+                f"{platform.platform()}, {os.cpu_count()} processors")
+    ]  # fmt: skip
+    found += of_measurement(_measured(seconds))
+    source = Path("/sys/devices/system/clocksource/clocksource0/current_clocksource")
+    name = source.read_text().strip() if source.exists() else ""
+    found.append(of_clock(name, resolution()))
+    found.append(of_lock_limit(memory_lock_limit()))
+    if sys.platform == "linux":
+        paths = sorted(p for kind in ("hidraw*", "ttyACM*") for p in Path("/dev").glob(kind))
+        found.append(of_nodes([(str(p), os.access(p, os.R_OK | os.W_OK)) for p in paths]))
+    return found
+
+
+def _measured(seconds: float) -> dict[str, Any]:
+    command = [sys.executable, "-m", "cohaptic_client.loop.running.measure", str(seconds)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=seconds + _GRACE, check=True
+    )
+    measured: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return measured
+
+
+def doctor(
+    seconds: Annotated[float, typer.Option(help="How long to measure lateness.")] = 5.0,
+) -> None:
+    """Say what this machine can do for a haptic loop; ends with status 1 after a warning."""
+    if not 0.1 <= seconds <= 3600.0:
+        raise SettingError("seconds", seconds, "from 0.1 to 3600")
+    typer.echo(f"measuring lateness for {seconds:g} s", err=True)
+    found = look(seconds)
+    for finding in found:
+        typer.echo(str(finding))
+    raise typer.Exit(1 if any(finding.advice for finding in found) else 0)

@@ -1,0 +1,175 @@
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
+from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
+from cohaptic_client.devices.placing.placed import RETURN_TIME, Placed
+from cohaptic_client.devices.placing.workspace import Workspace
+from tests.client.plane import CONFIG
+from tests.strategies import vectors
+
+INFO = DeviceInfo("arm", max_force=3.0, max_stiffness=500.0, switch=True)
+PERIOD = 0.001
+PUSH: Vec3 = (1.0, 2.0, -2.0)
+TIGHT = 1e-9
+CLUTCH = 2
+motion = st.lists(st.tuples(vectors(0.2), st.booleans()), min_size=1, max_size=20)
+
+
+class Arm:
+    """A raw device that is where a test puts it."""
+
+    info = INFO
+
+    def __init__(self) -> None:
+        self.position, self.buttons, self.fresh = ZERO, 0, True
+        self.force, self.closed = ZERO, False
+
+    def read(self, now: float) -> DeviceSample:
+        return DeviceSample(self.position, (0.1, 0.0, 0.0), 0.0, self.buttons, self.fresh)
+
+    def write(self, force: Vec3) -> None:
+        self.force = force
+
+    def release(self) -> None:
+        self.force = ZERO
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def played(
+    placed: Placed, arm: Arm, way: Iterable[tuple[Vec3, bool]], force: Vec3 = ZERO
+) -> list[DeviceSample]:
+    """Samples on a way of points, with the clutch held or not."""
+    samples: list[DeviceSample] = []
+    for k, (arm.position, held) in enumerate(way):
+        arm.buttons = CLUTCH if held else 0
+        samples.append(placed.read(PERIOD * k))
+        placed.write(force)
+    return samples
+
+
+@given(motion, st.floats(0.2, 5.0))
+def test_the_tip_moves_as_the_hand_does_and_stands_while_the_clutch_is_held(
+    way: list[tuple[Vec3, bool]], size: float
+) -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, (0.1, 0.2, 0.3), size), clutch=CLUTCH)
+    samples = played(placed, arm, way)
+    for k in range(1, len(way)):
+        moved = sub(samples[k].position, samples[k - 1].position)
+        # It is taken hold of where the hand is then.
+        expected = ZERO if way[k - 1][1] else scale(sub(way[k][0], way[k - 1][0]), size)
+        assert moved == pytest.approx(expected, abs=TIGHT)
+        if way[k][1]:
+            assert samples[k].velocity == ZERO
+
+
+@given(motion)
+def test_under_the_clutch_and_just_after_it_a_hand_gets_no_energy(
+    way: list[tuple[Vec3, bool]],
+) -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO), clutch=CLUTCH)
+    for k, (arm.position, held) in enumerate(way):
+        arm.buttons = CLUTCH if held else 0
+        before = arm.force
+        tip = placed.read(PERIOD * k)
+        placed.write(PUSH)
+        if tip.velocity == ZERO:
+            assert arm.force == ZERO
+        # Never by a jump either: what is given returns within `RETURN_TIME`.
+        if before != PUSH and k > 0:
+            most = norm(PUSH) * PERIOD / RETURN_TIME
+            assert norm(sub(arm.force, before)) <= most + TIGHT
+
+
+def test_the_clutch_waits_until_the_hand_feels_nothing() -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO), clutch=CLUTCH)
+    played(placed, arm, [((0.0, 0.0, 0.0), False)], PUSH)
+    moving = played(placed, arm, [((0.1, 0.0, 0.0), True)], PUSH)
+    assert moving[0].position == (0.1, 0.0, 0.0)
+    assert arm.force == PUSH
+    played(placed, arm, [((0.1, 0.0, 0.0), True)], ZERO)
+    held = played(placed, arm, [((0.2, 0.0, 0.0), True), ((0.3, 0.0, 0.0), True)])
+    assert held[0].position == held[1].position
+
+
+def test_a_silent_device_gets_no_force_and_it_returns_slowly() -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    played(placed, arm, [(ZERO, False)], PUSH)
+    assert arm.force == PUSH
+    arm.fresh = False
+    assert not played(placed, arm, [(ZERO, False)], PUSH)[0].fresh
+    assert arm.force == ZERO
+    arm.fresh = True
+    steps = round(RETURN_TIME / PERIOD)
+    before = ZERO
+    for k in range(steps + 2):
+        placed.read(PERIOD * k)
+        placed.write(PUSH)
+        assert norm(sub(arm.force, before)) <= norm(PUSH) * PERIOD / RETURN_TIME + TIGHT
+        before = arm.force
+    assert arm.force == pytest.approx(PUSH)
+
+
+def config(options: str = "") -> DeviceConfig:
+    pairs = tuple(tuple(item.split("=")) for item in options.split(",") if item)
+    choice = DeviceChoice("arm", tuple((key, value) for key, value in pairs))
+    return DeviceConfig(choice, (1.0, 2.0, 3.0), 0.5, CONFIG.device.hand, None)
+
+
+@pytest.mark.parametrize(
+    ("options", "middle"),
+    [
+        ("", (1.0, 2.0 - 0.55, 3.0)),
+        ("place=top", (1.0, 2.0, 3.55)),
+        ("place=center", (1.0, 2.0, 3.0)),
+    ],
+)
+def test_its_middle_is_put_where_the_options_say(options: str, middle: Vec3) -> None:
+    arm = Arm()
+    arm.position = (0.0, 0.1, 0.2)
+    placed = place(arm, config(options), middle=(0.0, 0.1, 0.2))
+    assert placed.read(0.0).position == pytest.approx(middle)
+
+
+def test_where_the_hand_is_at_the_start_can_be_its_middle() -> None:
+    arm = Arm()
+    arm.position = (0.05, 0.06, 0.07)
+    placed = place(arm, config("recentre=yes,place=center,scale=2"), middle=ZERO)
+    assert placed.read(0.0).position == pytest.approx((1.0, 2.0, 3.0))
+    arm.position = add(arm.position, (0.01, 0.0, 0.0))
+    assert placed.read(0.0).position == pytest.approx((1.02, 2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    "options",
+    ["scale=0", "scale=6", "scale=x", "turn=1000", "place=left", "recentre=1", "clutch=17"],
+)
+def test_an_option_outside_its_limits_is_named(options: str) -> None:
+    with pytest.raises(SettingError, match="arm:" + options.partition("=")[0]):
+        placed_info(config(options).choice, INFO)
+    assert options.partition("=")[0] in dict(OPTIONS)
+
+
+def test_letting_go_and_closing_are_passed_on() -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    played(placed, arm, [(ZERO, False)], PUSH)
+    placed.release()
+    assert arm.force == ZERO
+    placed.close()
+    assert arm.closed

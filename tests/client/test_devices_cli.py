@@ -1,0 +1,104 @@
+"""`cohaptic devices` on an emulated service and a board on a pseudo-terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+from cohaptic.errors import DeviceError, SettingError
+from cohaptic.vec import norm
+from cohaptic_client.devices.haply import inverse3
+from cohaptic_client.devices.woodenhaptics import wooden_kind
+from cohaptic_client.devices_cli import devices
+from tests.client.devices.haply.emulator import EmulatedArm, HaplyEmulator
+
+pytestmark = [
+    pytest.mark.patient,
+    pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals"),
+]
+
+
+@pytest.fixture
+def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[HaplyEmulator]:
+    """The emulator where the service is looked for."""
+    emulator = HaplyEmulator([EmulatedArm("049D"), EmulatedArm("04A1")])
+    monkeypatch.setattr(inverse3, "URLS", (emulator.url,))
+    yield emulator
+    emulator.close()
+
+
+def said(*arguments: str, status: int = 0) -> str:
+    result = CliRunner().invoke(devices, list(arguments))
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+def test_what_is_found_is_listed_with_how_to_choose_it(service: HaplyEmulator) -> None:
+    text = said()
+    assert "--device haply:id=049D " in text
+    assert "--device haply:id=04A1 " in text
+    assert "--device simulated" in text
+
+
+def test_the_doctor_says_what_is_wrong_and_what_to_do(service: HaplyEmulator) -> None:
+    service.arms["049D"].status["power_supply"] = False
+    service.arms["04A1"].status["calibrated"] = False
+    text = said("doctor", status=1)
+    assert "haply:id=049D" in text
+    assert "has no power: it senses, and gives no force\n  to do: plug its power supply in" in text
+    assert "device 04A1 is not calibrated\n  to do: put its arms into the resting position" in text
+    assert "hidapi " in text
+
+
+def test_all_well_is_said_and_a_device_in_use_is_named(service: HaplyEmulator) -> None:
+    assert "the Haply service at its usual address: ready" in said("doctor")
+    service.arms["04A1"].status["in_use"] = True
+    assert "another program uses it\n  to do: quit that program" in said("doctor", status=1)
+
+
+def test_a_service_that_is_missing_is_told_and_no_fault(
+    monkeypatch: pytest.MonkeyPatch, service: HaplyEmulator
+) -> None:
+    service.close()
+    text = said("doctor")
+    assert "haply: the Haply service does not run" in text
+    assert "to do: install and start the Haply Hub" in text
+    assert "--device haply" not in said()
+
+
+def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.client.devices.woodenhaptics.serial_board import SerialBoard
+
+    boards = [SerialBoard(model=2), SerialBoard(model=3)]
+    boards[1].silent = True
+    ports = [SimpleNamespace(device=board.path) for board in boards]
+    monkeypatch.setattr(wooden_kind, "find_ports", lambda: ports)
+    text = said("doctor", status=1)
+    assert f"woodenhaptics:kind=vintage,port={boards[0].path}, {boards[0].path}: ready" in text
+    assert f"what is at {boards[1].path} does not answer as its board does" in text
+    for board in boards:
+        board.unplug()
+
+
+def test_a_knock_goes_to_the_one_that_was_asked_for(service: HaplyEmulator) -> None:
+    said("pulse", "haply:id=04A1")
+    knocked = {device for _, device, force in service.given if norm(force) > 0.0}
+    assert knocked == {"04A1"}
+    assert service.arms["04A1"].force == (0.0, 0.0, 0.0)
+
+
+def test_a_knock_on_what_is_not_there() -> None:
+    result = CliRunner().invoke(devices, ["pulse", "simulated"])
+    assert isinstance(result.exception, SettingError)
+    result = CliRunner().invoke(devices, ["pulse", "haply:url=ws://127.0.0.1:1"])
+    assert isinstance(result.exception, DeviceError)
+
+
+@pytest.mark.parametrize("name", ["haply", "woodenhaptics", "spacemouse"])
+def test_options_are_explained(name: str) -> None:
+    assert f"{name}: " in said("options", name)
+    assert "  scale: metres in the world" in said("options", name)

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+import math
+import sys
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cohaptic_client.doctor import (
+    MOST_LATE,
+    Finding,
+    doctor,
+    of_clock,
+    of_lock_limit,
+    of_measurement,
+    of_nodes,
+)
+from cohaptic_client.loop.running.measure import measure
+
+pytestmark = pytest.mark.patient
+GOOD = {
+    "scheduling": "real-time (SCHED_FIFO 5)",
+    "memory": "memory locked",
+    "compiled": "compiled",
+    "periods": 5000,
+    "late_p50": 5e-5,
+    "late_p99": 2e-4,
+    "late_most": 4e-4,
+    "late_by_a_period": 0.0,
+}
+
+
+def advised(found: list[Finding]) -> set[str]:
+    return {finding.subject for finding in found if finding.advice}
+
+
+def test_a_machine_that_has_all_of_it_gets_no_advice() -> None:
+    assert advised(of_measurement(GOOD)) == set()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "subject"),
+    [
+        ("scheduling", "nice -10", "scheduling"),
+        ("scheduling", "normal", "scheduling"),
+        ("compiled", "plain Python: no compiled modules", "loop"),
+        ("late_by_a_period", 1.01 * MOST_LATE, "lateness"),
+    ],
+)
+def test_what_it_lacks_is_named_with_what_to_do(key: str, value: object, subject: str) -> None:
+    assert advised(of_measurement(GOOD | {key: value})) == {subject}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere memory is not locked")
+def test_memory_that_may_not_be_locked_is_named() -> None:
+    words = "memory not locked (Operation not permitted)"
+    assert advised(of_measurement(GOOD | {"memory": words})) == {"memory"}
+    assert of_lock_limit(8 << 20).advice
+    assert not of_lock_limit(math.inf).advice
+
+
+def test_a_slow_clock_and_a_closed_node_are_named() -> None:
+    assert of_clock("hpet", 1e-9).advice
+    assert not of_clock("tsc", 1e-9).advice
+    assert not of_clock("", 1e-9).advice
+    assert not of_nodes([]).advice
+    assert not of_nodes([("/dev/hidraw0", True)]).advice
+    closed = of_nodes([("/dev/hidraw0", True), ("/dev/ttyACM0", False)])
+    assert closed.advice
+    assert "/dev/ttyACM0" in closed.found
+    assert "/dev/hidraw0" not in closed.found
+
+
+def test_the_command_says_a_line_for_each_and_its_status_says_whether_all_is_well() -> None:
+    app = typer.Typer()
+    app.command()(doctor)
+    done = CliRunner().invoke(app, ["--seconds", "0.2"])
+    lines = done.output.splitlines()
+    for subject in ("versions", "scheduling", "memory", "loop", "lateness", "clock"):
+        assert any(f" {subject}: " in line for line in lines), done.output
+    assert done.exit_code == int(any(line.startswith("warning") for line in lines))
+
+
+def test_a_measurement_counts_every_period(monkeypatch: pytest.MonkeyPatch) -> None:
+    from cohaptic.runtime import scheduling
+
+    def granted(_priority: int = 0) -> str:
+        return "as it was"
+
+    monkeypatch.setattr(scheduling, "prefer_this_process", granted)
+    monkeypatch.setattr(scheduling, "lock_memory", granted)
+    import gc
+
+    try:
+        seen = measure(0.1)
+    finally:
+        gc.unfreeze()
+        gc.enable()
+    assert 0 < seen["periods"] <= 101
+    assert seen["late_p50"] <= seen["late_p99"] <= seen["late_most"]
