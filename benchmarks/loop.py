@@ -31,6 +31,7 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.runtime.scheduling import LOOP_PRIORITY
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
@@ -59,7 +60,7 @@ def config(hz: float, clock: SystemClock, memory: LoopMemory) -> LoopConfig:
         friction=0.0,
         follow=True,
         device=DeviceConfig(
-            "simulated",
+            DeviceChoice("simulated"),
             (0.0, 0.0, 0.0),
             0.1,
             Hand(),

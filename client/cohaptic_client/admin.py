@@ -21,6 +21,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import (
     Moderate,
     Moderated,
+    PutOut,
     Watch,
     WatchedUser,
     Watching,
@@ -31,7 +32,7 @@ from cohaptic_client.address import check_secrecy, read_address, trust, why_not_
 from cohaptic_client.network.conversation import Refused
 
 _PATIENCE = 15.0  # s for an answer, which comes within one
-M = TypeVar("M", Watching, Moderated)
+M = TypeVar("M", Watching, Moderated, PutOut)
 
 
 class Action(Enum):
@@ -42,19 +43,20 @@ class Action(Enum):
     UNMUTE = "unmute"
     KICK = "kick"
     BAN = "ban"
+    UNBAN = "unban"
     FREEZE = "freeze"
     UNFREEZE = "unfreeze"
     RESET = "reset"
     BUDGET = "force-budget"
 
 
-_TO_SOMEBODY = (Action.MUTE, Action.UNMUTE, Action.KICK, Action.BAN)
+_TO_SOMEBODY = (Action.MUTE, Action.UNMUTE, Action.KICK, Action.BAN, Action.UNBAN)
 
 
 def admin(
     url: Annotated[str, typer.Argument(help="Of the server, or the link of an invitation.")],
     action: Annotated[Action, typer.Argument(help="What to do.")] = Action.LIST,
-    who: Annotated[str, typer.Argument(help="Name or number of a user.")] = "",
+    who: Annotated[str, typer.Argument(help="Name or number of a user; a name for unban.")] = "",
     room: Annotated[
         str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
     ] = "",
@@ -71,7 +73,8 @@ def admin(
         bool, typer.Option("--insecure", help="Send a token also without TLS.")
     ] = False,
 ) -> None:
-    """See who is in a room; mute, kick or ban somebody, freeze or reset the object.
+    """See who is in a room and who was put out; mute, kick, ban or unban somebody, freeze or reset
+    the object.
 
     The token is one of `cohaptic token --admin`.
     """
@@ -132,7 +135,12 @@ async def _talk(
     await ws.send(encode_control(watch))
     watching = await _answer(ws, Watching)
     if action is Action.LIST:
-        return [f"{user.user}  {user.name}" for user in watching.users] or ["nobody touches"]
+        there = [f"{user.user}  {user.name}" for user in watching.users] or ["nobody touches"]
+        if not watching.room_admin:
+            return there
+        return there + [f"put out: {name}" for name in (await _answer(ws, PutOut)).names]
+    if action is Action.UNBAN:
+        return [await _unban(ws, who)]
     user = _find(watching.users, who) if who else None
     name = "force_budget" if action is Action.BUDGET else action.value
     wish = Moderate.model_validate({"action": name, "user": user and user.user, "force": force})
@@ -140,6 +148,17 @@ async def _talk(
     if not (await _answer(ws, Moderated)).done:
         return [f"{who} has left"]
     return [f"done: {action.value}{f' {user.name}' if user else ''}"]
+
+
+async def _unban(ws: ClientConnection, who: str) -> str:
+    """Let somebody come back who was put out; what there is to tell."""
+    names = (await _answer(ws, PutOut)).names
+    if who not in names:
+        limit = f"one who was put out: {', '.join(names) or 'nobody was'}"
+        raise SettingError("user", repr(who[:60]), limit)
+    await ws.send(encode_control(Moderate(action="unban", name=who)))
+    done = (await _answer(ws, Moderated)).done
+    return f"done: unban {who}" if done else f"{who} may come back already"
 
 
 def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:

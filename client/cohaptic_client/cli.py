@@ -26,6 +26,8 @@ from cohaptic.status.table import status_view
 from cohaptic.vec import Vec3
 from cohaptic_client.address import read_address
 from cohaptic_client.client import Client
+from cohaptic_client.devices.catalogue import NAMES, read_device
+from cohaptic_client.enter_key import on_enter
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
@@ -56,7 +58,9 @@ def touch(
         str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
     ] = "",
     name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
-    device: Annotated[str, typer.Option(help="simulated, or spacemouse.")] = "simulated",
+    device: Annotated[
+        str, typer.Option(metavar="NAME[:OPTIONS]", help=f"{', '.join(NAMES)}.")
+    ] = "simulated",
     law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
     geometry: Annotated[
         Shape, typer.Option(help="Local surface between two patches.")
@@ -139,12 +143,26 @@ def touch(
     wait: Annotated[
         float, typer.Option(help="Seconds to try to reach the server, also after losing it.")
     ] = 0.0,
+    wait_seat: Annotated[
+        bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
+    ] = False,
     record: Annotated[
         Path | None, typer.Option(help="Write every haptic period to this .npz at the end.")
     ] = None,
     json_lines: Annotated[
         bool, typer.Option("--json-lines", help="Print the state as lines of JSON.")
     ] = False,
+    dead_man: Annotated[
+        bool, typer.Option(help="Force only while the device's switch is held, where it has one.")
+    ] = True,
+    hold_faults: Annotated[
+        bool | None,
+        typer.Option(
+            help="After a fault keep the force off until Enter is pressed; not only until the hand "
+            "is out of the object.",
+            show_default="for devices with motors",
+        ),
+    ] = None,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
     """Touch the object of a server; ends with Ctrl-C, and with zero force."""
@@ -164,6 +182,9 @@ def touch(
         token=address.token or token,
         ca_file=str(ca_file or ""),
         insecure=insecure,
+        dead_man=dead_man,
+        hold_faults=hold_faults,
+        wait_seat=wait_seat,
         name=name,
         law=law,
         fixed_gains=_fixed_gains(k_h, integral_gain),
@@ -172,7 +193,7 @@ def touch(
         friction=friction,
         passivity=passivity,
         geometry=_GEOMETRY[geometry],
-        device=device,
+        device=read_device(device),
         loop_hz=loop_hz,
         max_force=max_force,
         up=up,
@@ -230,13 +251,19 @@ async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool
         keep=recorder.keep if record else None,
     )
     shown = asyncio.ensure_future(_show(client, console, json_lines))
+    stop_listening = on_enter(client.acknowledge) if settings.holds_faults else _nothing
     try:
         await client.run()
     finally:
+        stop_listening()
         shown.cancel()
         await asyncio.gather(shown, return_exceptions=True)
         if record:
             recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+
+
+def _nothing() -> None:
+    """Nobody listens."""
 
 
 async def _show(client: Client, console: Console, json_lines: bool) -> None:

@@ -14,7 +14,7 @@ from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
-from cohaptic_client.status import touch_status
+from cohaptic_client.status import status_before_touch, touch_status
 
 HEARTBEAT = 0.1  # s, with a sample that is sent anyway
 SLOW_HEARTBEAT = 0.5  # s, where none is sent; the loop ends after 2 s without any
@@ -78,6 +78,9 @@ class Client:
     def status(self) -> TouchStatus:
         """State of this client now."""
         haptics, conversation = self._haptics, self._conversation
+        if haptics.row is None:
+            place = conversation.place if conversation and conversation.active else None
+            return status_before_touch(self.settings.name, place)
         return touch_status(
             self.settings,
             haptics.row,
@@ -97,8 +100,16 @@ class Client:
         self._next_beat = now + HEARTBEAT
         fault = self._haptics.beat()
         if fault and fault != self._fault:
-            self._tell(f"force off: {fault}; lift off the object to go on")
+            held = self._haptics.holds_fault
+            how = "press Enter, then lift" if held else "lift"
+            self._tell(f"force off: {fault}; {how} off the object to go on")
         self._fault = fault
+
+    def acknowledge(self) -> None:
+        """The user has seen the fault: force may come again once the hand is out of the object."""
+        if self._haptics.holds_fault:
+            self._haptics.acknowledge()
+            self._tell("acknowledged; lift off the object to go on")
 
     async def _keep_beating(self) -> None:
         """Beat also where no conversation does."""
@@ -134,6 +145,8 @@ class Client:
                 # After a broken connection the server may not know yet that it is broken.
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
                 if not ours:
+                    if refused.code == CloseCode.ROOM_FULL.value and not self.settings.wait_seat:
+                        self._tell("with --wait-seat you wait for a place")
                     raise
                 error = refused
             if self.clock.now() >= until:

@@ -22,7 +22,7 @@ from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
-from cohaptic_client.loop.safety import SafetyLimits, rate_of
+from cohaptic_client.loop.safety import Mode, SafetyLimits, rate_of
 from cohaptic_client.settings import ClientSettings
 
 
@@ -70,6 +70,11 @@ class Haptics:
     def status(self) -> dict[str, Any]:
         """Newest report of the loop; empty before the first."""
         return self._process.status if self._process is not None else {}
+
+    @property
+    def holds_fault(self) -> bool:
+        """Whether a fault keeps the force off until the user acknowledges it."""
+        return self.status.get("mode") == Mode.FAULT.value
 
     def keep_mesh(self, mesh: RestMesh) -> None:
         """Keep the resting mesh for the loop, which starts with it.
@@ -139,6 +144,11 @@ class Haptics:
         self._collect(self._process)
         return str(self._process.status.get("fault", ""))
 
+    def acknowledge(self) -> None:
+        """Tell the loop that the user has acknowledged its fault."""
+        if self._process is not None:
+            self._process.acknowledge()
+
     async def stop(self) -> None:
         """Fade the force and end the loop; returns when it has ended."""
         if self._process is not None:
@@ -189,9 +199,12 @@ def loop_config(
         stall=device.stall,
         silent_after=silent_after(simulation_period),
         period=period,
+        stale=max(2.0 * period, 2.0 / device.rate),
+        latch=settings.holds_faults,
+        dead_man=device.switch and settings.dead_man,
     )
     script = settings.script
-    if mesh is not None and script.place is None and settings.device == "simulated":
+    if mesh is not None and script.place is None and settings.device.name == "simulated":
         place = cast(mesh, body.center, body.radius, body.contact_radius, script.angle)
         script = replace(script, place=place)
     intention = script.intention(body.center, body.radius)

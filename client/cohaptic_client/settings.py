@@ -14,6 +14,7 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript
 from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.devices.choice import SIMULATED, DeviceChoice
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 
@@ -33,7 +34,7 @@ class ClientSettings:
             it as the paper does.
         friction: mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
-        device: Its name in the catalogue.
+        device: With its options, as `catalogue.read_device` reads them.
         loop_hz: Rate of the haptic loop, 1 / T.
         max_force: Never more than this on the hand [N].
         up: Injected latency from client to server.
@@ -43,7 +44,11 @@ class ClientSettings:
         duration: When to let go and leave; None for Ctrl-C [s].
         token: Of an invitation; empty for none.
         ca_file: Certificates of who may vouch for the server; empty for those of the system.
+        wait_seat: Whether to wait for a place where the room is full.
         insecure: Whether a token may go to another machine without TLS.
+        dead_man: Whether there is force only while the device's switch is held, where it has one.
+        hold_faults: Whether a fault stays until the user acknowledges it; None for a device with
+            motors, and not for a simulated hand.
     """
 
     url: str
@@ -55,7 +60,7 @@ class ClientSettings:
     smoothing: float = 1.0
     friction: float = 0.0
     passivity: bool = True
-    device: str = "simulated"
+    device: DeviceChoice = SIMULATED
     loop_hz: float = 1000.0
     max_force: float = 10.0
     up: LinkSettings = field(default_factory=LinkSettings)
@@ -66,6 +71,9 @@ class ClientSettings:
     token: str = field(default="", repr=False)
     ca_file: str = ""
     insecure: bool = False
+    dead_man: bool = True
+    hold_faults: bool | None = None
+    wait_seat: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 < self.max_force <= 100.0:
@@ -93,6 +101,17 @@ class ClientSettings:
     def force_limit(self) -> float:
         """Limit of the force on the hand, or on the body under a device that only senses [N]."""
         return min(self.max_force, device_info(self.device).max_force or self.max_force)
+
+    @property
+    def holds_faults(self) -> bool:
+        """Whether a fault stays until the user acknowledges it.
+
+        Nobody is hurt by a simulated hand or by a device without motors, and a demo has nobody who
+        would press a key: there, to lift off the object is enough.
+        """
+        if self.hold_faults is not None:
+            return self.hold_faults
+        return self.device.name != "simulated" and device_info(self.device).max_force > 0.0
 
     @property
     def damping_limit(self) -> float:

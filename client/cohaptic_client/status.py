@@ -9,13 +9,14 @@ from typing import Any
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row
 from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.loop.safety import Mode
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
 
 
 def touch_status(
     settings: ClientSettings,
-    row: Row | None,
+    row: Row,
     loop: Mapping[str, Any],
     timing: LinkTiming,
     *,
@@ -24,11 +25,11 @@ def touch_status(
     silent_after: float | None,
     stopping: bool,
 ) -> TouchStatus:
-    """State of a client.
+    """State of a client whose loop has begun.
 
     Args:
         settings: Of the client.
-        row: Newest row of its loop; None before the first.
+        row: Newest row of its loop.
         loop: Newest report of its loop.
         timing: Of its connection.
         server_to_wall: Unix time less the server's clock [s].
@@ -36,14 +37,17 @@ def touch_status(
         silent_after: Without a patch for this long the server counts as silent [s]; None unknown.
         stopping: Whether the loop was told to end.
     """
-    if row is None:
-        return TouchStatus(name=settings.name, state="connecting")
     offset = 0.0
     if timing.best is not None:
         offset = timing.clock_offset + server_to_wall - to_wall
     return TouchStatus(
         name=settings.name,
-        state=state_in_words(row, silent_after=silent_after, stopping=stopping),
+        state=state_in_words(
+            row,
+            silent_after=silent_after,
+            stopping=stopping,
+            held=loop.get("mode") == Mode.FAULT.value,
+        ),
         force=math.hypot(row.fx, row.fy, row.fz),
         felt_from_others=row.scale * row.felt_from_others,
         indentation=row.indentation,
@@ -61,14 +65,39 @@ def touch_status(
         loop_late_p99=float(loop.get("late_p99", 0.0)),
         loop_missed=int(loop.get("missed", 0)),
         level=row.level,
+        wanted=row.wanted,
+        max_force=settings.force_limit,
         fault=str(loop.get("fault", "")),
     )
 
 
-def state_in_words(row: Row, *, silent_after: float | None, stopping: bool) -> str:
-    """State of a client in a word or two; the arguments are those of `touch_status`."""
+def status_before_touch(name: str, place: tuple[int, int] | None) -> TouchStatus:
+    """State of a client whose loop has not begun.
+
+    Args:
+        name: Its name.
+        place: In the queue before a full room, and their number; None for who is in none.
+    """
+    if place is None:
+        return TouchStatus(name=name, state="connecting")
+    return TouchStatus(name=name, state=f"place {place[0]} of {place[1]}")
+
+
+def state_in_words(
+    row: Row, *, silent_after: float | None, stopping: bool, held: bool = False
+) -> str:
+    """State of a client in a word or two; the arguments are those of `touch_status`.
+
+    Args:
+        row: Newest of the loop.
+        silent_after: As there.
+        stopping: As there.
+        held: Whether a fault keeps the force off until the user acknowledges it.
+    """
     if stopping:
         return "stopped"
+    if held:
+        return "fault"
     if row.tick == 0:
         return "connecting"
     # On a link that jitters the loop waits for longer (`arrival.is_silent`).

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.cli.app import main
+from cohaptic_client.devices.catalogue import NAMES
 
 
 @pytest.fixture(autouse=True)
@@ -67,7 +68,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         (["--name", ""], "name is ''; it must be 1 to 32 printable characters"),
         (
             ["--device", "nonsense"],
-            "device is 'nonsense'; it must be one of: simulated, spacemouse",
+            f"device is 'nonsense'; it must be one of: {', '.join(NAMES)}",
         ),
         (
             ["--record", "/nowhere/x.npz"],

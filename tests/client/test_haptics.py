@@ -15,6 +15,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.settings import ClientSettings
@@ -57,10 +58,14 @@ def test_the_loop_gets_the_settings_the_body_and_the_limits_of_the_device(
     loop_hz: float, simulation_period: float, max_force: float, passivity: bool, name: str
 ) -> None:
     settings = replace(
-        SETTINGS, loop_hz=loop_hz, max_force=max_force, passivity=passivity, device=name
+        SETTINGS,
+        loop_hz=loop_hz,
+        max_force=max_force,
+        passivity=passivity,
+        device=DeviceChoice(name),
     )
     made = config(settings, simulation_period)
-    device = device_info(name)
+    device = device_info(DeviceChoice(name))
     assert (made.memory, made.clock_origin, made.rest_mesh) == ("here", 5.0, None)
     assert made.haptic_period == made.limits.period == pytest.approx(1.0 / loop_hz)
     assert made.simulation_period == simulation_period
@@ -70,7 +75,7 @@ def test_the_loop_gets_the_settings_the_body_and_the_limits_of_the_device(
         assert made.limits.max_force <= device.max_force
     assert made.limits.stall == device.stall
     assert (made.max_damping > 0.0) <= passivity
-    assert (made.device.name, made.device.center, made.device.radius) == (
+    assert (made.device.choice.name, made.device.center, made.device.radius) == (
         name,
         BODY.center,
         BODY.radius,

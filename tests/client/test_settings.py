@@ -11,6 +11,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import Hello, decode_client_control, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.settings import ClientSettings
 
 
@@ -21,7 +22,12 @@ def settings(**changes: Any) -> ClientSettings:
 
 def test_what_is_not_told_is_what_the_documentation_says() -> None:
     s = settings()
-    assert (s.law, s.device, s.loop_hz, s.max_force) == (Law.PREDICTIVE, "simulated", 1000.0, 10.0)
+    assert (s.law, s.device.name, s.loop_hz, s.max_force) == (
+        Law.PREDICTIVE,
+        "simulated",
+        1000.0,
+        10.0,
+    )
     assert (s.up.delay, s.down.delay, s.patience, s.duration) == (0.0, 0.0, 0.0, None)
 
 
@@ -43,7 +49,11 @@ def test_what_is_not_told_is_what_the_documentation_says() -> None:
         ("patience", math.nan, "wait"),
         ("loop_hz", 10.0, "loop rate is 10.0 Hz; it must be from 500 to 4000 Hz"),
         ("loop_hz", math.nan, "loop rate"),
-        ("device", "nonsense", "device is 'nonsense'; it must be one of: simulated, spacemouse"),
+        (
+            "device",
+            DeviceChoice("nonsense"),
+            "device is 'nonsense'; it must be one of: simulated, ",
+        ),
     ],
 )
 def test_absurd_settings_are_refused_before_anything_starts(

@@ -8,13 +8,13 @@ from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.network.timing import LinkTiming, Passage
 from cohaptic_client.settings import ClientSettings
-from cohaptic_client.status import state_in_words, touch_status
+from cohaptic_client.status import state_in_words, status_before_touch, touch_status
 
 SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
 ROW = Row(*[0.0] * len(COLUMNS))._replace(tick=7, scale=1.0, fx=3.0, fy=4.0, wanted=5.0)
 
 
-def status(row: Row | None, timing: LinkTiming, settings: ClientSettings = SETTINGS) -> TouchStatus:
+def status(row: Row, timing: LinkTiming, settings: ClientSettings = SETTINGS) -> TouchStatus:
     return touch_status(
         settings,
         row,
@@ -46,7 +46,8 @@ def test_the_state_in_words(changes: dict[str, float], stopping: bool, expected:
 
 
 def test_before_the_first_row_a_client_connects() -> None:
-    assert status(None, LinkTiming()) == TouchStatus(name="left", state="connecting")
+    assert status_before_touch("left", None) == TouchStatus(name="left", state="connecting")
+    assert status_before_touch("left", (2, 5)).state == "place 2 of 5"
 
 
 def test_a_status_has_the_row_the_report_of_the_loop_and_the_timing_of_the_link() -> None:

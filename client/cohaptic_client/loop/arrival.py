@@ -7,6 +7,7 @@ from typing import Final
 
 from cohaptic.control.geometry import Sight, blend, difference, shift
 from cohaptic.control.mesh_surface import Surface
+from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.gains import gains_as_sent
@@ -26,7 +27,10 @@ def receive(
     settings: LoopSettings,
     surface: Surface | None = None,
 ) -> LoopState:
-    """Take a patch in; one that is older than the newest is left out.
+    """Take a patch in; one that is older than the newest, or no patch, is left out.
+
+    The network's process has checked it; one that is broken is as good as silent. What is no number
+    would stay in the loop's memory for ever.
 
     Surface and gain move to the new patch over one simulation period, from the surface shown now.
     (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
@@ -39,6 +43,10 @@ def receive(
         settings: Of the loop.
         surface: Of the patch, where it is made already; None to make it now.
     """
+    try:
+        patch.check(remote=True)
+    except RemoteProtocolError:
+        return state
     # After a silence it may be another server's: one that was started anew counts from 1.
     silent = is_silent(state, now, settings)
     if state.patch is not None and patch.tick <= state.patch.tick and not silent:

@@ -44,9 +44,10 @@ class HapticProcess:
 
     def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
         self._memory = memory
-        self._device = config.device.name
+        self._device = config.device.choice.name
         self._grace = _GRACE + config.limits.max_force / SAFETY_FADE_RATE
         self._beats = 0
+        self._acknowledged = 0
         self._last: TipSample | None = None
         self.stopping = False
         self.status: dict[str, object] = {}
@@ -88,6 +89,12 @@ class HapticProcess:
         if ended is not None:
             raise DeviceError(self._device, f"its process ended with {ended}")
 
+    def acknowledge(self) -> None:
+        """Tell the loop that the user has acknowledged its fault."""
+        self._acknowledged += 1
+        if not self.stopping:
+            self._command(stop=False)
+
     def request_stop(self) -> None:
         """Tell the loop to fade the force to zero and end."""
         self.stopping = True
@@ -103,7 +110,8 @@ class HapticProcess:
 
     def _command(self, *, stop: bool) -> None:
         self._beats += 1
-        self._memory.command.write(COMMAND.pack(self._beats, stop))
+        command = COMMAND.pack(self._beats, stop, self._acknowledged)
+        self._memory.command.write(command)
 
     def read_status(self) -> None:
         """Take the loop's newest report."""

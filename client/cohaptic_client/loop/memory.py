@@ -21,7 +21,7 @@ from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
 from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
 
-COMMAND: Final = struct.Struct("<Q?")  # heartbeat, stop
+COMMAND: Final = struct.Struct("<Q?I")  # heartbeat, stop, faults acknowledged so far
 # time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor
 SAMPLE: Final = struct.Struct("<dI6d?3d")
 _HEAD: Final = struct.Struct("<QII")  # version, length, checksum of version and payload

@@ -2,13 +2,17 @@
 
 One function, applied once. A force that is not finite, a stalled loop or a hand that moves too fast
 lets the hand go within `FAULT_RELEASE_TIME`, without a jerk, and force comes again only after the
-hand has been out of the object. A silent server fades the force; its return raises it again. The
-resulting force is clamped, and limited in its rate both ways: a force that vanishes is as much of a
-jolt as one that comes.
+hand has been out of the object. On a device with motors a fault stays until the user has
+acknowledged it, too: what has failed once, unseen, must not come back by itself. A switch that is
+not held lets the hand go as a fault does, and waits for nobody's word. A silent server fades the
+force; its return raises it again. The resulting force is clamped, and limited in its rate both
+ways: a force that vanishes is as much of a jolt as one that comes. And what the hand's own motion
+does not explain moves it no faster than `EXTERNAL_RATE`, whatever the laws make of a patch.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -21,6 +25,10 @@ FAULT_RELEASE_TIME: Final = 0.02
 # millisecond, while a fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
+# Of `EXTERNAL_RATE`, for all that the hand's own motion does not explain, whoever made it: a turn
+# of the force adds a second order to its size.
+BACKSTOP: Final = 1.02
+FORGET_OWN: Final = 0.03  # s; a hand that was held back by `max_rate` has what it is owed by then
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +46,11 @@ class SafetyLimits:
         engage_below: Force that the law may ask for when the hand is first engaged [N].
         engage_periods: For how many periods it must be below that.
         period: T; a late period moves the force by no more than two of them would [s].
+        stale: Age that a device's position may have: the tip may seem to jump by as much more than
+            a hand moves in a period [s].
+        latch: Whether a fault stays until the user acknowledges it.
+        dead_man: Whether there is force only while the user holds the device's switch.
+        external_rate: Of all change that the hand's own motion does not explain [N/s].
     """
 
     max_force: float = 10.0
@@ -50,6 +63,10 @@ class SafetyLimits:
     engage_below: float = 0.2
     engage_periods: int = 4
     period: float = 0.001
+    stale: float = 0.002
+    latch: bool = False
+    dead_man: bool = False
+    external_rate: float = BACKSTOP * EXTERNAL_RATE
 
 
 class Mode(Enum):
@@ -57,11 +74,14 @@ class Mode(Enum):
 
     WAITING = "waiting"
     ENGAGED = "engaged"
+    FAULT = "fault"
 
 
 # Bound once: to look a member up in its class takes a tenth of a microsecond, every period.
 _WAITING: Final = Mode.WAITING
 _ENGAGED: Final = Mode.ENGAGED
+_FAULT: Final = Mode.FAULT
+NOT_HELD: Final = "the switch of the device is not held"
 
 
 @dataclass(init=False)
@@ -69,14 +89,17 @@ class SafetyState:
     """Memory of the safety layer.
 
     Fields:
-        mode: WAITING at the start and after every fault.
+        mode: WAITING at the start and after every fault; FAULT before that, until the user has
+            acknowledged one that latches.
         scale: Share of the requested force that is given, 0 to 1.
         force: Given in the last period [N].
         quiet: Periods in a row in which the requested force was small.
         now: Time of the last period [s]; None before the first.
-        fault: Cause of the last return to WAITING; empty for none.
+        fault: Why the hand was let go last; empty once it is engaged again.
         released: Force at the fault, while it is let go [N].
         left: Share of the release that is still to come, 1 to 0.
+        own: By how much the hand's own motion may still change the force [N].
+        velocity: Of the hand in the last period [m/s].
     """
 
     mode: Final[Mode]
@@ -87,6 +110,8 @@ class SafetyState:
     fault: Final[str]
     released: Final[Vec3]
     left: Final[float]
+    own: Final[float]
+    velocity: Final[Vec3]
 
     def __init__(
         self,
@@ -98,6 +123,8 @@ class SafetyState:
         fault: str = "",
         released: Vec3 = ZERO,
         left: float = 0.0,
+        own: float = 0.0,
+        velocity: Vec3 = ZERO,
     ) -> None:
         self.mode = mode
         self.scale = scale
@@ -107,11 +134,14 @@ class SafetyState:
         self.fault = fault
         self.released = released
         self.left = left
+        self.own = own
+        self.velocity = velocity
 
 
 NEVER_ENGAGED: Final = SafetyState()
 
 
+# Above 60 lines: half of them tell its arguments, and each call less is time in every period.
 def guard(
     state: SafetyState,
     requested: Vec3,
@@ -120,6 +150,10 @@ def guard(
     velocity: Vec3,
     silent: bool,
     limits: SafetyLimits,
+    trouble: str = "",
+    held: bool = True,
+    way_force: float = math.inf,
+    damping: float = 0.0,
 ) -> SafetyState:
     """The force that the device gets, as `force` of the next state.
 
@@ -130,21 +164,52 @@ def guard(
         velocity: Of the hand [m/s].
         silent: Whether the server has been silent for too long.
         limits: Of this hand.
+        trouble: Fault that was found before the force was asked for; empty for none.
+        held: Whether the user holds the device's switch.
+        way_force: By how much the hand's way in this period may change the force; inf to leave
+            that out of account, for a law whose integral goes on while the hand rests [N].
+        damping: By which its change of velocity may change the force [N s/m].
     """
     dt = 0.0 if state.now is None else now - state.now
     step = min(max(0.0, dt), 2.0 * limits.period)
-    fault = _fault(requested, velocity, dt, limits)
-    if fault or state.left > 0.0:
-        return _release(state, fault, step, now)
+    dropped = limits.dead_man and not held
+    # A device that nobody holds may fall as fast as it likes.
+    fault = "" if dropped else trouble or _fault(requested, velocity, dt, limits)
+    if fault or dropped or state.left > 0.0:
+        latched = state.mode is _FAULT or (limits.latch and fault != "")
+        cause = fault or (NOT_HELD if dropped and not latched else "")
+        return _release(state, cause, step, now, latched)
     size = norm(requested)
     quiet = state.quiet + 1 if size < limits.engage_below else 0
-    engaged = state.mode is _ENGAGED or (quiet >= limits.engage_periods and not silent)
+    engaged = state.mode is _ENGAGED or (
+        state.mode is _WAITING and quiet >= limits.engage_periods and not silent
+    )
     up = engaged and not silent
     time = limits.engage_time if up else limits.fade_time
     share = next_share(state.scale, up, min(size, limits.max_force), time, step)
-    force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step)
-    mode = _ENGAGED if engaged else _WAITING
-    return SafetyState(mode, share, force, quiet, now, "" if engaged else state.fault)
+    own, most = state.own * (1.0 - step / FORGET_OWN), limits.max_rate * step
+    own += way_force
+    if damping > 0.0 and velocity != state.velocity:
+        own += damping * norm(sub(velocity, state.velocity))
+    if own > 2.0 * limits.max_force:
+        own = 2.0 * limits.max_force
+    external = limits.external_rate * step
+    if own + external < most:
+        most = own + external
+    force = limited(state.force, requested, share, limits.max_force, most)
+    # Never below 0, not by a rounding either: a negative one would grow in periods of no time.
+    if own > 0.0:
+        (x, y, z), (x0, y0, z0) = force, state.force
+        spent = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) - external
+        if spent > 0.0:
+            own = own - spent if spent < own else 0.0
+    mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
+    return SafetyState(mode, share, force, quiet, now, cause, own=own, velocity=velocity)
+
+
+def smooth(left: float) -> float:
+    """Share of a force that is left when so much of its release is still to come, 1 to 0."""
+    return left * left * (3.0 - 2.0 * left)
 
 
 def rate_of(max_stiffness: float) -> float:
@@ -196,13 +261,17 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
     return add(before, scale(change, most / jump)) if jump > most else force
 
 
-def _release(state: SafetyState, fault: str, step: float, now: float) -> SafetyState:
+def _release(state: SafetyState, fault: str, step: float, now: float, latched: bool) -> SafetyState:
     """Let a hand go after a fault: a smooth ramp from its last force to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
-    force = scale(released, left * left * (3.0 - 2.0 * left))
     return SafetyState(
-        force=force, now=now, fault=fault or state.fault, released=released, left=left
+        mode=_FAULT if latched else _WAITING,
+        force=scale(released, smooth(left)),
+        now=now,
+        fault=fault or state.fault,
+        released=released,
+        left=left,
     )
 
 

@@ -15,7 +15,12 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.loop.law_fade import LawFade
 from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
-from cohaptic_client.loop.safety import NEVER_ENGAGED, SafetyLimits, SafetyState
+from cohaptic_client.loop.safety import (
+    NEVER_ENGAGED,
+    Mode,
+    SafetyLimits,
+    SafetyState,
+)
 from cohaptic_client.loop.surfaces import flat_surface
 
 
@@ -134,6 +139,27 @@ class LoopState:
     def silenced(self) -> LoopState:
         """The same, but the newest patch is of the most distant past: the force fades."""
         return replace(self, arrived=-math.inf)
+
+    def acknowledged(self) -> LoopState:
+        """The same once the user has acknowledged a fault: the hand may be engaged again.
+
+        Not before the force is gone: nobody acknowledges what is not over.
+        """
+        safety = self.safety
+        if safety.mode is not Mode.FAULT or safety.left > 0.0:
+            return self
+        return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
+
+    def taken_away(self, fault: str, limits: SafetyLimits) -> LoopState:
+        """The same after something else has taken the force off the device: it begins at zero.
+
+        Args:
+            fault: Why it was taken away.
+            limits: Of this hand.
+        """
+        latched = limits.latch or self.safety.mode is Mode.FAULT
+        mode = Mode.FAULT if latched else Mode.WAITING
+        return replace(self, safety=SafetyState(mode, now=self.safety.now, fault=fault))
 
     @property
     def k_h(self) -> float:

@@ -1,23 +1,31 @@
 """One period of the haptic loop as a pure function: an hour of haptics is a `for` loop in a test.
 
 The story of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
-limits of the safety layer (`safety`), the balance of energy (`energy`), and the results.
+limits of the safety layer (`safety`), the balance of energy (`energy`), and the results. What a law
+cannot compute, and a tip that is nowhere, are faults: the hand is let go, and the loop goes on.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from cohaptic.control.friction import anchor_of
+from cohaptic.control.law import Law
 from cohaptic.protocol.frame import MAX_POSITION
-from cohaptic.vec import ZERO, Vec3, dot, norm, scale
+from cohaptic.protocol.patch import MAX_STIFFNESS
+from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import is_silent, progress, shown
-from cohaptic_client.loop.contact import NO_SURFACE, press
+from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.energy import balance
 from cohaptic_client.loop.passivity import NOTHING_OWED
-from cohaptic_client.loop.safety import guard
+from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+
+_PI: Final = Law.PI  # bound once, as in `gains`
+_SWITCH: Final = 1  # of `DeviceSample.buttons`
+_REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; of a tip that is somewhere
 
 
 def step(
@@ -31,6 +39,70 @@ def step(
         now: Time of this period [s].
         settings: Of the loop.
     """
+    trouble = trouble_of(state, sample, now, settings.limits)
+    if trouble and not norm(sample.position) <= MAX_POSITION:
+        sample = DeviceSample(state.probe, sample.velocity, sample.level, sample.buttons)
+    try:
+        return _step(state, sample, now, settings, trouble)
+    except (ArithmeticError, ValueError) as error:
+        return without_surface(state, sample, now, settings, trouble or f"the law failed: {error}")
+
+
+def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: SafetyLimits) -> str:
+    """What is wrong with a device's sample; empty for nothing.
+
+    Its velocity is the driver's word; a tip that jumps moved faster, whatever that says.
+
+    Args:
+        state: After the last period.
+        sample: Of the device.
+        now: Time of this period [s].
+        limits: Of this hand.
+    """
+    # Without calls: this is done in every period, and mostly finds nothing.
+    (x, y, z), (x0, y0, z0) = sample.position, state.probe
+    if not x * x + y * y + z * z <= _REACH:  # NaN too
+        return f"the device is at {sample.position} m, beyond {MAX_POSITION:g} m"
+    if state.safety.now is None:
+        return ""
+    passed = now - state.safety.now
+    most = limits.max_speed * (passed + limits.stale if passed > 0.0 else limits.stale)
+    if (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0) > most * most:
+        way = norm(sub(sample.position, state.probe))
+        return f"the device jumped by {1e3 * way:.0f} mm, faster than {limits.max_speed:g} m/s"
+    return ""
+
+
+def without_surface(
+    state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, fault: str
+) -> tuple[LoopState, Output]:
+    """A period after which the loop knows of no surface, until the next patch.
+
+    Args:
+        state: After the last period.
+        sample: Of the device.
+        now: Time of this period [s].
+        settings: Of the loop.
+        fault: Why the hand is let go.
+    """
+    safety = guard(
+        state.safety, ZERO, now=now, velocity=sample.velocity, silent=True, limits=settings.limits,
+        trouble=fault, held=sample.buttons & _SWITCH != 0,
+    )  # fmt: skip
+    after = LoopState(
+        patch=state.patch,
+        arrived=min(state.arrived, now),  # a clock that goes back makes no patch younger
+        probe=sample.position,
+        safety=safety,
+        patience=state.patience,
+    )
+    return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True)
+
+
+def _step(
+    state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, trouble: str
+) -> tuple[LoopState, Output]:
+    """The same for a tip that is somewhere, and laws that have an answer."""
     limits = settings.limits
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
@@ -39,10 +111,16 @@ def step(
     contact = NO_SURFACE
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings)
+        (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
+        whole = fx + fy + fz + nx + ny + nz + contact.depth
+        if not -math.inf < whole < math.inf:  # NaN too, which would stay in the memory for ever
+            raise ValueError(f"{contact.requested_force} N at a depth of {contact.depth} m")
     force = contact.requested_force
     safety = guard(
-        state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits
-    )
+        state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits,
+        trouble=trouble, held=sample.buttons & _SWITCH != 0,
+        way_force=way_force(state, contact, settings), damping=settings.max_damping,
+    )  # fmt: skip
     size = contact.damped_force if contact.compliance is None else norm(force)
     given_ratio = norm(safety.force) / size if size > 0.0 else safety.scale
     passivity = NOTHING_OWED
@@ -50,7 +128,7 @@ def step(
         passivity = balance(state, contact, state.sight, sight, safety, given_ratio, dt)
     after = LoopState(
         patch=state.patch,
-        arrived=state.arrived,
+        arrived=state.arrived if state.arrived < now else now,
         before=state.before,
         offset=state.offset,
         surface=state.surface,
@@ -77,6 +155,31 @@ def step(
         silent=silent,
     )
     return after, output
+
+
+def way_force(state: LoopState, contact: Contact, settings: LoopSettings) -> float:
+    """By how much the hand's own way in a period may change its force [N].
+
+    As much as the contact's spring makes of it, and with friction the stiffest on this device in
+    any direction. The integral of `Law.PI` goes on while the hand rests: nothing bounds that.
+    """
+    fade = contact.fade
+    if fade is not None and (
+        fade.now.law is _PI or (fade.before is not None and fade.before.law is _PI)
+    ):
+        return math.inf
+    way = norm(contact.moved)
+    if way == 0.0:
+        return 0.0
+    if settings.friction > 0.0 or fade is None:
+        stiffness = min(settings.max_stiffness, MAX_STIFFNESS)
+    else:
+        stiffness = state.fade.now.gains.k_h if state.fade is not None else 0.0
+        if fade.now.gains.k_h > stiffness:
+            stiffness = fade.now.gains.k_h
+        if fade.before is not None and fade.before.gains.k_h > stiffness:
+            stiffness = fade.before.gains.k_h
+    return (1.0 + settings.friction) * stiffness * way
 
 
 def told(anchor: Vec3 | None) -> Vec3 | None:

@@ -9,13 +9,23 @@ from typing import Any
 from cohaptic.clock import Clock
 from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.messages import Hello, Restraints, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.control.capabilities import Capabilities
+from cohaptic.protocol.messages import (
+    Called,
+    Hello,
+    Place,
+    Restraints,
+    UserJoined,
+    UserLeft,
+    Welcome,
+)
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
@@ -69,6 +79,7 @@ class Conversation:
         active: Whether messages can be sent.
         timing: Round trip and clock offset of this connection.
         session: Token of the session that the server has begun; empty for none.
+        place: In the queue before a full room, and their number; None for one who is in none.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
     """
 
@@ -87,6 +98,7 @@ class Conversation:
         self.session = ""
         self.timing = LinkTiming()
         self.server_to_wall = 0.0
+        self.place: tuple[int, int] | None = None
         self._link = link
         self._settings = settings
         self._clock = clock
@@ -94,7 +106,7 @@ class Conversation:
         self._tell = tell
         self._beat = beat
         self._key, self._token = key, token
-        self._session = ClientSession()
+        self._session = ClientSession((settings.law,))
         self._welcome: Welcome | None = None
         self._restrained = (False, False)  # the object is frozen, this user is muted
         self._pacer: Pacer | None = None
@@ -146,7 +158,14 @@ class Conversation:
             assert isinstance(data, bytes)
             self._haptics.give_patch(data)
             self._learn(event)
+        elif isinstance(event, Place):
+            self.place = event.place, event.of
+            self._tell(f"the room is full; you wait for a place: place {event.place} of {event.of}")
+        elif isinstance(event, Called):
+            self._tell("a place is free: it is yours")
+            self._link.send(self._session.coming())
         elif isinstance(event, Welcome):
+            self.place = None
             self._welcome = event
             self.session = event.session or ""
             if self._settings.geometry != "mesh":
@@ -251,4 +270,22 @@ def greeting(settings: ClientSettings, key: str | None = None, token: str = "") 
         fixed_gains=settings.fixed_gains,
         key=key,
         token=token or None,
+        capabilities=capabilities(settings.device),
+        wait=settings.wait_seat,
+    )
+
+
+def capabilities(choice: DeviceChoice) -> Capabilities:
+    """What a device gives, as the server hears of it."""
+    info = device_info(choice)
+    return Capabilities(
+        device=choice.name,
+        sensed_axes=info.sensed_axes,
+        force_axes=info.force_axes if info.max_force > 0.0 else 0,
+        max_force=info.max_force,
+        max_stiffness=info.max_stiffness,
+        damping=info.damping,
+        max_damping=info.max_damping,
+        resolution=info.resolution,
+        rate=info.rate,
     )

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from enum import Enum
 
+from cohaptic.control.law import Law
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import HEADER, FrameKind
 from cohaptic.protocol.messages import (
     Bye,
+    Called,
+    Come,
     Error,
     Hello,
+    Place,
     Restraints,
     UserJoined,
     UserLeft,
@@ -29,10 +33,10 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Welcome | RestMesh | Patch | UserJoined | UserLeft | Restraints | Error
+Event = Place | Called | Welcome | RestMesh | Patch | UserJoined | UserLeft | Restraints | Error
 
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
-    State.AWAIT_WELCOME: (Welcome, Error),
+    State.AWAIT_WELCOME: (Place, Called, Welcome, Error),
     State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Restraints, Error),
     State.CLOSED: (),
 }
@@ -41,12 +45,17 @@ ALLOWED: dict[State, tuple[type[Event], ...]] = {
 class ClientSession:
     """One connection to a server, seen from the client.
 
+    Args:
+        laws: That this client asks for. A patch for another is refused: from law to law a server
+            could move a force that rests.
+
     Attributes:
         state: Where the session is.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, laws: tuple[Law, ...] = tuple(Law)) -> None:
         self.state = State.AWAIT_WELCOME
+        self._laws = laws
         self._vertices: int | None = None  # of the resting mesh, once it is here
 
     @staticmethod
@@ -58,6 +67,11 @@ class ClientSession:
     def farewell() -> str:
         """Last message of the connection."""
         return encode_control(Bye())
+
+    @staticmethod
+    def coming() -> str:
+        """The answer to `called`."""
+        return encode_control(Come())
 
     def receive(self, data: str | bytes) -> Event:
         """Take one message from the server.
@@ -92,7 +106,10 @@ class ClientSession:
         self._vertices = len(mesh.vertices)
 
     def _check(self, patch: Patch) -> None:
-        """A mesh patch speaks of vertices that this client has."""
+        """A patch is for a law that runs, and a mesh patch speaks of vertices that are here."""
+        if patch.law not in self._laws:
+            asked = " or ".join(law.value for law in self._laws)
+            raise RemoteProtocolError("law of a patch", patch.law.value, asked)
         if patch.neighbourhood is None:
             return
         if self._vertices is None:

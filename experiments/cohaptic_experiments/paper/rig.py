@@ -24,7 +24,7 @@ SIMULATION_PERIOD = 1.0 / SIMULATION_HZ  # N T [s]
 _MASS, _STIFFNESS = 0.15, 1e5
 CLAMP = Hand(_MASS, 2.0 * math.sqrt(_MASS * _STIFFNESS), _STIFFNESS)
 # Wide limits of the safety layer, so that it never acts: the loops are under test, not the layer.
-LIMITS = SafetyLimits(max_force=100.0, max_rate=1e6, max_speed=5.0)
+LIMITS = SafetyLimits(max_force=100.0, max_rate=1e6, max_speed=5.0, external_rate=1e6)
 # One way: with the pacer's 2 ms, a sample is then a whole period from the surface that it made, for
 # which the paper's simulation computes; this server answers at once. To P it is all the same.
 COMPUTING = 0.023  # s

@@ -169,7 +169,7 @@ class Patch:
 
     def encode(self) -> bytes:
         """The frame of this patch; raises LocalProtocolError when a value is out of its limits."""
-        self._check(remote=False)
+        self.check(remote=False)
         flags = int(self.geometry) | (LAWS.index(self.law) + 1) << _LAW_SHIFT
         tail = b""
         if self.compliance is not None:
@@ -214,7 +214,7 @@ class Patch:
             raise RemoteProtocolError("patch length", len(data), limit)
         neighbourhood = Neighbourhood.decode(data[size:]) if mesh else None
         patch = cls._unpack(data, flags, neighbourhood)
-        patch._check(remote=True)
+        patch.check(remote=True)
         return patch
 
     @classmethod
@@ -242,7 +242,12 @@ class Patch:
             neighbourhood, compliance,
         )  # fmt: skip
 
-    def _check(self, *, remote: bool) -> None:
+    def check(self, *, remote: bool) -> None:
+        """Raise unless every value is in its limits; a neighbourhood is checked when it is decoded.
+
+        Args:
+            remote: Whether the mistake is the other end's.
+        """
         if (self.geometry is _MESH_MEMBER) != (self.neighbourhood is not None):
             name, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"
             raise wrong(name, self.neighbourhood, limit, remote=remote)

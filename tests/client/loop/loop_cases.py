@@ -27,10 +27,16 @@ PERIOD = 0.001  # s
 TICK = 1.0 / 60.0  # s
 ROUNDING = 1e-9  # relative; doubles
 PACE = EXTERNAL_RATE * PERIOD  # N
-SETTINGS = LoopSettings(TICK, SafetyLimits())
+# Tips are put where a test wants them.
+SETTINGS = LoopSettings(TICK, SafetyLimits(stale=1.0))
 # The force of the law is given in full; with the passivity layer and without.
 WIDE = [
-    LoopSettings(TICK, SafetyLimits(max_force=1e4, max_rate=1e9), max_damping=b) for b in (0.0, 8.0)
+    LoopSettings(
+        TICK,
+        SafetyLimits(max_force=1e4, max_rate=1e9, stale=1.0, external_rate=1e9),
+        max_damping=b,
+    )
+    for b in (0.0, 8.0)
 ]
 
 

@@ -99,6 +99,8 @@ PLAYS = (
     ),
     Play("too fast", ALONE, 0.0, ((0, -0.01), (0.3, 0.02), (0.5, 0.02), (0.6, 1.5))),
 )
+# Of the safety layer's limits: for devices with motors, which a page has not.
+NOT_THE_PAGES = ("stale", "latch", "dead_man", "external_rate")
 ROUGH = Play("along the surface", ALONE, 4.0, HELD, friction=0.3, losses=((0.6, 0.75),))
 
 
@@ -178,7 +180,7 @@ def play_out(play: Play) -> dict[str, Any]:
     return {
         "name": play.name,
         "simulation_period": PERIOD,
-        "limits": asdict(limits),
+        "limits": {k: v for k, v in asdict(limits).items() if k not in NOT_THE_PAGES},
         "max_damping": settings.max_damping,
         "max_stiffness": settings.max_stiffness,
         "friction": settings.friction,

@@ -11,6 +11,7 @@ from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, silent_after
 from cohaptic_client.loop.safety import SafetyLimits
@@ -48,7 +49,11 @@ configs = st.builds(
     follow=st.booleans(),
     device=st.builds(
         DeviceConfig,
-        st.text(max_size=10),
+        st.builds(
+            DeviceChoice,
+            st.text(max_size=10),
+            st.lists(st.tuples(st.text(max_size=5), st.text(max_size=5)), max_size=3).map(tuple),
+        ),
         vectors(10.0),
         positive,
         st.builds(Hand, mass=st.floats(0.01, 5.0), stiffness=st.floats(1.0, 5000.0)),

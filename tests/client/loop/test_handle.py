@@ -16,6 +16,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess
@@ -156,7 +157,7 @@ def test_a_device_that_cannot_be_had_is_one_sentence(bench: Bench) -> None:
         expected = str(error)
     else:
         pytest.skip("a SpaceMouse is plugged in")
-    device = replace(CONFIG.device, name="spacemouse")
+    device = replace(CONFIG.device, choice=DeviceChoice("spacemouse"))
     loop = HapticProcess(replace(bench.config, device=device), bench.memory)
     with pytest.raises(DeviceError) as caught:
         bench.until(loop, lambda: False)

@@ -5,6 +5,7 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_client.devices.catalogue import device_info
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.network.conversation import greeting
 from cohaptic_client.settings import ClientSettings
 
@@ -19,7 +20,7 @@ def test_the_greeting_names_the_user_the_law_and_the_limits_of_the_device(
         url="ws://127.0.0.1:1",
         name="left",
         law=Law.PI,
-        device=name,
+        device=DeviceChoice(name),
         friction=friction,
         geometry="sphere",
         fixed_gains=FixedGains(k_h=100.0, integral_gain=10.0),
@@ -28,6 +29,6 @@ def test_the_greeting_names_the_user_the_law_and_the_limits_of_the_device(
     assert (hello.name, hello.law, hello.geometry) == ("left", Law.PI, "sphere")
     assert hello.fixed_gains == settings.fixed_gains
     assert hello.friction is (friction > 0.0)
-    assert hello.max_stiffness == device_info(name).max_stiffness
+    assert hello.max_stiffness == device_info(DeviceChoice(name)).max_stiffness
     assert hello.max_force == settings.force_limit
     assert hello.damping_budget == settings.damping_limit

@@ -1,67 +1,103 @@
 """The life of the loop's process: open the device, run the loop, let go whatever happened.
 
-It ends on command, or when the network process is gone; the last force is always zero.
+It ends on command, on a signal, or when the network process is gone; the last force is always zero.
 """
 
 from __future__ import annotations
 
-import contextlib
+import atexit
 import gc
-import signal
 import sys
 from pathlib import Path
 
-from cohaptic.errors import CohapticError
-from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
-from cohaptic.vec import ZERO
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CohapticError, DeviceError
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_process
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.running.haptic_loop import HapticLoop, status_json
+from cohaptic_client.loop.running.letting_go import Release
+from cohaptic_client.loop.running.signals import handle_signals
+from cohaptic_client.loop.running.watchdog import Releasable, Watchdog
 
 
 def live(text: str) -> None:
     """Run the loop of a configuration, as `LoopConfig.to_json` wrote it, to its end."""
-    # Ctrl-C reaches every process of a terminal; this one ends when its parent says so.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = LoopConfig.from_json(text)
     memory = LoopMemory(config.memory)
+    clock = SystemClock(config.clock_origin)
+    loop: HapticLoop | None = None
+    early = list[str]()
+
+    def end(signal: str) -> None:
+        if loop is None:
+            early.append(signal)
+        else:
+            loop.interrupt(signal)
+
+    handle_signals(end)
     try:
         device = open_device(config.device)
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
-    # The loop makes no cycles; a collection could cost several periods.
-    gc.collect()
-    gc.freeze()
-    gc.disable()
+    release = Release(device, clock, config.haptic_period)
+    # Of an end that not even `finally` sees.
+    atexit.register(release)
+    watchdog = _watchdog(device, clock, config.limits.stall)
+    _without_collector()
     orphaned = False
     try:
-        loop = HapticLoop(config, memory, device, prefer_this_process(LOOP_PRIORITY))
+        scheduling = f"{prefer_this_process(LOOP_PRIORITY)}, {lock_memory()}"
+        loop = HapticLoop(config, memory, device, scheduling, watchdog)
+        for signal in early:
+            loop.interrupt(signal)
         loop.run()
         orphaned = loop.orphaned
+        if loop.interrupted:
+            raise DeviceError(device.info.name, f"its loop was ended by {loop.interrupted}")
     except CohapticError as error:
-        _let_go(device)
+        _let_go(release, loop)
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
     except Exception as error:
         # The hand first, then the report.
-        _let_go(device)
+        _let_go(release, loop)
         memory.status.write(status_json(error=f"the haptic loop failed: {error!r}"))
         raise
     finally:
-        _let_go(device)
+        _let_go(release, loop)
+        if watchdog is not None:
+            watchdog.stop()
         # Its maker removes the file, unless it was killed.
         memory.close(remove=orphaned)
         if orphaned and config.rest_mesh is not None:
             Path(config.rest_mesh).unlink(missing_ok=True)
 
 
-def _let_go(device: Device) -> None:
-    """Zero force, twice, then close; whatever the device answers."""
-    for _ in range(2):
-        with contextlib.suppress(Exception):
-            device.write(ZERO)
-    with contextlib.suppress(Exception):
-        device.close()
+def _let_go(release: Release, loop: HapticLoop | None) -> None:
+    """Let the device go from the force that the loop gave it last."""
+    if loop is None:
+        release()
+    else:
+        loop.begin_call()  # the watchdog looks after these writes, too
+        release(loop.written)
+        loop.end_call()
+
+
+def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | None:
+    """A watchdog where the device offers what it needs, started."""
+    if not isinstance(device, Releasable):
+        return None
+    watchdog = Watchdog(device, clock, limit)
+    watchdog.start()
+    return watchdog
+
+
+def _without_collector() -> None:
+    """The loop makes no cycles; a collection could cost several periods."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()

@@ -15,13 +15,14 @@ from typing import Final
 from cohaptic.clock import SystemClock
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
-from cohaptic.vec import ZERO, norm
+from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.running.intake import Intake
-from cohaptic_client.loop.safety import SAFETY_FADE_RATE
+from cohaptic_client.loop.running.watchdog import Watchdog
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode, SafetyState
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
@@ -32,6 +33,7 @@ REPORT: Final = 0.25  # s between reports of the state; a new fault is reported 
 # s after the start that are left out of lateness and cost: code and data come into the caches, and
 # the parent is still busy with its own start.
 WARM_UP: Final = 0.5
+_FAULT: Final = Mode.FAULT  # bound once, as in `safety`
 
 
 @dataclass
@@ -59,18 +61,27 @@ class HapticLoop:
         memory: Shared with the network process.
         device: To be read and written.
         scheduling: That the system granted to this process, in words.
+        watchdog: Of the device; None where it offers none.
 
     Attributes:
         statistics: How punctual the loop is.
         orphaned: Whether it ends because the network process is gone.
+        interrupted: Name of the signal that ends it; empty for none.
+        written: Force that the device was given last [N].
     """
 
     def __init__(
-        self, config: LoopConfig, memory: LoopMemory, device: Device, scheduling: str = "as it was"
+        self,
+        config: LoopConfig,
+        memory: LoopMemory,
+        device: Device,
+        scheduling: str = "as it was",
+        watchdog: Watchdog | None = None,
     ) -> None:
         self._memory = memory
         self._device = device
         self._scheduling = scheduling
+        self._watchdog = watchdog
         self._clock = SystemClock(config.clock_origin)
         self._haptic_period = config.haptic_period
         self._every_row = config.every_row
@@ -95,14 +106,21 @@ class HapticLoop:
         self._heard = self._started
         self._ends = math.inf
         self._told = ""
+        self._acknowledged = 0
         self.orphaned = False
+        self.interrupted = ""
+        self.written: Vec3 = ZERO
 
     def run(self) -> None:
-        """Run until told to stop, orphaned, or the device fails."""
+        """Run until told to stop, interrupted, orphaned, or the device fails.
+
+        Told to stop or orphaned it ends with zero force. Interrupted, or with an error, it leaves
+        the force of that moment for the caller to take away (`letting_go`).
+        """
         clock, period, statistics = self._clock, self._haptic_period, self.statistics
         due = housekeeping = report = clock.now()
         warm = due + WARM_UP
-        while due < self._ends:
+        while due < self._ends and not self.interrupted:
             due += period
             clock.sleep_until(due)
             now = clock.now()
@@ -128,9 +146,17 @@ class HapticLoop:
         if intake.advance() and self._ends == math.inf:
             assert intake.patch is not None
             self._state = receive(self._state, intake.patch, now, self._settings, intake.surface)
+        watchdog = self._watchdog
+        if watchdog is not None:
+            if watchdog.fired:
+                self._begin_at_zero(watchdog)
+            watchdog.since = now
         sample = self._device.read(now)
         self._state, output = step(self._state, sample, now, self._settings)
+        self.written = output.force  # before the call: one that fails may have given it
         self._device.write(output.force)
+        if watchdog is not None:
+            watchdog.since = math.inf
         faded = self._ends < math.inf and output.force == ZERO
         if faded:
             self._ends = -math.inf
@@ -138,12 +164,35 @@ class HapticLoop:
         if self._every_row or keep_row or faded:
             self._keep_row(sample, output, now, late)
 
+    def interrupt(self, signal: str) -> None:
+        """End the loop before its next period; for a handler of signals."""
+        self.interrupted = signal
+
+    def begin_call(self) -> None:
+        """From now on the watchdog counts the time of a call of the device."""
+        if self._watchdog is not None:
+            self._watchdog.since = self._clock.now()
+
+    def end_call(self) -> None:
+        """The call is over."""
+        if self._watchdog is not None:
+            self._watchdog.since = math.inf
+
+    def _begin_at_zero(self, watchdog: Watchdog) -> None:
+        """Go on from no force: the watchdog has taken it off a device that held up the loop."""
+        watchdog.fired = False
+        fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
+        self._state = self._state.taken_away(fault, self._limits)
+
     def _obey(self, now: float) -> None:
-        """Look for a heartbeat and the command to stop."""
-        command = self._memory.command.read()
+        """Look for a heartbeat, an acknowledgement and the command to stop."""
+        command, commanded = self._memory.command.read(), False
         if command is not None:
             self._heard = now
-        commanded = command is not None and COMMAND.unpack(command)[1]
+            _, commanded, acknowledged = COMMAND.unpack(command)
+            if acknowledged != self._acknowledged:
+                self._acknowledged = acknowledged
+                self._state = self._state.acknowledged()
         if self._ends == math.inf and (commanded or now - self._heard > ORPHANED_AFTER):
             # From now on the server counts as silent, so the force fades before the end.
             self._state = self._state.silenced()
@@ -192,8 +241,15 @@ class HapticLoop:
             sample.level, state.safety.scale, late, patch.tick if patch is not None else 0,
             now - state.arrived if patch is not None else 0.0,
             patch.room.lag if patch is not None else 0.0,
-            state.safety.scale * norm(state.friction.force),
+            state.safety.scale * norm(state.friction.force), fault_level(state.safety),
         ))  # fmt: skip
+
+
+def fault_level(safety: SafetyState) -> float:
+    """Of a row: 0 without a fault, 1 with one, 2 until the user has acknowledged it."""
+    if safety.mode is _FAULT:
+        return 2.0
+    return 1.0 if safety.fault else 0.0
 
 
 def _rest_mesh(path: str | None) -> RestMesh | None:

@@ -16,8 +16,8 @@ from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG, PLANE, STIFFNESS
 
 CLOCK = SystemClock()
-# One patch is enough for a test, and a hiccup of the machine is no fault.
-LIMITS = SafetyLimits(silent_after=60.0, fade_time=0.03, engage_time=0.01, stall=60.0)
+# One patch is enough for a test; a hiccup of the machine is no fault, nor is a tip that jumps.
+LIMITS = SafetyLimits(silent_after=60.0, fade_time=0.03, engage_time=0.01, stall=60.0, stale=60.0)
 OUTSIDE: Vec3 = (0.0, 0.0, 0.01)
 INSIDE: Vec3 = (0.0, 0.0, -0.004)
 FORCE = 0.004 * STIFFNESS
@@ -70,7 +70,7 @@ class Parent:
 
     def command(self, *, stop: bool) -> None:
         self.beats += 1
-        self.memory.command.write(COMMAND.pack(self.beats, stop))
+        self.memory.command.write(COMMAND.pack(self.beats, stop, 0))
 
     def stop_after(self, periods: int) -> Callable[[int], None]:
         return lambda reads: self.command(stop=True) if reads == periods else None

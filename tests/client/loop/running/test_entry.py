@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import signal
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import pytest
 
@@ -13,9 +14,15 @@ from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.memory import LoopMemory, Slot
-from cohaptic_client.loop.running import entry
+from cohaptic_client.loop.running import entry, letting_go
+from cohaptic_client.loop.running.signals import (
+    _ENDING,  # pyright: ignore[reportPrivateUsage]
+    _IGNORED,  # pyright: ignore[reportPrivateUsage]
+)
+from cohaptic_client.loop.safety import FAULT_RELEASE_TIME
 from tests.client.loop.running.rigs import FORCE, Parent, Rig
 
+HANDLED = [getattr(signal, name) for name in (*_IGNORED, *_ENDING) if hasattr(signal, name)]
 Main = Callable[[Device | CohapticError], None]
 
 
@@ -36,11 +43,14 @@ def main(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> Iterator[Main]:
             return "as it was"
 
         monkeypatch.setattr(entry, "prefer_this_process", as_it_was)
+        monkeypatch.setattr(entry, "lock_memory", lambda: "memory not locked")
         entry.live(parent.config.to_json())
 
-    ctrl_c = signal.getsignal(signal.SIGINT)
+    caught = [n for n in signal.valid_signals() if callable(signal.getsignal(n))]
+    before = {n: signal.getsignal(n) for n in {*caught, *map(int, HANDLED)}}
     yield run
-    signal.signal(signal.SIGINT, ctrl_c)
+    for number, handler in before.items():
+        signal.signal(number, handler)
     gc.unfreeze()
     gc.enable()
 
@@ -91,7 +101,7 @@ def after_the_last_read(rig: Rig) -> list[Vec3 | str]:
     ],
     ids=["foreseen", "unforeseen"],
 )
-def test_trouble_in_the_device_means_zero_force_twice_then_close_then_the_report(
+def test_trouble_in_the_device_means_a_release_zero_force_twice_then_close_then_the_report(
     parent: Parent, main: Main, error: Exception, words: str
 ) -> None:
     watching = LoopMemory(parent.memory.path)
@@ -99,8 +109,13 @@ def test_trouble_in_the_device_means_zero_force_twice_then_close_then_the_report
     with pytest.raises((SystemExit, ValueError)):
         main(rig)
     assert norm(rig.forces[98]) == pytest.approx(FORCE)  # in the period before the trouble
-    assert after_the_last_read(rig)[:3] == [ZERO, ZERO, "close"]
-    assert not any(rig.reported[: 99 + 2])
+    end = after_the_last_read(rig)
+    assert end[-3:] == [ZERO, ZERO, "close"]
+    # It is let go as after a fault, not dropped.
+    ramp = [FORCE, *(norm(force) for force in end[:-1] if not isinstance(force, str))]
+    steepest = 1.5 * FORCE / FAULT_RELEASE_TIME * parent.config.haptic_period
+    assert all(-1e-9 <= a - b <= steepest + 1e-9 for a, b in pairwise(ramp))
+    assert not any(rig.reported)
     assert str(parent.status()["error"]).startswith(words)
     watching.close(remove=False)
 
@@ -114,7 +129,8 @@ def test_a_device_that_refuses_every_write_is_told_zero_twice_closed_and_reporte
     rig = Broken(error)
     with pytest.raises((SystemExit, type(error))):
         main(rig)
-    assert after_the_last_read(rig)[1:4] == [ZERO, ZERO, "close"]
+    assert after_the_last_read(rig)[-3:] == [ZERO, ZERO, "close"]
+    assert len(after_the_last_read(rig)) == 1 + 1 + 3  # the write that failed, and no ramp after it
     assert "gone" in str(parent.status()["error"])
 
 
@@ -134,6 +150,35 @@ def test_told_to_stop_the_process_ends_without_a_word_and_lets_go(
     main(rig)
     assert rig.log[-3:] == [ZERO, ZERO, "close"]
     assert "error" not in parent.status()
+
+
+@pytest.mark.parametrize("number", HANDLED, ids=lambda number: signal.Signals(number).name)
+def test_no_signal_ends_the_loop_with_force_on_the_hand(
+    parent: Parent, main: Main, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """Those that would stop or end it at once do neither."""
+
+    def each(reads: int) -> None:
+        if reads == 100:
+            signal.raise_signal(number)
+        if reads == 150:
+            parent.command(stop=True)
+
+    # A machine that is busy is no failure.
+    monkeypatch.setattr(letting_go, "LONGEST_RELEASE", 60.0)
+    rig = Rig(each)
+    if signal.Signals(number).name in _IGNORED:
+        main(rig)
+        assert rig.reads > 150
+    else:
+        with pytest.raises(SystemExit):
+            main(rig)
+        assert rig.reads == 100
+        assert signal.Signals(number).name in str(parent.status()["error"])
+    assert rig.log[-3:] == [ZERO, ZERO, "close"]
+    sizes = [norm(force) for force in rig.forces[98:]]
+    steepest = 1.5 * FORCE / FAULT_RELEASE_TIME * 2.0 * parent.config.haptic_period
+    assert all(a - b <= steepest + 1e-9 for a, b in pairwise(sizes))
 
 
 def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:

@@ -1,0 +1,56 @@
+"""How punctual a loop is on this machine: empty periods for a while, with what it was granted.
+
+python -m cohaptic_client.loop.running.measure SECONDS
+
+A process of its own, scheduled as the haptic loop is and compiled as it is; its last line is JSON.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import sys
+from typing import Any, Final
+
+from cohaptic import compiled
+
+PERIOD: Final = 0.001  # s
+
+
+def measure(seconds: float) -> dict[str, Any]:
+    """Lateness of periods of `PERIOD` over some time, and what the system granted."""
+    compiled.use("loop")
+    # Only now: a module that was imported before stays plain.
+    from cohaptic.clock import SystemClock
+    from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_process
+    from cohaptic.status.quantiles import Tally
+
+    scheduling, memory = prefer_this_process(LOOP_PRIORITY), lock_memory()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    clock, late, very = SystemClock(), Tally(), 0
+    due = clock.now()
+    end = due + seconds
+    while due < end:
+        due += PERIOD
+        clock.sleep_until(due)
+        behind = max(0.0, clock.now() - due)
+        late.add(behind)
+        if behind > PERIOD:
+            very += 1
+            due += PERIOD * int(behind / PERIOD)
+    return {
+        "scheduling": scheduling,
+        "memory": memory,
+        "compiled": compiled.describe("loop"),
+        "periods": late.count,
+        "late_p50": late.quantile(0.5),
+        "late_p99": late.quantile(0.99),
+        "late_most": late.largest,
+        "late_by_a_period": very / max(1, late.count),
+    }
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(float(sys.argv[1]))))

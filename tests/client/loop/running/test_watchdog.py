@@ -1,0 +1,101 @@
+"""A device whose calls do not return, in virtual time, and in real time with a real thread."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+import pytest
+
+from cohaptic.testing.manual_clock import ManualClock
+from cohaptic.vec import ZERO, Vec3, norm
+from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.running.haptic_loop import HapticLoop
+from cohaptic_client.loop.running.watchdog import GIVE_UP, HELD, Releasable, Watchdog
+from tests.client.loop.running.rigs import CLOCK, FORCE, LIMITS, Parent, Rig
+
+LIMIT = 0.02  # s
+
+
+class Released(Rig):
+    """A rig that can be let go by another thread."""
+
+    releases = 0
+
+    def release(self) -> None:
+        self.releases += 1
+
+
+def test_only_a_device_that_can_be_released_is_watched() -> None:
+    assert isinstance(Released(), Releasable)
+    assert not isinstance(Rig(), Releasable)
+
+
+def test_a_call_that_hangs_is_released_once_and_in_the_end_the_process_ends() -> None:
+    clock, rig, ends = ManualClock(), Released(), list[int]()
+    dog = Watchdog(rig, clock, LIMIT, ends.append)
+    dog.since = clock.now()
+    for _ in range(4):
+        clock.sleep_until(clock.now() + 0.25 * LIMIT)
+        dog.look()
+    assert (rig.releases, dog.fired) == (0, False)
+    clock.sleep_until(clock.now() + 0.5 * LIMIT)
+    dog.look()
+    dog.look()
+    assert (rig.releases, dog.fired, ends) == (1, True, [])
+    clock.sleep_until(clock.now() + GIVE_UP)
+    dog.look()
+    assert ends == [HELD]
+
+
+def test_between_two_periods_nothing_is_released_however_long() -> None:
+    clock, rig = ManualClock(), Released()
+    dog = Watchdog(rig, clock, LIMIT, lambda status: pytest.fail(str(status)))
+    assert dog.since == math.inf
+    clock.sleep_until(clock.now() + 3600.0)
+    dog.look()
+    assert rig.releases == 0
+
+
+class Hanging(Released):
+    """One write does not return before another thread has released the device."""
+
+    def __init__(self, parent: Parent) -> None:
+        super().__init__(parent.stop_after(200))
+        self.let_go = threading.Event()
+
+    def write(self, force: Vec3) -> None:
+        super().write(force)
+        if self.reads == 100:
+            assert self.let_go.wait(30.0)
+
+    def release(self) -> None:
+        super().release()
+        self.log.append("release")
+        self.let_go.set()
+
+
+@pytest.mark.parametrize("latch", [False, True])
+def test_a_write_that_hangs_is_released_and_the_loop_goes_on_from_no_force(
+    parent: Parent, latch: bool
+) -> None:
+    parent.config = replace(parent.config, limits=replace(LIMITS, latch=latch))
+    rig = Hanging(parent)
+    memory = LoopMemory(parent.memory.path)
+    dog = Watchdog(rig, CLOCK, LIMIT, lambda status: pytest.fail(str(status)))
+    dog.start()
+    try:
+        HapticLoop(parent.config, memory, rig, "as it was", dog).run()
+    finally:
+        dog.stop()
+        memory.close(remove=False)
+    at = rig.log.index("release")
+    assert norm([f for f in rig.log[:at] if not isinstance(f, str)][-1]) == pytest.approx(FORCE)
+    after = [f for f in rig.log[at + 1 :] if not isinstance(f, str)]
+    # The tip is inside: no force until it was out.
+    assert len(after) > 50
+    assert set(after) == {ZERO}
+    status = parent.status()
+    assert status["mode"] == ("fault" if latch else "waiting")
+    assert "the device held up the loop for more than" in str(status["fault"])

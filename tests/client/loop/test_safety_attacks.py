@@ -1,0 +1,104 @@
+"""The force on a hand holds to its limits whatever server, link, device and machine do."""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from cohaptic.vec import ZERO, is_finite, norm
+from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode
+from tests.client.loop.attacks import PERIOD, Event, Hand, anything, hands, servers
+
+ROUNDING = 1e-9  # N
+# N; what a hand that pressed 0.37 s ago may still be owed of its own motion: 20 N, `FORGET_OWN`
+OWED = 1e-4
+# Half a second of pressing comes before each example, and a second of silence or two behind it: to
+# make one that fails smaller would take minutes.
+attacks = settings(
+    max_examples=100,
+    deadline=None,
+    phases=(Phase.explicit, Phase.reuse, Phase.generate),
+    suppress_health_check=[HealthCheck.data_too_large],
+)
+
+
+def check(hand: Hand) -> None:
+    """What holds of every force that was written."""
+    limit = hand.settings.limits.max_force
+    for n, force in enumerate(hand.forces):
+        assert is_finite(force)
+        assert norm(force) <= limit + ROUNDING, n
+    for n, (change, allowed) in enumerate(zip(hand.steps(), hand.allowed[1:], strict=True)):
+        assert change <= allowed * (1.0 + 1e-9) + ROUNDING, n
+
+
+@given(hands(), st.lists(anything, max_size=12))
+@attacks
+def test_no_attack_exceeds_a_limit_or_a_rate_and_the_force_ends_at_zero(
+    hand: Hand, events: list[Event]
+) -> None:
+    """Patches that are no patches, times that go back, devices that are nowhere."""
+    pressed = norm(hand.forces[-1])
+    assert pressed > 0.5
+    hand.suffer(events)
+    hand.silence()
+    check(hand)
+    assert hand.forces[-1] == ZERO
+
+
+@given(hands(), st.lists(servers, max_size=12))
+@attacks
+def test_no_server_moves_a_resting_hand_faster_than_others_may(
+    hand: Hand, events: list[Event]
+) -> None:
+    """Whatever it says within the protocol, in whatever order, at whatever times."""
+    start = len(hand.forces)
+    hand.suffer(events)
+    hand.silence()
+    check(hand)
+    allowed = max(hand.settings.limits.max_rate, 1e-9)
+    for change, most in zip(hand.steps(start), hand.allowed[start:], strict=True):
+        counted = most / max(allowed, 75.0 * hand.settings.limits.max_force)
+        # The second order of a turn with it.
+        assert change <= 1.02 * EXTERNAL_RATE * counted + OWED
+    assert hand.forces[-1] == ZERO
+
+
+@given(hands(), st.lists(anything, max_size=6))
+@attacks
+def test_after_an_attack_a_hand_that_lifts_off_feels_the_object_again(
+    hand: Hand, events: list[Event]
+) -> None:
+    """Nothing of it stays in the loop's memory; a fault that latches waits for its word."""
+    hand.suffer(events)
+    hand.silence()
+    hand.lift()  # to be put there at once is a jump, so a fault, too
+    held = hand.state.safety.mode is Mode.FAULT
+    assert not held or hand.settings.limits.latch
+    hand.press()
+    if held:
+        assert set(hand.forces[-400:]) == {ZERO}
+        hand.state = hand.state.acknowledged()
+        hand.retreat()
+        hand.press()
+    check(hand)
+    print(
+        "ZZZ",
+        held,
+        hand.state.safety.mode,
+        hand.state.safety.fault,
+        hand.state.safety.scale,
+        hand.state.safety.quiet,
+        hand.state.patch,
+        hand.at,
+        hand.state.k_h,
+        hand.state.depth,
+        hand.state.surface,
+    )
+    assert norm(hand.forces[-1]) > 0.5
+    assert hand.state.safety.fault == ""
+
+
+def test_a_period_is_a_millisecond() -> None:
+    assert Hand.__dataclass_fields__["now"].default == 100.0
+    assert PERIOD == 0.001
