@@ -32,6 +32,7 @@ class ServerSettings:
         limits: How much a connection and an address may ask for.
         laws: Control laws that users may have.
         room: Name in its address; None for what several rooms have in common.
+        max_waiting: Most who wait for a place in a full room; 0 lets nobody wait.
 
     Raises:
         SettingError: A value is out of its range.
@@ -51,6 +52,7 @@ class ServerSettings:
     limits: Limits = field(default_factory=Limits)
     laws: tuple[Law, ...] = tuple(Law)
     room: str | None = MAIN
+    max_waiting: int = 16
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:
@@ -61,6 +63,8 @@ class ServerSettings:
             raise SettingError("max_users", self.max_users, "from 1 to 64")
         if not 0 <= self.max_watchers <= 1000:
             raise SettingError("max_watchers", self.max_watchers, "from 0 to 1000")
+        if not 0 <= self.max_waiting <= 64:
+            raise SettingError("max_waiting", self.max_waiting, "from 0 to 64")
         for origin in self.allow_origins:
             if not re.fullmatch(r"https?://[^/\s@]+", origin):
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"

@@ -22,6 +22,11 @@ class Clock(Protocol):
         ...
 
 
+def resolution() -> float:
+    """Smallest step that the machine's monotonic clock can tell, by its own word [s]."""
+    return time.get_clock_info("perf_counter").resolution
+
+
 class SystemClock:
     """The machine's monotonic clock behind a random origin.
 

@@ -62,7 +62,20 @@ class Removal(_Record):
         return self.until is None or wall < self.until
 
 
-Record = Used | Removal
+class Pardon(_Record):
+    """Whoever was put out by a name before may come back.
+
+    Args:
+        name: Of a `Removal`.
+        at: When it was said [s].
+    """
+
+    kind: Literal["pardoned"] = "pardoned"
+    name: Short
+    at: Time
+
+
+Record = Used | Removal | Pardon
 _RECORDS: TypeAdapter[Record] = TypeAdapter(Annotated[Record, Field(discriminator="kind")])
 
 
@@ -88,6 +101,8 @@ def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
     for record in records:
         if isinstance(record, Removal):
             removals.append(record)
+        elif isinstance(record, Pardon):
+            removals = [one for one in removals if one.name != record.name]
         else:
             used[record.jti] = record
     kept = [one for one in used.values() if wall < one.ends][-MOST_USED:]

@@ -125,6 +125,7 @@ def serve(
     allow_fixed_gains: AllowFixedGains = False,
     allow_latency: AllowLatency = False,
     max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
+    max_waiting: Annotated[int, typer.Option(help="Who may wait for a place; 0: nobody.")] = 16,
     allow_origin: AllowOrigin = None,
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
@@ -148,7 +149,7 @@ def serve(
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
-        Limits().changed(limit or ()),
+        Limits().changed(limit or ()), max_waiting=max_waiting,
     )  # fmt: skip
     protection = access.protection(host)
     demand = wanted(users, simulation_hz, nonlinear=nonlinear)

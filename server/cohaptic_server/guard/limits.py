@@ -40,6 +40,8 @@ class Limits:
         lines: Of the log, about one address.
         open: Connections of an address at a time.
         open_in_all: Connections at a time; fewer where the system gives fewer files.
+        waiting: Places in the queue before a full room, for an address: one that fills it would
+            leave none to others. Behind the address of a classroom there are more people.
         unread: Bytes of HTTP responses that an address has not taken yet; the page is 1 MB.
         unread_in_all: The same of all addresses.
     """
@@ -54,6 +56,7 @@ class Limits:
     lines: Budget = field(default=Budget(2, 40))
     open: int = 256
     open_in_all: int = 2000
+    waiting: int = 4
     unread: int = 16 * 2**20
     unread_in_all: int = 128 * 2**20
 

@@ -31,6 +31,7 @@ _ROOM_GAUGES: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
     ),
     ("users", "Users who touch", lambda m: len(m.users)),
     ("users_limit", "Users who may touch at once", lambda m: m.max_users),
+    ("waiting", "People who wait for a seat", lambda m: m.waiting),
     ("watchers", "Watchers", lambda m: m.watchers),
     ("watchers_limit", "Watchers who may be there at once", lambda m: m.max_watchers),
     ("room_lag_seconds", "Lag with which the body gets forces", lambda m: m.lag),
@@ -72,7 +73,11 @@ _TIMES: tuple[tuple[str, str, Callable[[RoomMetrics], TimeCounts]], ...] = (
 )
 _USER_GAUGES: tuple[tuple[str, str, Callable[[UserMetrics], float | None]], ...] = (
     ("user_delay_seconds", "Delay of a user's loop", lambda u: u.delay),
-    ("user_loss_ratio", "Share of a user's samples that no tick has used", lambda u: u.loss),
+    (
+        "user_samples_unused_ratio",
+        "Share of a user's samples that no tick has used",
+        lambda u: u.loss,
+    ),
     ("user_silence_seconds", "Time since a user's newest message", lambda u: u.silence),
     ("user_force_newtons", "Force that the body gets of a user", lambda u: u.force),
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cohaptic.status.histogram import Histogram
 from cohaptic_server.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
-from cohaptic_server.room.room import Member
+from cohaptic_server.room.member import Member
 from cohaptic_server.shell.server import CohapticServer
 
 EVERY = 1.0  # s between two reports of a room
@@ -62,6 +62,7 @@ class Gatherer:
             lateness=_counts(meters.delays),
             users=self._users(server.clock.now()),
             max_users=server.settings.max_users,
+            waiting=len(room.queue),
             watchers=len(server.audience.watchers),
             max_watchers=server.settings.max_watchers,
             lag=lag.lag,
@@ -111,6 +112,7 @@ class Gatherer:
             silence=max(0.0, now - member.heard),
             force=0.0 if row is None else float(users.applied.force[row]),
             skipped=skipped,
+            capabilities=member.hello.capabilities,
         )
 
 

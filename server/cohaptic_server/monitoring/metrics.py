@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from cohaptic.protocol.control.capabilities import Capabilities
 from cohaptic.status.histogram import TIME_EDGES
 
 
@@ -43,6 +44,7 @@ class UserMetrics(_Frozen):
         silence: Since its newest message [s].
         force: That the body gets of it now [N].
         skipped: Patches that were replaced before they could be sent, so far.
+        capabilities: Of its device, as it says; None if it says nothing.
     """
 
     seat: int = Field(ge=1)
@@ -52,6 +54,7 @@ class UserMetrics(_Frozen):
     silence: float = Field(ge=0.0)
     force: float
     skipped: int = Field(ge=0)
+    capabilities: Capabilities | None = None
 
 
 class RoomMetrics(_Frozen):
@@ -63,6 +66,7 @@ class RoomMetrics(_Frozen):
         cost, lateness: Of its ticks.
         users: Who touches.
         max_users: Who may touch at once.
+        waiting: Who waits for a seat.
         watchers, max_watchers: Who watches, and who may at once.
         lag: Of the room [s].
         coupling: Of its hands.
@@ -84,6 +88,7 @@ class RoomMetrics(_Frozen):
     lateness: TimeCounts = NO_TIMES
     users: tuple[UserMetrics, ...] = ()
     max_users: int = 0
+    waiting: int = 0
     watchers: int = 0
     max_watchers: int = 0
     lag: float = 0.0

@@ -9,7 +9,7 @@ from cohaptic.protocol.watch_messages import Watch
 from cohaptic.room_address import MAIN
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.denied import forbidden
-from cohaptic_server.access.remembered import Record, Removal
+from cohaptic_server.access.remembered import Record, Removal, Used
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.peer import Peer
@@ -48,7 +48,7 @@ class Entrance:
         for record in records:
             if isinstance(record, Removal):
                 self.removed.recall(record, now, now + to_wall)
-            else:
+            elif isinstance(record, Used):
                 self.admission.recall(record)
 
     def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:
@@ -76,7 +76,20 @@ class Entrance:
             raise forbidden("the token does not let you touch (canTouch)", also)
         if isinstance(first, Watch) and not grants.can_view:
             raise forbidden("the token does not let you watch (canView)")
-        name = first.name if isinstance(first, Hello) else ""
-        self.removed.check(guest, name, peer.source, now)
         peer.guest = guest
-        return self.admission.session_token(guest, wall)
+        return self.check(peer, first.name if isinstance(first, Hello) else "", now, to_wall)
+
+    def check(self, peer: Peer, name: str, now: float, to_wall: float) -> str | None:
+        """Let somebody in whose `guest` is known: one who comes, or who has waited for a seat.
+
+        Args:
+            peer: Who it is.
+            name: That it touches by; empty for one who watches.
+            now: Time [s].
+            to_wall: As for `enter`, and the result.
+
+        Raises:
+            RemoteProtocolError: It was put out.
+        """
+        self.removed.check(peer.guest, name, peer.source, now)
+        return self.admission.session_token(peer.guest, now + to_wall)

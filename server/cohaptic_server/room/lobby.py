@@ -7,14 +7,15 @@ messages themselves, and the closing of a connection, wait in the session of eac
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.messages import Hello, ServerControl, SetLaw, UserLeft, wrong_version
+from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, Watch
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.moderation import moderate, tell_restraints
+from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
+from cohaptic_server.room.reception import Reception, tell_others
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.set_latency import latencies, refusal, set_latency
@@ -34,6 +35,7 @@ class Lobby:
 
     Attributes:
         peers: In the order in which they connected.
+        reception: That takes them in.
     """
 
     def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
@@ -41,6 +43,7 @@ class Lobby:
         self.entrance = Entrance() if entrance is None else entrance
         self.audience = audience
         self.peers: list[Peer] = []
+        self.reception = Reception(room, audience, self.entrance, self.peers)
         self._ticked = 0.0
         self._scene_problem: str | None = None
 
@@ -105,6 +108,9 @@ class Lobby:
     def serve(self, now: float) -> Outcome:
         """Queue the newest patch of each user in one pass, and check the sessions' deadlines."""
         outcome = Outcome()
+        self.reception.waiting.step(now, outcome)
+        if self.room.frozen:
+            end_freeze(self.room, self.peers, now, outcome)
         patches = self.room.patches
         for peer in self.peers:
             session = peer.session
@@ -195,6 +201,8 @@ class Lobby:
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
             outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
+        elif self.reception.waiting.leave(peer):
+            outcome.say("waits_no_more", f"one who waited left: {reason}", peer.source)
         elif peer.user is None:
             outcome.say("refused", f"a client was refused: {reason}", peer.source)
         else:
@@ -202,7 +210,7 @@ class Lobby:
             if left is not None:
                 told = f"{left.name} left: {reason}"
                 outcome.say("left", told, peer.source, user=left.name)
-                self._tell_others(peer, left, outcome)
+                tell_others(self.peers, peer, left, outcome)
         return outcome
 
     def stop(
@@ -229,69 +237,18 @@ class Lobby:
         for event in session.events():
             match event:
                 case Hello():
-                    self._join(peer, session, event, now, to_wall, outcome)
+                    self.reception.join(peer, session, event, now, to_wall, outcome)
+                case Come():
+                    self.reception.come(peer, session, now, to_wall, outcome)
                 case Watch():
-                    self._watch(peer, event, now, to_wall)
+                    self.reception.watch(peer, event, now, to_wall, outcome)
                 case SetLaw() if peer.user is not None:
                     self._set_law(peer, peer.user, event)
                 case _:
                     pass
-
-    def _join(
-        self,
-        peer: Peer,
-        session: ServerSession,
-        hello: Hello,
-        now: float,
-        to_wall: float,
-        outcome: Outcome,
-    ) -> None:
-        try:
-            session_token = self.entrance.enter(peer, hello, now, to_wall)
-            welcome, joined, replaced = self.room.join(hello, now, peer.source, peer.guest)
-        except ProtocolError as error:
-            session.fail(error)
-            return
-        if replaced is not None:
-            limit = "its only connection: it has come back with another"
-            for other in self.peers:
-                if other.user == replaced:
-                    other.session.fail(ProtocolError("user", hello.name, limit))
-            left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
-            self._tell_others(peer, left, outcome)
-        peer.user = welcome.user
-        mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
-        changes = {"to_wall": to_wall, "session": session_token}
-        session.accept(welcome.model_copy(update=changes), mesh)
-        told = f"{hello.name} joined with {hello.law.value}"
-        outcome.say("joined", told, peer.source, user=hello.name)
-        self._tell_others(peer, joined, outcome)
-        if self.room.members[welcome.user].muted:  # under another number than before
-            tell_restraints(self.room, self.peers, outcome)
-        elif self.room.restrains:
-            tell_restraints(self.room, [peer], outcome)
-
-    def _watch(self, peer: Peer, watch: Watch, now: float, to_wall: float) -> None:
-        watcher = Watcher(watch, has_model=self.audience.model is not None)
-        peer.session = watcher
-        try:
-            session_token = self.entrance.enter(peer, watch, now, to_wall)
-            self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
-            if self.room.restrains:
-                watcher.send(self.room.restraints)
-        except ProtocolError as error:
-            watcher.fail(error)
-            return
-        peer.needs_mesh = True
 
     def _set_law(self, peer: Peer, user: int, change: SetLaw) -> None:
         try:
             self.room.set_law(user, change)
         except ProtocolError as error:
             peer.session.fail(error)
-
-    def _tell_others(self, peer: Peer, news: ServerControl, outcome: Outcome) -> None:
-        for other in self.peers:
-            if other is not peer and other.session.hears_news:
-                other.session.send(news)
-                outcome.flush.append(other)

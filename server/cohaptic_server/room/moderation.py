@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.watch_messages import Moderate, Moderated
+from cohaptic.protocol.watch_messages import MOST_PUT_OUT, Moderate, Moderated, PutOut
 from cohaptic_server.access.denied import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import Removed
 from cohaptic_server.room.room import Room
 
+FROZEN_ALONE = 600.0  # s for which the object stays frozen without an administrator in the room
 _RESTRAINTS = ("mute", "unmute", "freeze", "unfreeze")
 
 
+# Above 60 lines: each wish has its branch, and what all of them end with.
 def moderate(
     room: Room,
     peers: Sequence[Peer],
@@ -46,6 +48,14 @@ def moderate(
         room.reset(now)
     elif action == "force_budget":
         room.force_budget = wish.force
+    elif action == "unban":
+        if wish.name is None:
+            limit = "the name of one who was put out"
+            admin.session.fail(RemoteProtocolError("name", None, limit))
+            return
+        if not removed.pardon(wish.name, now, now + to_wall):
+            admin.session.send(Moderated(action=action, user=None, done=False))
+            return
     elif wish.user is None:
         limit = f"the number of the user to {action}"
         admin.session.fail(RemoteProtocolError("user", None, limit))
@@ -65,7 +75,10 @@ def moderate(
     admin.session.send(Moderated(action=action, user=wish.user, done=True))
     if action in _RESTRAINTS:
         tell_restraints(room, peers, outcome)
+    if action in ("kick", "ban", "unban"):
+        tell_put_out(removed, [peer for peer in peers if administers(peer)], now, outcome)
     whom = "" if wish.user is None else f" of {room.name_of(wish.user)}"
+    whom = whom if wish.name is None else f" of {wish.name}"
     outcome.say("moderated", f"{admin.guest.sub}: {action}{whom}", admin.source)
 
 
@@ -76,6 +89,45 @@ def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None
         if peer.session.hears_news:
             peer.session.send(restraints)
             outcome.flush.append(peer)
+
+
+def administers(peer: Peer) -> bool:
+    """Whether somebody watches who may administer the room."""
+    return peer.watches and peer.session.hears_news and peer.guest.grants.room_admin
+
+
+def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: Outcome) -> None:
+    """Tell administrators who may not come back."""
+    names = removed.names(now)[-MOST_PUT_OUT:]
+    for admin in admins:
+        admin.session.send(PutOut(names=names))
+        outcome.flush.append(admin)
+
+
+def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) -> None:
+    """Let a frozen object go once nobody has been there for long who could; at every tick.
+
+    Whoever administers the room has the freeze of one who has left. It outlasts the last of them
+    for a while, for a connection that was lost and for an order from the command line, which does
+    not stay; without an end an object would be nobody's to thaw.
+
+    Args:
+        room: Of which it is.
+        peers: All of the room.
+        now: Time [s].
+        outcome: To which the tasks of the shell are added.
+    """
+    peers = list(peers)
+    if not room.frozen:
+        room.left_alone = None
+    elif any(administers(peer) for peer in peers):
+        room.left_alone = now
+    elif room.left_alone is None:
+        room.left_alone = now
+    elif now - room.left_alone >= FROZEN_ALONE:
+        room.frozen, room.left_alone = False, None
+        tell_restraints(room, peers, outcome)
+        outcome.say("thawed", "the object takes forces again: no administrator is here")
 
 
 def _put_out(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cohaptic_server.room.names import Claim
+from cohaptic_server.room.seats.names import Claim
 
 MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
 

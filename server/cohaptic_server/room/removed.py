@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.denied import forbidden
-from cohaptic_server.access.remembered import MOST_REMOVED, Removal
+from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Removal
 
 KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why
 
@@ -18,7 +18,7 @@ class Removed:
         keep: Called with each who is put out, for processes to come.
     """
 
-    def __init__(self, keep: Callable[[Removal], None] | None = None) -> None:
+    def __init__(self, keep: Callable[[Record], None] | None = None) -> None:
         self._keep = keep
         # Beside each the time until which it holds on this process's clock [s]: a wall clock that
         # is stepped shortens and lengthens nothing while the process runs.
@@ -65,6 +65,26 @@ class Removed:
         self._add(removal, float("inf") if ban else now + KICKED_FOR, now)
         if self._keep is not None:
             self._keep(removal)
+
+    def pardon(self, name: str, now: float, wall: float) -> bool:
+        """Let those come back who were put out by a name; returns whether there were any.
+
+        Args:
+            name: That they touched by.
+            now: Time [s].
+            wall: Unix time [s].
+        """
+        staying = [one for one in self._removals if one[0].name != name]
+        if not any(until > now for one, until in self._removals if one.name == name):
+            return False
+        self._removals = staying
+        if self._keep is not None:
+            self._keep(Pardon(name=name, at=wall))
+        return True
+
+    def names(self, now: float) -> tuple[str, ...]:
+        """By which those touched who may not come back yet, each once, the newest last."""
+        return tuple(dict.fromkeys(one.name for one, until in self._removals if until > now))
 
     def _add(self, removal: Removal, until: float, now: float) -> None:
         counting = [one for one in self._removals if one[1] > now]

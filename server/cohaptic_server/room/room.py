@@ -6,9 +6,9 @@ go. Joining and leaving are events.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
@@ -20,14 +20,16 @@ from cohaptic.protocol.messages import (
     UserLeft,
     Welcome,
 )
-from cohaptic.protocol.patch import Geometry, Patch
+from cohaptic.protocol.patch import Patch
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.room.member import Member, chosen_gains
 from cohaptic_server.room.muted import Muted
-from cohaptic_server.room.names import Claim, KeptNames, may_replace
-from cohaptic_server.room.seating import Seating
+from cohaptic_server.room.seats.names import Claim, KeptNames, may_replace
+from cohaptic_server.room.seats.seating import Seating
+from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.force_limits import within_budget
 from cohaptic_server.world.state import Touch
@@ -36,45 +38,6 @@ from cohaptic_server.world.users import WorldState
 
 RESET_AFTER = 2.0 * RELEASE_TIME  # s; by then every force has faded
 STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one
-
-
-@dataclass(slots=True)
-class Member:
-    """The room's record of a user; only the room changes it.
-
-    Args:
-        user: Number, which is never used twice.
-        hello: Settings of the user, with its later changes.
-        heard: Time of the newest message from it [s].
-        claim: To its name.
-        max_force: Most of its force that the body gets, by its device and its token [N].
-        muted: Whether the body gets none of it.
-
-    Attributes:
-        joined: When it came [s].
-        touch: Newest sample; None before the first.
-        used, seen: Samples that were the newest at a tick, and the sequence number of the last.
-        gains: That the user chose itself; None for the server's.
-        geometry: Of its patches.
-    """
-
-    user: int
-    hello: Hello
-    heard: float
-    claim: Claim
-    max_force: float
-    muted: bool = False
-    joined: float = field(init=False)
-    touch: Touch | None = None
-    used: int = 0
-    seen: int = 0
-    gains: Gains | None = field(init=False)
-    geometry: Geometry = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.joined = self.heard
-        self.gains = _gains(self.hello.fixed_gains)
-        self.geometry = Geometry[self.hello.geometry.upper()]
 
 
 class Room:
@@ -92,8 +55,10 @@ class Room:
         frames: Meshes of the body, encoded.
         next_user: Number of who comes next.
         frozen: Whether the body takes nobody's force.
+        left_alone: Since when no administrator has been there while it is frozen [s]; None before.
         force_budget: Most of all forces together [N]; None for no limit but the world's.
         seats, watch_seats: Of users, and of watchers.
+        queue: Who waits for a seat.
         muted: Whom an administrator has muted.
     """
 
@@ -106,16 +71,28 @@ class Room:
         self.patches: dict[int, Patch] = {}
         self.frames = BodyFrames(self.touched_body)
         self.next_user = first_user
-        self.seats = Seating(settings.max_users, "users", "; you can watch on the page meanwhile")
+        instead = "; you can watch on the page meanwhile"
+        if settings.max_waiting:
+            instead += ", or wait for a place"
+        self.seats = Seating(settings.max_users, "users", instead)
+        self.queue = WaitQueue(settings.max_waiting, settings.limits.waiting)
         self.watch_seats = Seating(settings.max_watchers, "watchers")
         self.muted = Muted()
         self._kept = KeptNames()
         self.frozen = False
+        self.left_alone: float | None = None
         self.force_budget: float | None = None
         self._reset_at: float | None = None
 
+    # Above 60 lines: what a hello may ask for is checked in one place.
     def join(
-        self, hello: Hello, now: float, source: str = "", guest: Guest = ANYBODY
+        self,
+        hello: Hello,
+        now: float,
+        source: str = "",
+        guest: Guest = ANYBODY,
+        *,
+        called: bool = False,
     ) -> tuple[Welcome, UserJoined, int | None]:
         """Add a user.
 
@@ -124,6 +101,7 @@ class Room:
             now: Time [s].
             source: Whom its connection is counted with.
             guest: Who it is.
+            called: Whether it has waited, and a seat was kept for it.
 
         Returns:
             Its welcome, the message for the others, and the number of the user of the same name
@@ -138,15 +116,20 @@ class Room:
         self._check_law(hello.law)
         self.frames.check_geometry(hello.geometry)
         claim = Claim(hello.key, source, guest.session)
+        own = False
         if holder is None:
             self._kept.check(hello.name, claim, now)
+            own = self._kept.has_seat(hello.name, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
             names = ", ".join(sorted(m.hello.name for m in self.members.values()))
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
         if holder is None:
-            self.seats.check(len(self.members), self._kept.seats(now))
+            kept = self._kept.seats(now) - own
+            promised = self.queue.called if own or called else len(self.queue)
+            self.seats.check(len(self.members), kept, promised)
+            self._kept.forget(hello.name)
         else:
             self.leave(holder.user)
         user = self.next_user
@@ -203,7 +186,7 @@ class Room:
         member.hello = member.hello.model_copy(
             update={"law": change.law, "fixed_gains": change.fixed_gains}
         )
-        member.gains = _gains(change.fixed_gains)
+        member.gains = chosen_gains(change.fixed_gains)
         if member.touch is not None:
             member.touch = replace(member.touch, law=change.law, fixed_gains=member.gains)
 
@@ -240,8 +223,14 @@ class Room:
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def seated(self, now: float) -> int:
-        """How many seats are taken: of users, and of those who may be about to come back."""
-        return len(self.members) + self._kept.seats(now)
+        """How many seats are taken: of users, of those who may be about to come back or come in."""
+        return len(self.members) + self._kept.seats(now) + self.queue.called
+
+    def call(self, now: float) -> tuple[int, ...]:
+        """Keep seats that are free for those who wait; returns who is called."""
+        taken = len(self.members) + self._kept.seats(now)
+        self.queue, called = self.queue.call(self.seats.limit - taken, now)
+        return called
 
     def name_of(self, user: int) -> str:
         """Of a user; its number for one who is not in the room."""
@@ -294,7 +283,3 @@ class Room:
         dt = self.settings.simulation_period
         self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
         return self.patches
-
-
-def _gains(fixed: FixedGains | None) -> Gains | None:
-    return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)

@@ -1,6 +1,8 @@
 """One client's session as a state machine without I/O.
 
     AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
+                              |                  |
+                              +--queue--> QUEUED-+ (come, then accept; or bye)
       |  |                    |                  |
       |  +---- error, or no hello in time, or refused ----> CLOSED
       +--watch--> WATCHES, continued by another state machine (`watch/watcher.py`)
@@ -16,9 +18,10 @@ from enum import Enum
 
 from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import (
     Bye,
-    ControlMessage,
+    Come,
     Error,
     Hello,
     SetLaw,
@@ -37,17 +40,19 @@ class State(Enum):
 
     AWAIT_HELLO = "waits for hello"
     GREETED = "waits for the room"
+    QUEUED = "waits for a seat"
     JOINED = "joined"
     WATCHES = "watches"
     CLOSED = "closed"
 
 
-Event = Hello | Watch | SetLaw | ContactSample | Bye
+Event = Hello | Watch | Come | SetLaw | ContactSample | Bye
 
 # Messages that a client may send in each state; all others violate the protocol.
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_HELLO: (Hello, Watch),
     State.GREETED: (),
+    State.QUEUED: (Come, Bye),
     State.JOINED: (ContactSample, SetLaw, Bye),
     State.WATCHES: (),
     State.CLOSED: (),
@@ -123,6 +128,11 @@ class ServerSession:
         events, self._events = self._events, []
         return events
 
+    def queue(self) -> None:
+        """The room is full, and the client waits for a seat."""
+        assert self.state is State.GREETED
+        self.state = State.QUEUED
+
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
         """Join the client, once the room has accepted it.
 
@@ -130,7 +140,7 @@ class ServerSession:
             welcome: To the client.
             rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches.
         """
-        assert self.state is State.GREETED
+        assert self.state in (State.GREETED, State.QUEUED)
         self.state = State.JOINED
         self.send(welcome)
         if rest_mesh is not None:

@@ -87,6 +87,7 @@ class RoomTable(Table):
         laws: Control laws that its users may have.
         max_users: Who may touch at once.
         max_watchers: Who may watch at once.
+        max_waiting: Who may wait for a place while it is full; 0 lets nobody wait.
         nonlinear: Whether its body is deformed without bound.
         relaxation: Relaxation time of a viscous body [s]; 0 is elastic.
         users: How many the object of a file is prepared for; None as `cohaptic serve` without it.
@@ -102,6 +103,7 @@ class RoomTable(Table):
     laws: tuple[Law, ...] = Field(default=tuple(Law), min_length=1)
     max_users: int = Field(default=16, ge=1, le=64)
     max_watchers: int = Field(default=100, ge=0, le=1000)
+    max_waiting: int = Field(default=16, ge=0, le=64)
     nonlinear: bool = False
     relaxation: float = Field(default=0.0, ge=0.0, le=60.0)
     users: int | None = Field(default=None, ge=1, le=64)
@@ -157,7 +159,7 @@ class RoomsConfig(BaseSettings):
             self.host, self.port, table.rate, table.body, table.max_users,
             table.allow_fixed_gains, table.allow_latency, table.max_watchers, self.allow_origins,
             allow_hosts=self.allow_hosts, limits=limits_of(table.limits), laws=table.laws,
-            room=room,
+            room=room, max_waiting=table.max_waiting,
         )  # fmt: skip
 
     @property

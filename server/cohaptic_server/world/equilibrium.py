@@ -17,6 +17,7 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
+from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, locate
 
@@ -50,12 +51,15 @@ class Equilibrium:
         alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
         tip: Of each hand, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
+        turning: Force along the surface for each metre that the tip gives way there, because the
+            normal turns with it, shape (c,) [N/m]; a hand that is no stiffer slides off.
     """
 
     force: Floats
     alone: Floats
     tip: Floats
     compliance: Floats
+    turning: Floats
 
     @property
     def felt_from_others(self) -> Floats:
@@ -115,7 +119,8 @@ def solve(
             tolerance = _CONTACT_TOLERANCE
         elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
             C = response.compliance
-            return Equilibrium(force, _forces_alone(located, tip, C), tip, C)
+            alone = _forces_alone(located, tip, C)
+            return Equilibrium(force, alone, tip, C, _turning(located, C, force))
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
 
 
@@ -138,6 +143,12 @@ def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats
     """Force on each hand if it held its tip there and nobody else touched, shape (c,) [N]."""
     depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
     return np.asarray(np.maximum(0.0, depth) / np.diag(C))
+
+
+def _turning(contacts: Sequence[Contact], C: Floats, force: Floats) -> Floats:
+    """K g of each contact that presses, as in science 3.12, shape (c,) [N/m]."""
+    slopes = np.array([max(c.slope, MIN_SLOPE) for c in contacts])
+    return np.where(force > 0.0, (1.0 - slopes) / slopes / np.diag(C), 0.0)
 
 
 def _largest(change: Floats) -> float:

@@ -38,11 +38,7 @@ from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation
 from cohaptic_server.world.lags.room_lag import find_lag
 from cohaptic_server.world.lags.room_loop import room_loop
-from cohaptic_server.world.lags.turning import (
-    find_own_turning_lag,
-    find_turning_lag,
-    steep_contacts,
-)
+from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts
 from cohaptic_server.world.loads import (
     bounded,
     compliance_between,
@@ -133,9 +129,6 @@ def advance(
     turning = find_turning_lag(
         hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
     )
-    if turned:
-        own_turn = find_own_turning_lag(body, hands, tracked.contacts.slopes, dt)
-        turning = max(turning, own_turn)
 
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)

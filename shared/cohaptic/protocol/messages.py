@@ -1,27 +1,25 @@
 """Handshake and control messages: rare, as JSON text; events in order, never dropped.
 
-client -> server    hello, set_law, bye
-server -> client    welcome, user_joined, user_left, error
+client -> server    hello, come, set_law, bye
+server -> client    place, called, welcome, user_joined, user_left, restraints, error
 
 The further messages of a connection that only watches are in `watch_messages.py`.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
-    SerializerFunctionWrapHandler,
     TypeAdapter,
     ValidationError,
-    model_serializer,
 )
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
+from cohaptic.protocol.control.capabilities import Capabilities
+from cohaptic.protocol.control.message import SECRETS, ControlMessage, Name, WithSecrets
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
@@ -33,13 +31,7 @@ MIN_PERIOD, MAX_PERIOD = 0.005, 0.1  # s
 M = TypeVar("M")
 GeometryName = Literal["plane", "sphere", "mesh"]
 
-# Printable, one line: names are shown in terminals and pages.
-Name = Annotated[
-    str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
-]
-
 # Printable ASCII, long enough that nobody guesses it.
-SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
 Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
 
 # A signed token; whether it is one the server says.
@@ -49,21 +41,6 @@ Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
 # Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
 # could be made to ramp its surface in no time, or for ever.
 Period = Annotated[float, Field(ge=MIN_PERIOD, le=MAX_PERIOD)]  # [s]
-
-
-class ControlMessage(BaseModel):
-    """Base of all control messages: frozen, without unknown fields and without infinities."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class WithSecrets(ControlMessage):
-    """A message with fields that are not on the wire where there is nothing to say in them."""
-
-    @model_serializer(mode="wrap")
-    def _without_what_is_not_said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        fields: dict[str, Any] = handler(self)
-        return {name: value for name, value in fields.items() if name not in SECRETS or value}
 
 
 class FixedGains(ControlMessage):
@@ -96,6 +73,8 @@ class Hello(WithSecrets):
         key: A secret that the client has made, with which it comes back to its name; the server
             tells it to nobody. Not on the wire if there is none.
         token: Of an invitation, or of a session. Not on the wire if there is none.
+        capabilities: Of the device, for people. Not on the wire if there are none.
+        wait: Whether it waits for a place where the room is full. Not on the wire if not.
     """
 
     type: Literal["hello"] = "hello"
@@ -110,6 +89,14 @@ class Hello(WithSecrets):
     fixed_gains: FixedGains | None = None
     key: Key | None = Field(default=None, repr=False)
     token: Token | None = Field(default=None, repr=False)
+    capabilities: Capabilities | None = None
+    wait: bool = False
+
+
+class Come(ControlMessage):
+    """The answer of a client to `called`: it takes the seat."""
+
+    type: Literal["come"] = "come"
 
 
 class SetLaw(ControlMessage):
@@ -172,6 +159,21 @@ class Welcome(WithSecrets):
     session: Token | None = Field(default=None, repr=False)
 
 
+class Place(ControlMessage):
+    """Where a client is among those who wait for a seat, from 1; at each change."""
+
+    type: Literal["place"] = "place"
+    place: int = Field(ge=1)
+    of: int = Field(ge=1)
+
+
+class Called(ControlMessage):
+    """A seat is kept for a client that has waited, if it says `come` within that time [s]."""
+
+    type: Literal["called"] = "called"
+    within: float = Field(gt=0.0)
+
+
 class UserJoined(ControlMessage):
     """Another user has joined."""
 
@@ -210,8 +212,8 @@ class Error(ControlMessage):
     message: str
 
 
-ClientControl = Hello | SetLaw | Bye
-ServerControl = Welcome | UserJoined | UserLeft | Restraints | Error
+ClientControl = Hello | Come | SetLaw | Bye
+ServerControl = Place | Called | Welcome | UserJoined | UserLeft | Restraints | Error
 
 _CLIENT: TypeAdapter[ClientControl] = TypeAdapter(
     Annotated[ClientControl, Field(discriminator="type")]

@@ -12,7 +12,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
-from cohaptic.protocol.messages import ControlMessage, Error, decode_text
+from cohaptic.protocol.control.message import ControlMessage
+from cohaptic.protocol.messages import Error, decode_text
 
 SUBPROTOCOL = "cohaptic.upload.v1"
 CHUNK = 32 * 1024  # bytes of the file in one message

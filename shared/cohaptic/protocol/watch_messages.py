@@ -1,7 +1,7 @@
 """Messages of connections that only watch, beside those of `messages.py`, as JSON text.
 
 client -> server    watch, first; set_view, set_latency, moderate
-server -> client    watching, first; latency, moderated; to all: user_joined, user_left,
+server -> client    watching, first; latency, moderated, put_out; to all: user_joined, user_left,
                     restraints, error
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
@@ -14,20 +14,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
+from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
-    ControlMessage,
+    Come,
     Error,
     Hello,
-    Name,
     Period,
     Restraints,
     SetLaw,
     Token,
     UserJoined,
     UserLeft,
-    WithSecrets,
     decode_text,
     wrong_version,
 )
@@ -38,9 +37,11 @@ MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
+MOST_PUT_OUT = 64  # names that an administrator is told
+
 EncodingName = Literal["frames", "forces"]
 ModerationName = Literal[
-    "mute", "unmute", "kick", "ban", "freeze", "unfreeze", "reset", "force_budget"
+    "mute", "unmute", "kick", "ban", "unban", "freeze", "unfreeze", "reset", "force_budget"
 ]
 MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
@@ -103,12 +104,14 @@ class Moderate(ControlMessage):
         user: Number of the user whom it is done to; ignored for one who is not in the room.
         force: Of `force_budget`: most of all users' forces together that the body gets [N]; None
             for no limit but the server's own.
+        name: Of `unban`: of who was put out, by which it touched.
     """
 
     type: Literal["moderate"] = "moderate"
     action: ModerationName
     user: int | None = Field(default=None, ge=1, lt=2**32)
     force: float | None = Field(default=None, ge=0.0, le=1000.0)
+    name: Name | None = None
 
 
 class WatchedUser(ControlMessage):
@@ -187,8 +190,19 @@ class Moderated(ControlMessage):
     done: bool
 
 
-ClientMessage = Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
-WatchControl = Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | Error
+class PutOut(ControlMessage):
+    """Who may not come back at present; to administrators alone, at first and at each change.
+
+    Args:
+        names: By which they touched, the newest last; of more than 64 the newest.
+    """
+
+    type: Literal["put_out"] = "put_out"
+    names: Annotated[tuple[Name, ...], Field(max_length=MOST_PUT_OUT)]
+
+
+ClientMessage = Hello | Come | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
+WatchControl = Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | PutOut | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
     Annotated[ClientMessage, Field(discriminator="type")]

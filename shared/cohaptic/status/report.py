@@ -16,7 +16,8 @@ class TouchStatus(BaseModel):
 
     Args:
         name: Of the user.
-        state: In words: connecting, waiting, touching, free, server silent, stopped.
+        state: In words: connecting, waiting, touching, free, fault (until the user
+            acknowledges it), server silent, stopped.
         force: On the hand [N].
         felt_from_others: Part of it that is there because others touch [N].
         indentation: Of the surface under the probe [m].
@@ -34,6 +35,8 @@ class TouchStatus(BaseModel):
         loop_late_p99: Lateness of a period, 99th percentile [s].
         loop_missed: Periods left out because the one before was too late.
         level: Intention of a simulated hand, from 0 (released) to 1 (pressed).
+        wanted: Normal force that the law asks for, before any limit [N].
+        max_force: Limit of this hand; 0 if unknown [N].
         fault: Why the safety layer keeps the force off; empty when it does not.
     """
 
@@ -58,7 +61,14 @@ class TouchStatus(BaseModel):
     loop_late_p99: float = 0.0
     loop_missed: int = 0
     level: float = 0.0
+    wanted: float = 0.0
+    max_force: float = 0.0
     fault: str = ""
+
+    @property
+    def cut(self) -> bool:
+        """Whether the hand's limit cuts the force that it should feel."""
+        return self.state == "touching" and 0.0 < self.max_force < AS_STIFF * self.wanted
 
     @property
     def soft(self) -> bool:

@@ -27,6 +27,7 @@ class Row(NamedTuple):
         patch_age: Time since that patch came [s].
         lag: Of the room: time constant with which the object answers the others' forces [s].
         along: Tangential force, by friction [N].
+        fault: 1 while a fault keeps the force off, 2 if it does until the user acknowledges it.
     """
 
     t: float
@@ -50,6 +51,7 @@ class Row(NamedTuple):
     patch_age: float
     lag: float
     along: float = 0.0
+    fault: float = 0.0
 
 
 COLUMNS = Row._fields

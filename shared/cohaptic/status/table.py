@@ -47,7 +47,7 @@ def status_view(users: Sequence[TouchStatus], *, width: int = 120) -> Group:
 
 
 def status_notes(users: Sequence[TouchStatus]) -> list[str]:
-    """Sentences on devices that are softer than the object, and on a room with a lag.
+    """Sentences on faults, on devices that are softer than the object, and on a room with a lag.
 
     Args:
         users: Everybody who touches the object.
@@ -57,6 +57,12 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
         for user in users
         if user.soft
     ]
+    notes += [
+        f"{user.name}: gives {user.max_force:.1f} of {user.wanted:.1f} N"
+        for user in users
+        if user.cut
+    ]
+    notes += [f"{user.name}: force off: {user.fault}" for user in users if user.fault]
     lag = max((user.lag for user in users), default=0.0)
     return notes + ([lag_words(lag)] if lag >= LEAST_LAG else [])
 
@@ -156,4 +162,5 @@ _STYLE = {
     "waiting": "yellow",
     "connecting": "yellow",
     "server silent": "bold red",
+    "fault": "bold white on red",
 }

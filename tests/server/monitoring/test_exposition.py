@@ -54,7 +54,7 @@ def test_what_a_room_tells_is_there_in_its_units() -> None:
     assert of(got, "tick_duration_seconds_count", room="main") == 3
     assert math.isclose(of(got, "tick_duration_seconds_sum", room="main"), 3.0044)
     assert of(got, "user_delay_seconds", room="main", seat="1") == 0.05
-    assert of(got, "user_loss_ratio", room="main", seat="1") == 0.25
+    assert of(got, "user_samples_unused_ratio", room="main", seat="1") == 0.25
     assert of(got, "server_ready") == 1
 
 

@@ -6,6 +6,7 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
+    Come,
     Error,
     Hello,
     UserJoined,
@@ -34,6 +35,8 @@ def session_in(state: State) -> ServerSession:
         return session
     first = MESSAGES[Watch] if state is State.WATCHES else hello_text()
     session.receive(first, 0.0)
+    if state is State.QUEUED:
+        session.queue()
     if state in (State.JOINED, State.CLOSED):
         session.accept(WELCOME)
     if state is State.CLOSED:
@@ -64,5 +67,6 @@ MESSAGES: dict[type[Event], str | bytes] = {
     Hello: hello_text(),
     ContactSample: sample().encode(),
     Bye: encode_control(Bye()),
+    Come: encode_control(Come()),
     Watch: encode_control(Watch(protocol=PROTOCOL_VERSION)),
 }

@@ -29,9 +29,9 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.lobby import Lobby
-from cohaptic_server.room.names import REPLACE_AFTER
 from cohaptic_server.room.peer import LogLine, Outcome, Peer
 from cohaptic_server.room.room import Room
+from cohaptic_server.room.seats.names import REPLACE_AFTER
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello, hello_text, sample

@@ -12,15 +12,12 @@ from cohaptic.protocol.messages import Restraints
 from cohaptic.protocol.watch_messages import Moderate
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic.vec import norm
-from cohaptic_server.access.remembered import Record
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.moderation import FROZEN_ALONE
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import KICKED_FOR
-from cohaptic_server.room.room import RESET_AFTER, Room
-from cohaptic_server.room.watch.audience import Audience
-from cohaptic_server.settings import ServerSettings
+from cohaptic_server.room.room import RESET_AFTER
 from cohaptic_server.world.force_limits import within_budget
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
@@ -248,23 +245,29 @@ def test_who_is_muted_stays_muted_by_coming_back_and_by_another_name(
     assert press(there, [user], 2.0, 1.0)[-1] > 1.0
 
 
-def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> None:
-    kept: list[Record] = []
-
-    def process() -> Lobby:
-        entrance = Entrance(None, admission(single_use=True), None, kept.append)
-        entrance.recall(list(kept), 0.0, NOW)
-        body = Room(small_balloon, ServerSettings())
-        return Lobby(body, Audience(body, model=None), entrance)
-
-    there = process()
-    admin = say(there, watch(token=token(ADMIN, jti="admin")))
-    user = say(there, hello(token=token()))
-    session = welcome(user).session
-    ordered(there, admin, action="ban", user=user.user)
-    after = process()
-    assert "banned" in refused(say(after, hello("x", token=session)), CloseCode.FORBIDDEN)
-    assert "used before" in refused(
-        say(after, hello("y", token=token(jti="admin"))), CloseCode.UNAUTHENTICATED
-    )
-    welcome(say(after, hello("honest", token=token(jti="honest"))))
+def test_a_freeze_is_handed_to_who_administers_and_ends_when_nobody_does_for_long(
+    small_balloon: Balloon,
+) -> None:
+    there, admin, user = room(small_balloon)
+    second = say(there, watch(token=token(ADMIN, jti="second")))
+    ordered(there, admin, action="freeze")
+    there.disconnect(admin, "")
+    there.serve(1.0)
+    there.serve(10.0 * FROZEN_ALONE)
+    assert there.room.frozen  # the other has it
+    there.disconnect(second, "")
+    there.serve(10.0 * FROZEN_ALONE + 1.0)
+    there.serve(11.0 * FROZEN_ALONE - 1.0)
+    assert there.room.frozen
+    user.session.take(clear=True)
+    there.serve(11.0 * FROZEN_ALONE + 1.0)
+    assert not there.room.frozen
+    texts = [m for m in user.session.take(clear=True) if isinstance(m, str)]
+    assert Restraints() in [_decode(m) for m in texts]
+    # One that begins later is counted from its own beginning.
+    third = say(there, watch(token=token(ADMIN, jti="third")))
+    ordered(there, third, action="freeze", now=20.0 * FROZEN_ALONE)
+    there.disconnect(third, "")
+    there.serve(20.0 * FROZEN_ALONE)
+    there.serve(20.5 * FROZEN_ALONE)
+    assert there.room.frozen

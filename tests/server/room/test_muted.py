@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from cohaptic_server.room.muted import MOST_MUTED, Muted
-from cohaptic_server.room.names import Claim
+from cohaptic_server.room.seats.names import Claim
 
 
 def test_one_is_known_by_its_name_its_secret_or_its_session_and_not_by_its_address() -> None:

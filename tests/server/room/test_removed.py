@@ -2,10 +2,29 @@ from __future__ import annotations
 
 import pytest
 
+from cohaptic.errors import CloseCode
+from cohaptic.protocol.watch_messages import Moderated, PutOut
+from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.access.denied import Denied
-from cohaptic_server.access.remembered import MOST_REMOVED, Removal
+from cohaptic_server.access.remembered import (
+    MOST_REMOVED,
+    Record,
+    Removal,
+    decode,
+    encode,
+    still_counting,
+)
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.entrance import Entrance
+from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.removed import KICKED_FOR, Removed
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.settings import ServerSettings
+from tests.server.access.some import NOW, admission, token
+from tests.server.room.test_entrance import hello, lobby, refused, say, watch, welcome
+from tests.server.room.test_moderation import ADMIN, ordered
 
 
 def guest(session: str, invitation: str = "i", since: float = 0.0) -> Guest:
@@ -54,7 +73,7 @@ def test_one_without_a_token_is_known_by_its_address_and_one_with_a_token_is_not
 
 
 def test_what_one_process_keeps_holds_in_the_next_whatever_the_wall_clock_does() -> None:
-    kept: list[Removal] = []
+    kept: list[Record] = []
     first = Removed(kept.append)
     first.add(guest("kicked"), "k", "", 50.0, 1000.0, ban=False)
     first.add(guest("banned", "j"), "b", "", 50.0, 1000.0, ban=True)
@@ -62,6 +81,7 @@ def test_what_one_process_keeps_holds_in_the_next_whatever_the_wall_clock_does()
     for wall, left in ((1100.0, KICKED_FOR - 100.0), (-1e9, KICKED_FOR), (1e9, 0.0)):
         then = Removed()
         for removal in kept:
+            assert isinstance(removal, Removal)
             then.recall(removal, 7.0, wall)
         with pytest.raises(Denied, match="banned"):
             then.check(guest("banned", "j"), "", "", 7.0 + 1e9)
@@ -72,3 +92,53 @@ def test_what_one_process_keeps_holds_in_the_next_whatever_the_wall_clock_does()
     # A step while it runs changes nothing for it.
     with pytest.raises(Denied, match="come back in 250 s"):
         first.check(guest("kicked"), "", "", 100.0)
+
+
+def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> None:
+    kept: list[Record] = []
+
+    def process() -> Lobby:
+        entrance = Entrance(None, admission(single_use=True), None, kept.append)
+        entrance.recall(list(kept), 0.0, NOW)
+        body = Room(small_balloon, ServerSettings())
+        return Lobby(body, Audience(body, model=None), entrance)
+
+    there = process()
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    user = say(there, hello(token=token()))
+    session = welcome(user).session
+    ordered(there, admin, action="ban", user=user.user)
+    after = process()
+    assert "banned" in refused(say(after, hello("x", token=session)), CloseCode.FORBIDDEN)
+    assert "used before" in refused(
+        say(after, hello("y", token=token(jti="admin"))), CloseCode.UNAUTHENTICATED
+    )
+    welcome(say(after, hello("honest", token=token(jti="honest"))))
+
+
+def test_who_was_banned_may_come_back_once_an_administrator_says_so(
+    small_balloon: Balloon,
+) -> None:
+    kept: list[Record] = []
+    there = lobby(small_balloon)
+    there.entrance.removed = Removed(kept.append)
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    user = say(there, hello(token=token()))
+    ordered(there, admin, action="ban", user=user.user)
+    there.disconnect(user, "")
+    assert there.entrance.removed.names(0.0) == ("left",)
+    again = say(there, hello(token=token()))
+    assert "banned" in refused(again, CloseCode.FORBIDDEN)
+    ordered(there, admin, action="unban", name="nobody")
+    ordered(there, admin, action="unban", name="left")
+    back = say(there, hello(token=token()))
+    assert back.session.close is None
+    told = [_decode(m) for m in admin.session.take(clear=True) if isinstance(m, str)]
+    assert [m.done for m in told if isinstance(m, Moderated)] == [True, False, True]
+    assert [m.names for m in told if isinstance(m, PutOut)] == [(), ("left",), ()]
+    # The next process knows of both.
+    assert [type(one).__name__ for one in kept] == ["Removal", "Pardon"]
+    assert still_counting(kept, NOW) == []
+    assert decode(encode(kept[-1])) == kept[-1]
+    ordered(there, admin, action="unban")
+    assert "name of one who was put out" in refused(admin, CloseCode.BAD_MESSAGE)

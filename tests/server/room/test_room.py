@@ -12,8 +12,8 @@ from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.room.room import STALE_AFTER, Room
+from cohaptic_server.room.seats.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
 from tests.server.peers import hello, sample

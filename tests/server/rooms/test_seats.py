@@ -7,7 +7,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from cohaptic_server.room.seating import Seating
+from cohaptic_server.room.seats.seating import Seating
 from cohaptic_server.rooms.seats import SeatPool
 
 TOTAL = 7

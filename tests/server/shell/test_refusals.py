@@ -244,7 +244,8 @@ def test_a_full_room_is_told_as_that(small_balloon: Balloon) -> None:
 
     assert asyncio.run(play()) == (
         CloseCode.ROOM_FULL.value,
-        "number of users is 2; expected at most 1; you can watch on the page meanwhile",
+        "number of users is 2; expected at most 1; you can watch on the page meanwhile, or"
+        " wait for a place",
     )
 
 

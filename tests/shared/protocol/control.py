@@ -8,8 +8,11 @@ from cohaptic.control.law import Law
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
+    Called,
+    Come,
     Error,
     Hello,
+    Place,
     Restraints,
     SetLaw,
     UserJoined,
@@ -21,6 +24,7 @@ from cohaptic.protocol.watch_messages import (
     Latency,
     Moderate,
     Moderated,
+    PutOut,
     SetLatency,
     SetView,
     Watch,
@@ -33,6 +37,9 @@ CONTROL: dict[str, Any] = {
     "hello with a token": Hello(
         protocol=PROTOCOL_VERSION, name="left", key="0123456789abcdef", token="eyJh.eyJz.c2ln"
     ),
+    "come": Come(),
+    "place": Place(place=2, of=3),
+    "called": Called(within=5.0),
     "set_law": SetLaw(law=Law.PI),
     "bye": Bye(),
     "welcome": Welcome.model_validate(
@@ -88,5 +95,7 @@ CONTROL: dict[str, Any] = {
     ),
     "restraints": Restraints(frozen=True, muted=(1, 3)),
     "moderated": Moderated(action="ban", user=3, done=False),
+    "moderate a name": Moderate(action="unban", name="left"),
+    "put_out": PutOut(names=("left", "right")),
     "latency": Latency(user=2, delay=0.125, jitter=0.03125),
 }

@@ -88,6 +88,11 @@ def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
         (hello(surprise=1), "surprise"),
         (hello(damping_budget=-1), "damping_budget"),
         (hello(damping_budget=2000), "damping_budget"),
+        (hello(capabilities={"device": ""}), "capabilities.device"),
+        (hello(capabilities={"device": "x", "force_axes": 4}), "capabilities.force_axes"),
+        (hello(capabilities={"device": "x", "max_force": -1}), "capabilities.max_force"),
+        (hello(capabilities={"device": "x", "rate": 0}), "capabilities.rate"),
+        (hello(capabilities={"device": "x", "colour": 1}), "capabilities.colour"),
         ("x" * (MAX_TEXT + 1), str(MAX_TEXT)),
     ],
 )

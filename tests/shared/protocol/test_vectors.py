@@ -15,6 +15,7 @@ from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
     Bye,
+    Come,
     Hello,
     SetLaw,
     decode_server_control,
@@ -29,6 +30,7 @@ from cohaptic.protocol.watch_messages import (
     Latency,
     Moderate,
     Moderated,
+    PutOut,
     SetLatency,
     SetView,
     Watch,
@@ -116,11 +118,11 @@ def test_the_written_control_messages_are_those_we_send_and_understand() -> None
 
 def decoder(message: object) -> Callable[[str], object]:
     """Who reads a message of this type."""
-    if isinstance(message, Hello | SetLaw | Bye | Watch | SetView | SetLatency | Moderate):
+    if isinstance(message, Hello | Come | SetLaw | Bye | Watch | SetView | SetLatency | Moderate):
         return decode_client_message
     return (
         decode_watch_control
-        if isinstance(message, Watching | Latency | Moderated)
+        if isinstance(message, Watching | Latency | Moderated | PutOut)
         else decode_server_control
     )
 

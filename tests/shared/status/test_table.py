@@ -131,3 +131,12 @@ def test_a_bar_grows_with_its_force(a: float, b: float) -> None:
     assert len(bar(a)) == len(bar(b))
     assert bar(min(a, b)).count("█") <= bar(max(a, b)).count("█")
     assert set(bar(0.0)) == {"·"}
+
+
+def test_a_force_above_the_limit_of_a_hand_and_a_fault_are_told() -> None:
+    cut = TouchStatus(name="left", state="touching", wanted=5.1, max_force=3.3, fault="")
+    assert status_notes([cut]) == ["left: gives 3.3 of 5.1 N"]
+    assert status_notes([cut.model_copy(update={"wanted": 3.3})]) == []
+    assert status_notes([cut.model_copy(update={"state": "free"})]) == []
+    fault = TouchStatus(name="left", state="fault", fault="the loop stood still for 50 ms")
+    assert status_notes([fault]) == ["left: force off: the loop stood still for 50 ms"]

@@ -114,14 +114,25 @@ class Audience:
         """
         encoder = self._encoder
         if watcher.due(encoder.version, now, clear=clear):
-            try:
-                frame = encoder.frame(surface=watcher.wants_surface)
-                self.problem = None
+            frame = self._frame(surface=watcher.wants_surface)
+            if frame is not None:
                 watcher.put_scene(frame, encoder.tick, encoder.version, now)
-            except LocalProtocolError as error:
-                # For example, the body was pushed out of the range of coordinates. Users are not
-                # affected.
-                self.problem = str(error)
+        elif clear and watcher.is_left_in_doubt(encoder.tick, encoder.version, now):
+            frame = self._frame(surface=False)
+            if frame is not None:
+                watcher.put_sign_of_life(frame, encoder.tick, now)
         was_slow = watcher.slow
         watcher.handle_timer(now)
         self.slow += watcher.slow and not was_slow
+
+    def _frame(self, *, surface: bool) -> bytes | None:
+        """The newest scene; None, with `problem`, where a number of it has no place on the wire."""
+        try:
+            frame = self._encoder.frame(surface=surface)
+        except LocalProtocolError as error:
+            # For example, the body was pushed out of the range of coordinates. Users are not
+            # affected.
+            self.problem = str(error)
+            return None
+        self.problem = None
+        return frame

@@ -13,7 +13,8 @@ from collections import deque
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.messages import ControlMessage, Error, encode_control
+from cohaptic.protocol.control.message import ControlMessage
+from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
     MeshForm,
@@ -30,6 +31,8 @@ from cohaptic_server.room.session import close_frame
 IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, one being drawn
 SLOW_AFTER = 2.0  # s behind, after which a watcher counts as slow
 DROPPED_AFTER = 10.0  # s behind, after which it is disconnected
+# s; a page says that it has no word after twice this, so that one scene may be late.
+SIGN_OF_LIFE = 0.5
 _MAX_LATENCIES = 64  # most users of a room
 
 
@@ -64,6 +67,7 @@ class Watcher:
         self._sent_version = 0
         self._sent_surface = False
         self._next = float("-inf")  # when the rate allows another scene [s]
+        self._sent_at = float("-inf")  # [s]
         self._behind_since: float | None = None
 
     def receive(self, data: str | bytes, now: float) -> None:
@@ -129,11 +133,28 @@ class Watcher:
         changed = version > self._sent_version or (version > 0 and lacks_surface)
         return changed and clear and not full and now >= self._next
 
+    def is_left_in_doubt(self, tick: int, version: int, now: float) -> bool:
+        """Whether so long nothing has changed that the newest scene is sent as a sign of life.
+
+        Args:
+            tick: Of the newest scene.
+            version: Of the newest scene.
+            now: Time [s].
+        """
+        free = self.hears_news and not self._in_flight and version == self._sent_version
+        return free and 0 < self._sent_tick < tick and now - self._sent_at >= SIGN_OF_LIFE
+
+    def put_sign_of_life(self, frame: bytes, tick: int, now: float) -> None:
+        """Queue the newest scene, without a surface, for one who has all that is in it."""
+        self.outbox.put_patch(frame)
+        self._in_flight.append(tick)
+        self._sent_tick, self._sent_at = tick, now
+
     def put_scene(self, frame: bytes, tick: int, version: int, now: float) -> None:
         """Queue the newest scene, with the surface if `wants_surface`."""
         self.outbox.put_patch(frame)
         self._in_flight.append(tick)
-        self._sent_tick, self._sent_version = tick, version
+        self._sent_tick, self._sent_version, self._sent_at = tick, version, now
         self._sent_surface = self.wants_surface
         # This keeps the mean rate; after a pause, the scene after the next one may follow three
         # quarters of a period later instead of a whole one.

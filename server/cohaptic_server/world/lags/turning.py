@@ -9,8 +9,6 @@ import numpy as np
 from cohaptic.control.stability.lag_choice import SHARE
 from cohaptic.control.stability.turning import turning_needed
 from cohaptic.protocol.patch import MIN_COMPLIANCE
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
@@ -25,10 +23,6 @@ LONGEST_TURN = 2.0  # s
 # curved, as in `displacement_field.LARGEST_PRODUCT`: to know more, the body is asked for two more
 # directions of a contact.
 LARGEST_TURN = 1.0 / 3.0
-# Of the loop delay, how slowly a steep contact on rubber follows the surface. A loop of gain -g and
-# one such lag rests if the lag is above T sqrt(g^2 - 1) / arccos(-1 / g): twice T is enough up to
-# g = 3.8. Tori pressed as deep as a quarter of their curvature rested at 2 T, and at 1 T not all.
-_OWN_ROUNDS = 2.0
 _TINY = 1e-9  # of the spread of the vertices under a finger: they may lie on a line
 GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
 
@@ -84,25 +78,6 @@ def find_turning_lag(
     S = root @ C @ root
     needed = turning_needed(0.5 * (S + S.T), 2 * len(turned), _longest_delay(users, dt), lag)
     return min(LONGEST_TURN, needed / SHARE)
-
-
-def find_own_turning_lag(body: Body, users: Sequence[Hand], slopes: Floats, dt: float) -> float:
-    """Time constant with which hands may turn their own contacts through the body [s].
-
-    On a linear body the surface free of a force does not know of that force. Under large
-    deformation it does: it is the tangent's, which bends with the force, by as much as the contact
-    turns on it; and what it does to the contact is answered a loop delay later (science 3.12).
-
-    Args:
-        body: That is touched; on a linear one there is no such loop.
-        users: With their measured delays.
-        slopes: Of their contacts, shape (users,).
-        dt: Simulation period N T [s].
-    """
-    if not isinstance(body, RubberSolid):
-        return 0.0
-    steep = [users[i] for i in steep_contacts(slopes)]
-    return min(LONGEST_TURN, _OWN_ROUNDS * _longest_delay(steep, dt)) if steep else 0.0
 
 
 def _root_of_gain(mesh: SurfaceMesh, contacts: Contacts, i: int) -> Floats:

@@ -26,7 +26,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
 from cohaptic_server.room.watch.user_records import displacement, records
-from cohaptic_server.room.watch.watcher import Watcher
+from cohaptic_server.room.watch.watcher import SIGN_OF_LIFE, Watcher
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
@@ -110,17 +110,20 @@ def test_a_world_at_rest_costs_nothing_and_who_comes_late_sees_it_at_once(
 ) -> None:
     shown = gallery(small_balloon)
     watcher = come(shown)
-    sent = 0
+    sent = signs = 0
     world, patches = WorldState(), dict[int, Patch]()
     for world, patches in motion(small_balloon, 270, still=True):
         shown.see(world, patches, world.tick * PERIOD)
         shown.show(watcher, world.tick * PERIOD, clear=True)
-        count = len(scenes(watcher, small_balloon))
-        watcher.receive(Ack(world.tick).encode(), 0.0) if count else None
-        sent += count
+        came = scenes(watcher, small_balloon)
+        watcher.receive(Ack(world.tick).encode(), 0.0) if came else None
+        sent += len(came)
         if world.tick > 240:
-            assert count == 0
+            # Without a surface: no more than a sign of life.
+            assert all(scene.surface is None for scene in came)
+            signs += len(came)
     assert sent > 10  # while the hands came
+    assert signs <= 30 * PERIOD / SIGN_OF_LIFE + 1
     late = come(shown)
     shown.see(world, patches, world.tick * PERIOD)
     shown.show(late, world.tick * PERIOD, clear=True)
@@ -148,7 +151,10 @@ def test_a_viscous_body_is_shown_until_it_has_come_back() -> None:
         shown.show(watcher, tick * PERIOD, clear=True)
         for scene in scenes(watcher, plate):
             watcher.receive(Ack(scene.tick).encode(), 0.0)
-            assert scene.surface is not None, "without a model forces are served as frames"
+            if scene.surface is None:
+                still = float(np.abs(displacement(world, 1)).max())
+                assert still <= depth[-1] + 2 * FINEST, "a sign of life only where nothing moved"
+                continue
             depth.append(float(np.abs(scene.surface.displacement).max()))
     assert len(depth) > 60
     assert depth[-1] <= 3 * FINEST
@@ -257,3 +263,22 @@ def test_however_rough_a_surface_is_its_frame_is_bounded() -> None:
     frame = encoder.frame(surface=True)
     assert len(frame) <= MAX_SURFACE_BYTES + 100
     assert len(x) * 6 > 2 * MAX_SURFACE_BYTES  # it had to be coarser
+
+
+def test_who_watches_a_still_room_hears_that_the_server_lives(small_balloon: Balloon) -> None:
+    shown = gallery(small_balloon)
+    watcher = come(shown)
+    heard: list[float] = []
+    for tick in range(1, 301):
+        shown.see(WorldState(tick=tick), {}, tick * PERIOD)
+        shown.show(watcher, tick * PERIOD, clear=True)
+        for scene in scenes(watcher, small_balloon):
+            heard.append(scene.tick * PERIOD)
+            watcher.receive(Ack(scene.tick).encode(), tick * PERIOD)
+    assert np.diff(heard).max() <= SIGN_OF_LIFE + 2 * PERIOD
+    assert np.diff(heard).min() >= SIGN_OF_LIFE - 2 * PERIOD
+    # Who acknowledges nothing gets no second one.
+    for tick in range(301, 601):
+        shown.see(WorldState(tick=tick), {}, tick * PERIOD)
+        shown.show(watcher, tick * PERIOD, clear=True)
+    assert len(scenes(watcher, small_balloon)) <= 1

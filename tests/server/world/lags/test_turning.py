@@ -4,16 +4,12 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import Contact, Contacts, locate
 from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.lags.turning import (
     GENTLE,
     LONGEST_TURN,
-    find_own_turning_lag,
     find_turning_lag,
     steep_contacts,
 )
@@ -92,17 +88,3 @@ def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Ba
     spans = [slice(0, 3), slice(3, 6)]
     lag = find_turning_lag(users, limb_compliance(8.0), spans, where, mesh, np.ones(2), 0.0, DT)
     assert 0.0 < lag <= LONGEST_TURN
-
-
-def test_a_hand_turns_its_own_contact_on_rubber_alone(small_balloon: Balloon) -> None:
-    """Twice the loop delay of the slowest hand with a steep contact, and at most two seconds."""
-    tets = block((0.1, 0.1, 0.1), (2, 2, 2))
-    rubber = RubberSolid(tets, tets.vertices[:, 2] < 0.001, SolidSettings())
-    users = [user_of(touch(i, max_stiffness=1e4), delay=i * 0.1) for i in (1, 2)]
-    both, first, none = np.array([DEEP, DEEP]), np.array([DEEP, 1.0]), np.ones(2)
-    assert find_own_turning_lag(small_balloon, users, both, DT) == 0.0
-    assert find_own_turning_lag(rubber, users, none, DT) == 0.0
-    alone = find_own_turning_lag(rubber, users, first, DT)
-    assert 0.2 < alone < find_own_turning_lag(rubber, users, both, DT) <= LONGEST_TURN
-    late = [user_of(touch(i, max_stiffness=1e4), delay=1.5) for i in (1, 2)]
-    assert find_own_turning_lag(rubber, late, both, DT) <= LONGEST_TURN

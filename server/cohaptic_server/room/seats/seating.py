@@ -39,15 +39,21 @@ class Seating:
         self.held = min(self.held, max(self.wanted, used))
         return self.held
 
-    def check(self, present: int, kept: int = 0) -> None:
+    @property
+    def limit(self) -> int:
+        """How many may sit now."""
+        return self.most if self.held is None else min(self.most, self.held)
+
+    def check(self, present: int, kept: int = 0, promised: int = 0) -> None:
         """Raise RemoteProtocolError if there is no seat for one more.
 
         Args:
             present: How many are here.
             kept: How many more seats wait for those whose connections were just lost.
+            promised: How many more are for those who came before and wait.
         """
-        limit = self.most if self.held is None else min(self.most, self.held)
-        if present + kept < limit:
+        limit = self.limit
+        if present + kept + promised < limit:
             return
         words = (
             f"at most {limit}"
@@ -56,7 +62,8 @@ class Seating:
         )
         if kept:
             words += f"; {kept} of them kept a few seconds for who lost the connection: try again"
+        if promised:
+            words += f"; {promised} wait for a place already"
+        count = present + kept + promised + 1
         name = f"number of {self.who}"
-        raise RemoteProtocolError(
-            name, present + kept + 1, words + self.instead, CloseCode.ROOM_FULL
-        )
+        raise RemoteProtocolError(name, count, words + self.instead, CloseCode.ROOM_FULL)

@@ -95,6 +95,10 @@ class KeptNames:
         self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
         return len(self._seats)
 
+    def has_seat(self, name: str, now: float) -> bool:
+        """Whether one of those seats is of this name."""
+        return self._seats.get(name, now) > now and name in self._kept
+
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name is kept for somebody else."""
         kept = self._kept.get(name)
@@ -106,4 +110,7 @@ class KeptNames:
         if now < until and not (whose.is_of(claim) or whose.source == claim.source):
             limit = f"another one: its owner lost the connection and has {until - now:.0f} s left"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
-        del self._kept[name]
+
+    def forget(self, name: str) -> None:
+        """Keep a name no more: its owner is back, or nobody waits for it."""
+        self._kept.pop(name, None)

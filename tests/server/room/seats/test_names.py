@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic_server.room.names import (
+from cohaptic_server.room.seats.names import (
     KEPT_FOR,
     REPLACE_AFTER,
     SEAT_KEPT_FOR,
@@ -37,6 +37,7 @@ def test_a_kept_name_goes_to_its_owner_or_its_address_until_it_is_free(
     same = owner.source == other.source or (owner.key is not None and owner.key == other.key)
     if same or later >= KEPT_FOR:
         kept.check("ann", other, later)
+        kept.forget("ann")
         kept.check("ann", Claim(None, "z"), later)  # it is not kept any more
         return
     with pytest.raises(RemoteProtocolError) as caught:

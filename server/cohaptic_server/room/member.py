@@ -1,0 +1,55 @@
+"""A user as its room knows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cohaptic.control.law import Gains
+from cohaptic.protocol.messages import FixedGains, Hello
+from cohaptic.protocol.patch import Geometry
+from cohaptic_server.room.seats.names import Claim
+from cohaptic_server.world.state import Touch
+
+
+@dataclass(slots=True)
+class Member:
+    """The room's record of a user; only the room changes it.
+
+    Args:
+        user: Number, which is never used twice.
+        hello: Settings of the user, with its later changes.
+        heard: Time of the newest message from it [s].
+        claim: To its name.
+        max_force: Most of its force that the body gets, by its device and its token [N].
+        muted: Whether the body gets none of it.
+
+    Attributes:
+        joined: When it came [s].
+        touch: Newest sample; None before the first.
+        used, seen: Samples that were the newest at a tick, and the sequence number of the last.
+        gains: That the user chose itself; None for the server's.
+        geometry: Of its patches.
+    """
+
+    user: int
+    hello: Hello
+    heard: float
+    claim: Claim
+    max_force: float
+    muted: bool = False
+    joined: float = field(init=False)
+    touch: Touch | None = None
+    used: int = 0
+    seen: int = 0
+    gains: Gains | None = field(init=False)
+    geometry: Geometry = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.joined = self.heard
+        self.gains = chosen_gains(self.hello.fixed_gains)
+        self.geometry = Geometry[self.hello.geometry.upper()]
+
+
+def chosen_gains(fixed: FixedGains | None) -> Gains | None:
+    """As the loop computes with them; None for the server's."""
+    return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)

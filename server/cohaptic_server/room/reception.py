@@ -1,0 +1,141 @@
+"""Takes people into a room: to touch, or to watch. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.protocol.messages import Hello, ServerControl, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.watch_messages import Watch
+from cohaptic_server.room.entrance import Entrance
+from cohaptic_server.room.moderation import administers, tell_put_out, tell_restraints
+from cohaptic_server.room.peer import Outcome, Peer
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.seats.waiting import Waiting
+from cohaptic_server.room.session import ServerSession
+from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.watch.watcher import Watcher
+
+
+class Reception:
+    """Of one room.
+
+    Args:
+        room: The users.
+        audience: The watchers.
+        entrance: Who may come in, and what for.
+        peers: All of the room; the lobby's own list.
+
+    Attributes:
+        waiting: Who waits for a seat.
+    """
+
+    def __init__(
+        self, room: Room, audience: Audience, entrance: Entrance, peers: Sequence[Peer]
+    ) -> None:
+        self.room, self.audience, self.entrance = room, audience, entrance
+        self.peers = peers
+        self.waiting = Waiting(room)
+
+    def join(
+        self,
+        peer: Peer,
+        session: ServerSession,
+        hello: Hello,
+        now: float,
+        to_wall: float,
+        outcome: Outcome,
+    ) -> None:
+        """Let somebody touch, or wait for a seat, or end its session.
+
+        Args:
+            peer: Who has sent its hello.
+            session: Of it.
+            hello: The message.
+            now: Time [s].
+            to_wall: Offset of that time to the machine's wall clock [s].
+            outcome: To which the tasks of the shell are added.
+        """
+        try:
+            session_token = self.entrance.enter(peer, hello, now, to_wall)
+            try:
+                joined = self.room.join(hello, now, peer.source, peer.guest)
+            except ProtocolError as error:
+                if error.code is not CloseCode.ROOM_FULL or not hello.wait:
+                    raise
+                self.waiting.enter(peer, session, hello, outcome)
+                return
+        except ProtocolError as error:
+            session.fail(error)
+            return
+        self._seat(peer, session, hello, joined, to_wall, session_token, outcome)
+
+    def come(
+        self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
+    ) -> None:
+        """Seat one who has waited and was called; the arguments are those of `join`."""
+        hello = self.waiting.called(peer)
+        if hello is None:
+            session.fail(RemoteProtocolError("message", "Come", "nothing before it is called"))
+            return
+        try:
+            token = self.entrance.check(peer, hello.name, now, to_wall)
+            joined = self.room.join(hello, now, peer.source, peer.guest, called=True)
+        except ProtocolError as error:
+            session.fail(error)
+            return
+        self._seat(peer, session, hello, joined, to_wall, token, outcome)
+
+    def _seat(
+        self,
+        peer: Peer,
+        session: ServerSession,
+        hello: Hello,
+        taken_in: tuple[Welcome, UserJoined, int | None],
+        to_wall: float,
+        token: str | None,
+        outcome: Outcome,
+    ) -> None:
+        welcome, joined, replaced = taken_in
+        if replaced is not None:
+            limit = "its only connection: it has come back with another"
+            for other in self.peers:
+                if other.user == replaced:
+                    other.session.fail(ProtocolError("user", hello.name, limit))
+            left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
+            tell_others(self.peers, peer, left, outcome)
+        peer.user = welcome.user
+        mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
+        changes = {"to_wall": to_wall, "session": token}
+        session.accept(welcome.model_copy(update=changes), mesh)
+        told = f"{hello.name} joined with {hello.law.value}"
+        outcome.say("joined", told, peer.source, user=hello.name)
+        tell_others(self.peers, peer, joined, outcome)
+        if self.room.members[welcome.user].muted:  # under another number than before
+            tell_restraints(self.room, self.peers, outcome)
+        elif self.room.restrains:
+            tell_restraints(self.room, [peer], outcome)
+
+    def watch(self, peer: Peer, watch: Watch, now: float, to_wall: float, outcome: Outcome) -> None:
+        """Let somebody watch, or end its session; the arguments are those of `join`."""
+        watcher = Watcher(watch, has_model=self.audience.model is not None)
+        peer.session = watcher
+        try:
+            session_token = self.entrance.enter(peer, watch, now, to_wall)
+            self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
+            if self.room.restrains:
+                watcher.send(self.room.restraints)
+            if administers(peer):
+                tell_put_out(self.entrance.removed, [peer], now, outcome)
+        except ProtocolError as error:
+            watcher.fail(error)
+            return
+        peer.needs_mesh = True
+
+
+def tell_others(peers: Iterable[Peer], peer: Peer, news: ServerControl, outcome: Outcome) -> None:
+    """Tell everybody but one."""
+    for other in peers:
+        if other is not peer and other.session.hears_news:
+            other.session.send(news)
+            outcome.flush.append(other)

@@ -1,0 +1,119 @@
+"""Who waits for a seat in a full room, in the order of coming; a value, whose changes make another.
+
+    enter --> waits --call--> called --come--> in the room
+                |               |
+                +--- leave -----+--- nothing within TURN ---> out of the queue
+
+A seat that is free calls the first who waits, and is kept for it while it is called. Nobody jumps
+the queue: as long as somebody waits, no free seat is anybody else's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+
+# s for who is called to come. A client answers by itself, at once; who does not costs the others
+# that much of a seat, and a path that stalls for longer is as good as lost.
+TURN = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Of one who waits.
+
+    Args:
+        number: By which the caller knows who it is.
+        source: Whom its connection is counted with.
+        until: When its turn is over [s]; None before it is called.
+    """
+
+    number: int
+    source: str
+    until: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class WaitQueue:
+    """All who wait for one room.
+
+    Args:
+        most: Places; 0 for no queue.
+        most_of_source: Of them, for one address: a queue of one address would be nobody else's.
+        places: In the order of coming.
+    """
+
+    most: int
+    most_of_source: int
+    places: tuple[Place, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __contains__(self, number: int) -> bool:
+        return any(place.number == number for place in self.places)
+
+    @property
+    def called(self) -> int:
+        """How many were called and have not come yet; a seat is kept for each."""
+        return sum(place.until is not None for place in self.places)
+
+    def enter(self, number: int, source: str) -> WaitQueue:
+        """With one more, at the end.
+
+        Raises:
+            RemoteProtocolError: The queue is full, or this address has all places that it may.
+        """
+        if number in self:
+            raise ValueError(f"{number} waits already")
+        of_source = sum(place.source == source for place in self.places)
+        for subject, waiting, limit in (
+            ("number of people who wait", len(self.places), self.most),
+            ("number of people who wait from one address", of_source, self.most_of_source),
+        ):
+            if waiting >= limit:
+                raise RemoteProtocolError(
+                    subject, waiting + 1, f"at most {limit}", CloseCode.ROOM_FULL
+                )
+        return replace(self, places=(*self.places, Place(number, source)))
+
+    def leave(self, number: int) -> WaitQueue:
+        """Without one who has come, or has gone; the same if it does not wait."""
+        return replace(self, places=tuple(p for p in self.places if p.number != number))
+
+    def hand_on(self, number: int, to: int) -> WaitQueue:
+        """With the place of one connection given to another of the same person."""
+        places = tuple(replace(p, number=to) if p.number == number else p for p in self.places)
+        return replace(self, places=places)
+
+    def call(self, free: int, now: float) -> tuple[WaitQueue, tuple[int, ...]]:
+        """Call as many as there are seats, the first first.
+
+        Args:
+            free: Seats that nobody sits in and that are kept for nobody who lost a connection.
+                Of them those that are kept for who was called before are taken off here.
+            now: Time [s].
+
+        Returns:
+            The queue, and who was called now.
+        """
+        spare = free - self.called
+        chosen: list[int] = []
+        for place in self.places:
+            if place.until is None and len(chosen) < spare:
+                chosen.append(place.number)
+        places = tuple(
+            replace(p, until=now + TURN) if p.number in chosen else p for p in self.places
+        )
+        return replace(self, places=places), tuple(chosen)
+
+    def late(self, now: float) -> tuple[int, ...]:
+        """Whose turn is over."""
+        return tuple(p.number for p in self.places if p.until is not None and now >= p.until)
+
+    def told(self) -> Mapping[int, tuple[int, int]]:
+        """Place (from 1), and number of places, for each who waits to be called."""
+        waiting = [p.number for p in self.places if p.until is None]
+        return {number: (k + 1, len(waiting)) for k, number in enumerate(waiting)}

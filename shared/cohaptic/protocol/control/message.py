@@ -1,0 +1,36 @@
+"""What all control messages are: frozen, bounded, and silent about what is not said."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
+
+SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
+_SELDOM_SAID = (*SECRETS, "wait", "capabilities")
+
+# Printable, one line: names are shown in terminals and pages.
+Name = Annotated[
+    str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
+]
+
+
+class ControlMessage(BaseModel):
+    """Base of all control messages: frozen, without unknown fields and without infinities."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class WithSecrets(ControlMessage):
+    """A message with fields that are not on the wire where there is nothing to say in them."""
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = handler(self)
+        return {name: value for name, value in fields.items() if name not in _SELDOM_SAID or value}

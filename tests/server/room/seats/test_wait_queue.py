@@ -1,0 +1,135 @@
+"""Laws of the queue before a full room."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic_server.room.seats.wait_queue import TURN, WaitQueue
+
+MOST, OF_SOURCE, SEATS = 6, 2, 3
+
+
+class Queueing(RuleBasedStateMachine):
+    """A room of three seats, addresses that come as often as they like, and people who vanish."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.queue = WaitQueue(MOST, OF_SOURCE)
+        self.order: list[int] = []  # who waits, as it should be
+        self.seated: set[int] = set()
+        self.called: dict[int, float] = {}
+        self.now, self.next = 0.0, 1
+
+    @rule(source=st.sampled_from("abcde"))
+    def come_by(self, source: str) -> None:
+        number, before = self.next, self.queue
+        self.next += 1
+        of_source = sum(p.source == source for p in before.places)
+        try:
+            self.queue = before.enter(number, source)
+        except RemoteProtocolError:
+            assert len(before) == MOST or of_source == OF_SOURCE
+            return
+        assert len(before) < MOST
+        assert of_source < OF_SOURCE
+        self.order.append(number)
+
+    @rule()
+    def call(self) -> None:
+        free = SEATS - len(self.seated)
+        self.queue, called = self.queue.call(free, self.now)
+        waiting = [n for n in self.order if n not in self.called]
+        # The first who wait, as many as there are seats that nobody was called to.
+        assert list(called) == waiting[: max(0, free - len(self.called))]
+        self.called |= dict.fromkeys(called, self.now + TURN)
+
+    @precondition(lambda self: self.called)
+    @rule(data=st.data())
+    def come_in(self, data: st.DataObject) -> None:
+        number = data.draw(st.sampled_from(sorted(self.called)))
+        self.queue = self.queue.leave(number)
+        self.seated.add(number)
+        self.order.remove(number)
+        del self.called[number]
+
+    @precondition(lambda self: self.order)
+    @rule(data=st.data())
+    def give_up(self, data: st.DataObject) -> None:
+        number = data.draw(st.sampled_from(self.order))
+        self.queue = self.queue.leave(number)
+        self.order.remove(number)
+        self.called.pop(number, None)
+
+    @precondition(lambda self: self.seated)
+    @rule(data=st.data())
+    def stand_up(self, data: st.DataObject) -> None:
+        self.seated.remove(data.draw(st.sampled_from(sorted(self.seated))))
+
+    @rule(seconds=st.floats(0.0, 2.0 * TURN))
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+        late = self.queue.late(self.now)
+        assert set(late) == {n for n, until in self.called.items() if until <= self.now}
+        for number in late:
+            self.queue = self.queue.leave(number)
+            self.order.remove(number)
+            del self.called[number]
+
+    @invariant()
+    def it_is_bounded_in_order_and_seats_nobody_twice(self) -> None:
+        assert [p.number for p in self.queue.places] == self.order
+        assert len(self.queue) <= MOST
+        assert self.queue.called == len(self.called)
+        assert len(self.seated) + self.queue.called <= SEATS
+        waiting = [n for n in self.order if n not in self.called]
+        told = {n: (k + 1, len(waiting)) for k, n in enumerate(waiting)}
+        assert self.queue.told() == told
+
+
+TestQueueing = Queueing.TestCase
+
+
+@given(st.lists(st.sampled_from("abc"), max_size=20))
+def test_one_address_leaves_places_for_others(sources: list[str]) -> None:
+    queue = WaitQueue(MOST, OF_SOURCE)
+    for number in range(50):
+        if number < 40:
+            source = "hostile"
+        else:
+            source = sources[number % len(sources)] if sources else "hostile"
+        try:
+            queue = queue.enter(number, source)
+        except RemoteProtocolError:
+            continue
+    assert len(queue) <= MOST
+    assert sum(p.source == "hostile" for p in queue.places) == OF_SOURCE
+    if sources:
+        assert any(p.source != "hostile" for p in queue.places)
+
+
+def test_a_queue_without_places_takes_nobody() -> None:
+    with pytest.raises(RemoteProtocolError, match="is 1; expected at most 0") as caught:
+        WaitQueue(0, 4).enter(1, "a")
+    assert caught.value.code is CloseCode.ROOM_FULL
+
+
+def test_another_connection_takes_the_place_over() -> None:
+    queue = WaitQueue(3, 3).enter(1, "a").enter(2, "b").enter(3, "c")
+    queue = queue.hand_on(2, 7)
+    assert queue.told() == {1: (1, 3), 7: (2, 3), 3: (3, 3)}
+    assert 2 not in queue
+    assert queue.hand_on(99, 5) == queue
+    assert queue.leave(99) == queue
+
+
+def test_nobody_is_called_while_fewer_seats_are_there_than_were_promised() -> None:
+    queue, called = WaitQueue(3, 3).enter(1, "a").enter(2, "b").call(1, 0.0)
+    assert called == (1,)
+    assert queue.call(-3, 0.0) == (queue, ())
+    assert queue.call(1, 0.0) == (queue, ())
+    with pytest.raises(ValueError, match="1 waits already"):
+        queue.enter(1, "a")

@@ -1,0 +1,107 @@
+"""A whole server whose state, and log, lie on a full disk: a small tmpfs of the test."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic_server.demo.processes import Process
+from tests.give_up import give_up
+
+pytestmark = pytest.mark.realtime
+CLOCK = SystemClock()
+PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Generator[Path]:
+    """256 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    if sys.platform != "linux":
+        give_up("a tmpfs needs Linux")
+    options = ["-t", "tmpfs", "-o", "size=256k,mode=700", "cohaptic-test", str(folder)]
+    mounted = subprocess.run(["mount", *options], capture_output=True, text=True, check=False)
+    if mounted.returncode:
+        give_up(f"no tmpfs can be mounted here: {mounted.stderr.strip()}")
+    yield folder
+    subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def fill(disk: Path) -> Path:
+    """Until not a byte is left."""
+    path = disk / "filling"
+    with path.open("wb", buffering=0) as file, contextlib.suppress(OSError):
+        while True:
+            file.write(bytes(4096))
+    assert os.statvfs(disk).f_bavail == 0
+    return path
+
+
+def until(condition: Callable[[], bool]) -> None:
+    deadline = CLOCK.now() + PATIENCE
+    while not condition():
+        assert CLOCK.now() < deadline
+        threading.Event().wait(0.05)
+
+
+def cohaptic(*arguments: str) -> str:
+    command = [sys.executable, "-m", "cohaptic", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE)
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("log_too", [False, True])
+def test_on_a_full_disk_a_server_goes_on_and_a_ban_is_written_once_there_is_space(
+    disk: Path, tmp_path: Path, *, log_too: bool
+) -> None:
+    keys = ("--keys", str(tmp_path / "keys"))
+    cohaptic("key", str(tmp_path / "keys"))
+    log = (disk if log_too else tmp_path) / "server.log"
+    server = Process("serve", "--port", "0", *keys, "--state", str(disk / "state"), log=log)
+    url = server.first_line().removeprefix("listening ")
+    filling = fill(disk)
+
+    def touch(name: str) -> Process:
+        token = cohaptic("token", *keys, "--sub", name)
+        return Process(
+            "touch", url, "--name", name, "--geometry", "plane", "--json-lines",
+            "--token", token, log=tmp_path / f"{name}.log",
+        )  # fmt: skip
+
+    def state(hand: Process) -> str:
+        return str(json.loads(hand.line or "{}").get("state"))
+
+    bad, good = touch("bad"), touch("good")
+    try:
+        until(lambda: state(bad) == state(good) == "touching")
+        admin = cohaptic("token", *keys, "--admin")
+        assert cohaptic("admin", url, "ban", "bad", "--token", admin) == "done: ban bad"
+        until(lambda: not bad.running)
+        assert "banned" in (tmp_path / "bad.log").read_text()
+        again = touch("bad")
+        until(lambda: not again.running)  # it is known, though it is written nowhere
+        again.wait()
+        if not log_too:
+            until(lambda: "cannot be written" in log.read_text())
+        assert state(good) == "touching"
+        (journal,) = (disk / "state").glob("*.jsonl")
+        assert "bad" not in journal.read_text()
+        filling.unlink()
+        until(lambda: '"name":"bad"' in journal.read_text())
+        assert state(good) == "touching"
+        if not log_too:
+            assert log.read_text().count("cannot be written") == 1
+            assert "Traceback" not in log.read_text()
+    finally:
+        for process in (bad, good, server):
+            process.wait()
