@@ -36,6 +36,11 @@ class Room:
         self.address = page_address(self.url)
         self.port = int(self.url.rpartition(":")[2])
 
+    @property
+    def pid(self) -> int:
+        """Of the server's process."""
+        return self._process.pid
+
     def close(self) -> None:
         self._process.wait()
 

@@ -28,6 +28,8 @@ _NUMBER = r"([\d.\u2212-]+)"
 # What the browser itself prints of a connection that cannot be had.
 _NETWORK = re.compile(r"WebSocket connection to .* failed|net::ERR_")
 _UNSOLVED = re.compile(r"responded with a status of (404|503)")
+# A page that never loaded has no storage.
+_ENGINEER = "try { localStorage.setItem('cohaptic.engineer', 'yes') } catch {}"
 _VIOLATIONS = """
 addEventListener("securitypolicyviolation", (e) => {
   console.error("policy: " + e.violatedDirective + " " + e.blockedURI);
@@ -43,11 +45,13 @@ class Look:
         width: In pixels.
         height: In pixels.
         phone: Whether it is one, with a finger for a mouse.
+        engineer: Whether gains, laws and plots are open.
     """
 
     width: int
     height: int
     phone: bool = False
+    engineer: bool = True
 
 
 # Software draws every pixel: small pictures leave the cores to the hands.
@@ -64,6 +68,8 @@ def visitor_of(browser: Browser, look: Look = SMALL) -> Visitor:
         has_touch=look.phone,
         is_mobile=look.phone,
     )
+    if look.engineer:
+        context.add_init_script(_ENGINEER)
     return Visitor(context.new_page())
 
 
@@ -156,7 +162,11 @@ class Visitor:
         self.page.fill(".name", name)
         self.page.press(".name", "Tab")
         self.page.click(".touch-button")
-        self.until(lambda: self.text(".dock-facts") == "in the air", "the hand to be engaged")
+        self.until(lambda: self.doing() == "in the air", "the hand to be engaged")
+
+    def doing(self) -> str | None:
+        """What the own hand does, seen or not."""
+        return self.page.locator(".dock-facts").text_content()
 
     def choose_friction(self, mu: str) -> None:
         """Another finger; the page leaves the room with the one and comes in again."""

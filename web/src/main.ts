@@ -14,6 +14,6 @@ const address = location.href;
 new Page({
   address,
   openStore: () => openWatch(address, "forces", 30, invitation),
-  startTouch: (settings) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }),
+  startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
   prepareTouch,
 });

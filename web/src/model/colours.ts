@@ -8,16 +8,40 @@ export type ColourMap = readonly Rgb[];
 
 export type Scheme = "light" | "dark";
 
-/** Okabe and Ito's palette, lifted where the ground is dark; people who see few colours tell them apart. */
-const USERS: Record<Scheme, readonly string[]> = {
-  light: ["#0b6cb0", "#c8500a", "#0a8a66", "#a8508a", "#8a6d00", "#3a4fb8", "#b03040", "#4c7a1c"],
-  dark: ["#5ab4f0", "#f28a48", "#3fcfa4", "#e08cc0", "#e6c84a", "#8c9cf8", "#f07a86", "#a6d468"],
+/** Apart from each other, and from the blue and the amber that the displacement is shown in: no hand is part of the field. */
+export const USERS: Record<Scheme, readonly string[]> = {
+  light: ["#0a7f52", "#b0278a", "#6b3fc0", "#b8263a", "#4c7a1c", "#00727a", "#6e3552", "#454b52"],
+  dark: ["#3fcf8e", "#f07cd0", "#b79cff", "#ff8088", "#a6d468", "#4fd0d8", "#d8a4bc", "#c3cbd3"],
 };
 
-/** A colour for a user by number; numbers rise, so eight in a row differ. */
-export function userColour(user: number, scheme: Scheme): string {
-  const list = USERS[scheme];
-  return list[(((user - 1) % list.length) + list.length) % list.length] ?? "#888888";
+/** Who has which colour: of those who are here no two have the same, while there are enough. */
+export class UserColours {
+  private readonly indices = new Map<number, number>();
+
+  /** Those who are here; the colours of all others are free again. */
+  present(users: readonly number[]): void {
+    for (const user of this.indices.keys()) if (!users.includes(user)) this.indices.delete(user);
+    for (const user of users) this.indexOf(user);
+  }
+
+  of(user: number, scheme: Scheme): string {
+    return USERS[scheme][this.indexOf(user) % USERS[scheme].length] ?? "#888888";
+  }
+
+  /** The one by its number, so that pages agree as far as they can; where that is taken, the lowest free one. */
+  private indexOf(user: number): number {
+    const known = this.indices.get(user);
+    if (known !== undefined) return known;
+    const taken = new Set(this.indices.values());
+    const colours = USERS.light.length;
+    let index = (((user - 1) % colours) + colours) % colours;
+    if (taken.has(index)) {
+      index = 0;
+      while (taken.has(index)) index++;
+    }
+    this.indices.set(user, index);
+    return index;
+  }
 }
 
 /** "#rrggbb" as three shares. */

@@ -34,6 +34,8 @@ export interface TouchSettings {
   readonly key?: string;
   /** Of an invitation or a session; without one where none is needed. */
   readonly token?: string;
+  /** Whether to wait for a seat where the room is full. */
+  readonly wait?: boolean;
 }
 
 export type TouchPhase = "connecting" | "joined" | "closed";
@@ -45,6 +47,8 @@ export interface TouchState {
   readonly reason: string;
   /** Close code that belongs to the reason; 0 for none. */
   readonly code: number;
+  /** Place in the queue before a full room, from 1, and the number of places; null for who does not wait. */
+  readonly place: readonly [number, number] | null;
   /** State of the loop: "connecting", "waiting" (to be engaged), "free", "touching", "server silent" or "stopped". */
   readonly doing: string;
   /** Number and name in the room; 0 before the welcome. */

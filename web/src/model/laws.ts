@@ -11,3 +11,6 @@ export interface FixedGains {
   /** I [N/(m s)]. */
   readonly integral_gain: number;
 }
+
+/** Share of K_o that the paper's rule is run with, inside K_h < K_o, eq. (8). */
+export const PAPER = 0.98;

@@ -2,7 +2,9 @@
 
 export type UserOrder = "mute" | "unmute" | "kick" | "ban";
 export type RoomOrder = "freeze" | "unfreeze" | "reset";
-export type Order = UserOrder | RoomOrder;
+/** About one who was put out, by name. */
+export type NameOrder = "unban";
+export type Order = UserOrder | RoomOrder | NameOrder;
 
 /** What an administrator keeps from the object now. */
 export interface Restraints {

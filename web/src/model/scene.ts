@@ -90,6 +90,14 @@ export type Encoding = "frames" | "forces";
 
 export type WatchPhase = "connecting" | "watching" | "waiting" | "refused";
 
+/** Silence after which the scene no longer counts as live [s]; a server gives a sign of life twice as often. */
+export const NO_WORD = 1;
+
+/** Whether what is shown is how things are now, and not how they were. */
+export function isLive(status: Pick<WatchStatus, "phase" | "silent">): boolean {
+  return status.phase === "watching" && status.silent < NO_WORD;
+}
+
 /** State of the watch connection. */
 export interface WatchStatus {
   readonly phase: WatchPhase;
@@ -99,6 +107,8 @@ export interface WatchStatus {
   readonly code: number;
   /** Time of the next attempt while "waiting" [s]. */
   readonly retry_at: number;
+  /** Since the newest word of the server [s]; 0 before the first. */
+  readonly silent: number;
   /** Frames and bytes since the connection was opened. */
   readonly frames: number;
   readonly bytes: number;
@@ -154,6 +164,8 @@ export interface SceneStore {
   /** Newest last; at most 100. */
   readonly events: readonly RoomEvent[];
   readonly restraints: Restraints;
+  /** Names of those who were put out; empty for who is no administrator. */
+  readonly putOut: readonly string[];
   /** All users in the room, also without a contact, sorted by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
   /**
@@ -166,8 +178,8 @@ export interface SceneStore {
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
   setLatency(user: number, latency: Latency): void;
-  /** Refused by the server unless `info.room_admin`; `user` for an order about somebody. */
-  order(order: Order, user?: number): void;
+  /** Refused by the server unless `info.room_admin`; `user`, or `name` for one who was put out, for an order about somebody. */
+  order(order: Order, user?: number, name?: string): void;
   /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */
   readonly subscribe: Subscribe;
   close(): void;

@@ -1,23 +1,26 @@
 /** Pointers and keys: translates their events into actions of the page. */
 
-import type { Help } from "../ui/help";
+import type { HelpPlace } from "../ui/help_place";
 import { actionOf, type KeyAction } from "../ui/keyboard";
+import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
 import { HOME, rotated, zoomed } from "../view/orbit";
 import { attachPointer } from "../view/pointing/pointer";
 import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
 import type { OwnHand } from "./own_hand";
-import type { TourRunner } from "./tour_runner";
+import type { Tour } from "./tour";
 
 /** The actions of the page that pointers and keys may use. */
 export interface PageActions {
   /** Null until the graphics are there, and without WebGL. */
   readonly stage: Stage | null;
   readonly own: OwnHand;
-  readonly tour: Pick<TourRunner, "running" | "yield">;
-  readonly help: Help;
+  readonly tour: Pick<Tour, "running" | "yield">;
+  readonly help: HelpPlace;
   readonly upload: { readonly dialog: { readonly root: HTMLDialogElement } };
+  /** Press where a ray meets the object, and come into the room for that; false where there is nothing to press. */
+  press(origin: Vec3, direction: Vec3): boolean;
   /** Bring the visitor's hand into the room, or take it out. */
   touch(on: boolean): void;
   toggleTour(): void;
@@ -27,14 +30,13 @@ export interface PageActions {
 }
 
 const TURN = 0.12; // rad for an arrow key
-const now = (): number => performance.now() / 1000;
 
 export function attachKeys(page: PageActions): void {
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
     const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
-    if (action === null || page.upload.dialog.root.open || (page.help.root.open && action !== "help")) return;
+    if (action === null || page.upload.dialog.root.open || (page.help.open && action !== "help")) return;
     if (event.repeat && action === "press") {
       event.preventDefault();
       return;
@@ -54,12 +56,13 @@ export function attachKeys(page: PageActions): void {
   });
 }
 
-export function attachPointers(page: PageActions, stage: Stage, host: HTMLElement): void {
+/** @returns A function that removes the listeners. */
+export function attachPointers(page: PageActions, stage: Stage, host: HTMLElement): () => void {
   const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
-  attachPointer(host, {
+  return attachPointer(host, {
     press: (x, y) => {
       const { origin, direction } = ray(x, y);
-      return page.own.press(origin, direction, now());
+      return page.press(origin, direction);
     },
     slide: (x, y) => {
       const { origin, direction } = ray(x, y);
@@ -102,7 +105,7 @@ function act(page: PageActions, action: KeyAction): void {
     touch: () => { page.touch(page.own.handle === null); },
     press: () => {
       const middle = stage?.middle();
-      if (middle !== undefined) page.own.press(middle.origin, middle.direction, now());
+      if (middle !== undefined) page.press(middle.origin, middle.direction);
     },
     deeper: () => { page.own.deeper(DEPTH.notch); },
     shallower: () => { page.own.deeper(-DEPTH.notch); },

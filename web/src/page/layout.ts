@@ -9,6 +9,8 @@ export interface Parts {
   readonly legend: HTMLElement;
   readonly notice: HTMLElement;
   readonly tour: HTMLElement;
+  readonly trace: HTMLElement;
+  readonly ghost: HTMLElement;
   readonly help: HTMLElement;
   readonly upload: HTMLElement;
 }
@@ -37,12 +39,14 @@ export function layOut(parts: Parts): Layout {
     { class: "stage", attrs: { "aria-label": "The shared object" } },
     host,
     parts.toolbar,
-    parts.legend,
-    el("div", { class: "stack" }, parts.notice, parts.tour),
+    parts.ghost,
+    parts.trace,
+    el("div", { class: "stack" }, parts.notice),
     parts.dock,
+    parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.panel, parts.help, parts.upload, live);
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, parts.help, parts.upload, live);
   return { root, host, live };
 }
 

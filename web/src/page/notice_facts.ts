@@ -9,13 +9,14 @@ export function noticeFacts(
   own: TouchState | null,
   page: Pick<NoticeFacts, "picture" | "seen" | "slept" | "letGo"> & { readonly now: number },
 ): NoticeFacts {
-  const { phase, reason, retry_at, code } = store.status;
+  const { phase, reason, retry_at, code, silent } = store.status;
   return {
     picture: page.picture,
     phase,
     code,
     reason,
     retryIn: Math.max(0, retry_at - page.now),
+    silent,
     seen: page.seen,
     slept: page.slept,
     letGo: page.letGo,

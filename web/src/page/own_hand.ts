@@ -2,7 +2,7 @@
 
 import type { RestMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
-import type { LawName } from "../model/laws";
+import { type LawName, PAPER } from "../model/laws";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
 import { along, norm, sub, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
@@ -11,16 +11,15 @@ import { deeper, type Finger, follow, goal, hover, type Place3, press, release, 
 import { at, pick, type Place, placeTowards } from "../view/pointing/pick";
 
 /** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
-const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
+export const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
   natural: { mass: 0.15, damping: 8, stiffness: 400 },
   firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
 };
 const MAX_FORCE = 10; // N
 const AWAY = 1.3; // radii of the body, where a hand appears
-/** Share of K_o that the paper's rule is run with: inside K_h < K_o, eq. (8). */
-const PAPER = 0.98;
 
-export type StartTouch = (settings: TouchSettings) => TouchHandle;
+/** @param beside Another hand than the visitor's own. */
+export type StartTouch = (settings: TouchSettings, beside?: boolean) => TouchHandle;
 
 export class OwnHand {
   handle: TouchHandle | null = null;
@@ -40,6 +39,8 @@ export class OwnHand {
   private grip: "natural" | "firm" = "natural";
   private paperPending = false;
   private guided: Vec3 | null = null;
+  /** A press that waits until the hand is in the room and free. */
+  private pending: Place3 | null = null;
 
   constructor(startTouch: StartTouch) {
     this.startTouch = startTouch;
@@ -58,13 +59,14 @@ export class OwnHand {
   }
 
   get pressing(): boolean {
-    return this.finger?.pressing === true;
+    return this.finger?.pressing === true || this.pending !== null;
   }
 
   /** One line about the next step; empty when it is obvious. */
   hint(): string {
     const state = this.state;
     if (this.handle === null) return "";
+    if (state?.place) return `The room is full. You wait for a place: place ${state.place[0]} of ${state.place[1]}.`;
     if (state === null || (state.phase === "connecting" && state.user === 0)) return "Joining the room\u2026";
     if (state.phase === "connecting") return "Your hand waits for the server to come back.";
     if (state.fault !== "") return `Force off: ${state.fault}.`;
@@ -91,15 +93,18 @@ export class OwnHand {
     this.handle?.point(this.tip);
   }
 
-  /** @param towards From the middle of the body to where the hand appears. */
-  start(url: string, name: string, towards: Vec3): void {
+  /**
+   * @param towards From the middle of the body to where the hand appears.
+   * @param wait For a seat, where the room is full.
+   */
+  start(url: string, name: string, towards: Vec3, wait = false): void {
     if (this.handle !== null || this.info === null) return;
     this.ended = null;
     const { center, radius } = this.info.body;
     this.tip = along(center, AWAY * radius, unit(towards));
     this.handle = this.startTouch({
       url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
-      max_force: MAX_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip,
+      max_force: MAX_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip, wait,
     });
     this.paperPending = this.law === "paper";
   }
@@ -108,6 +113,7 @@ export class OwnHand {
     const handle = this.handle;
     this.handle = null;
     this.finger = null;
+    this.pending = null;
     if (handle !== null) void handle.close();
   }
 
@@ -134,13 +140,18 @@ export class OwnHand {
     const place = this.meet(origin, direction);
     if (this.handle === null || place === null) return false;
     this.guided = null;
+    if (!this.free) {
+      this.pending = place;
+      return true;
+    }
     this.finger = press(place, now, this.finger?.depth);
     return true;
   }
 
   slide(origin: Vec3, direction: Vec3): void {
     const place = this.meet(origin, direction);
-    if (place !== null && this.finger !== null) this.finger = slide(this.finger, place);
+    if (place !== null && this.pending !== null) this.pending = place;
+    else if (place !== null && this.finger !== null) this.finger = slide(this.finger, place);
   }
 
   hover(origin: Vec3, direction: Vec3): void {
@@ -149,7 +160,19 @@ export class OwnHand {
     if (place !== null) this.finger = hover(place, this.finger?.depth);
   }
 
+  /** Whether a ray meets the object. */
+  meets(origin: Vec3, direction: Vec3): boolean {
+    return this.meet(origin, direction) !== null;
+  }
+
+  /** In the room, and let go of what was there before: from then on it may press. */
+  private get free(): boolean {
+    const state = this.state;
+    return state?.phase === "joined" && state.doing !== "waiting" && state.doing !== "connecting";
+  }
+
   release(): void {
+    this.pending = null;
     if (this.finger !== null) this.finger = release(this.finger);
   }
 
@@ -181,6 +204,10 @@ export class OwnHand {
     if (view !== null) this.positions = view.positions;
     const { handle, info } = this;
     if (handle === null || info === null) return;
+    if (this.pending !== null && this.free) {
+      this.finger = press(this.pending, now, this.finger?.depth);
+      this.pending = null;
+    }
     if (this.finger !== null) {
       const { center, radius } = info.body;
       const before = this.tip;

@@ -2,9 +2,10 @@
 
 import { socketUrl } from "../address";
 import type { TouchState } from "../model/hand";
-import type { SceneStore, SceneSnapshot } from "../model/scene";
+import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
-import { Help } from "../ui/help";
+import { HelpPlace } from "../ui/help_place";
+import { Ghost } from "../ui/ghost";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
@@ -13,7 +14,8 @@ import { inks } from "../ui/plots/canvas";
 import { Rumble } from "../ui/rumble";
 import { keep, recall, Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
-import { userColour } from "../model/colours";
+import type { Vec3 } from "../model/vec";
+import { UserColours } from "../model/colours";
 import type { Colouring } from "../view/body/surface";
 import { eye, HOME } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
@@ -25,7 +27,7 @@ import { freshName, usableName } from "./names";
 import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
 import { SleepDetector } from "./sleep_detector";
-import { TourRunner } from "./tour_runner";
+import { Tour } from "./tour";
 import { UploadDesk } from "./upload_desk";
 
 const NAME = "cohaptic.name";
@@ -45,9 +47,10 @@ export class Page {
   readonly root: HTMLElement;
   readonly store: SceneStore;
   readonly own: OwnHand;
-  readonly tour: TourRunner;
+  readonly tour: Tour;
   readonly dock: Dock;
-  readonly help = new Help();
+  readonly help = new HelpPlace();
+  private readonly ghost = new Ghost();
   readonly upload: UploadDesk;
   readonly panel: Panel;
   /** Null until the graphics are there, and without WebGL: everything else goes on. */
@@ -57,13 +60,14 @@ export class Page {
   private readonly address: string;
   private readonly host: HTMLElement;
   private readonly theme: Theme;
+  private readonly colours = new UserColours();
   private sceneView: SceneView | null = null;
   private picture: NoticeFacts["picture"] = "well";
   private colouring: Colouring = "displacement";
   private readonly prepareTouch: () => void;
   private readonly toolbar: Toolbar;
   private readonly legend: LegendBox;
-  private readonly bar = new NoticeBar(() => { location.reload(); });
+  private readonly bar = new NoticeBar(() => { location.reload(); }, () => { this.touch(true, true); });
   private readonly rumble = new Rumble();
   private readonly sleep = new SleepDetector();
   private readonly announcer: Announcer;
@@ -74,6 +78,7 @@ export class Page {
   private letGo = false;
   private wish = false;
   private seen = false;
+  private live = false;
 
   constructor({ address, openStore, startTouch, prepareTouch }: PageSettings) {
     this.address = address;
@@ -84,8 +89,8 @@ export class Page {
     this.own = new OwnHand(startTouch);
     this.upload = new UploadDesk(address);
     this.theme = new Theme(() => { this.repaint(); });
-    const colour = (user: number): string => userColour(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user) => { this.store.order(order, user); });
+    const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); });
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
@@ -102,7 +107,7 @@ export class Page {
       help: () => { this.help.toggle(); },
       upload: () => { this.upload.open(); },
     });
-    this.tour = new TourRunner({
+    this.tour = new Tour({
       store: () => this.store,
       view: () => this.view,
       own: this.own,
@@ -112,36 +117,46 @@ export class Page {
       colour: (by) => { this.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
-    });
+      startTouch,
+      url: socketUrl(address),
+      colour_of: colour,
+      inks: () => inks(this.panel.root),
+    }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.tour.card.root, help: this.help.root, upload: this.upload.dialog.root,
+      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.dialog.root,
     });
     this.root = layout.root;
     this.host = layout.host;
     this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
+    this.panel.level.begin(location.search);
     attachKeys(this);
     this.store.subscribe(() => { this.body(); });
     this.theme.apply();
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     graphics.then(
-      ({ openScene }) => { this.openScene(openScene(layout.host)); },
+      ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
       () => { this.picture = "not loaded"; },
     );
   }
 
-  private openScene(scene: { readonly stage: Stage; readonly view: SceneView } | null): void {
-    if (scene === null) {
-      this.picture = "no webgl";
-      return;
-    }
+  private openScene(open: () => { readonly stage: Stage; readonly view: SceneView } | null): void {
+    const scene = open();
+    this.picture = scene === null ? "no webgl" : "well";
+    if (scene === null) return;
     this.stage = scene.stage;
     this.sceneView = scene.view;
     scene.view.setScheme(this.theme.scheme);
     scene.view.setColouring(this.colouring);
-    attachPointers(this, scene.stage, this.host);
+    const detach = attachPointers(this, scene.stage, this.host);
+    scene.stage.watch(() => {
+      // What is left of it goes now: once there are new graphics, it would be none of theirs.
+      [this.picture, this.stage, this.sceneView] = ["lost", null, null];
+      detach();
+      scene.view.dispose();
+    }, () => { this.openScene(open); });
     this.body();
   }
 
@@ -153,10 +168,22 @@ export class Page {
     this.letGo = true;
   }
 
-  touch(on: boolean): void {
+  /** The first press is the way in. */
+  press(origin: Vec3, direction: Vec3): boolean {
+    if (this.own.handle === null) {
+      if (this.store.info?.can_touch !== true || !this.own.meets(origin, direction)) return false;
+      this.touch(true);
+    }
+    const pressed = this.own.press(origin, direction, performance.now() / 1000);
+    if (pressed) this.ghost.learned();
+    return pressed;
+  }
+
+  /** @param wait For a place, where the room is full. */
+  touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
     this.wish = on && this.store.info === null;
-    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1));
+    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
     else this.own.stop();
     if (!on) this.rumble.still();
     this.write(performance.now() / 1000);
@@ -183,6 +210,10 @@ export class Page {
   private rename(text: string): void {
     this.name = usableName(text, this.name);
     keep(NAME, this.name);
+    if (this.own.handle === null) return;
+    // A name is said on the way in.
+    this.own.stop();
+    this.touch(true);
   }
 
   private body(): void {
@@ -212,10 +243,13 @@ export class Page {
     }
     this.view = this.store.at(now);
     this.seen ||= this.view !== null;
-    if (this.view !== null) this.panel.record(this.view);
+    const live = isLive(this.store.status);
+    if (this.view !== null && live) this.panel.record(this.view);
     this.own.step(this.view, now, dt);
+    if (live !== this.live) this.write(now);
     this.sceneView?.draw(this.view, this.own.state, dt);
     const own = this.own.state;
+    this.tour.frame();
     if (own !== null) this.rumble.feel(own.force, 1000 * now);
     if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
     // That a hand is in the air, or touches, is said at once.
@@ -225,6 +259,9 @@ export class Page {
   /** Words, numbers and plots; nobody reads them sixty times a second. */
   private write(now: number): void {
     this.written = now;
+    this.colours.present([...this.store.roster, ...(this.view?.users ?? [])].map(({ user }) => user));
+    this.live = isLive(this.store.status);
+    this.root.classList.toggle("stale", this.seen && !this.live);
     const own = this.own.state;
     this.did = own?.doing;
     this.own.tidy();
@@ -235,7 +272,8 @@ export class Page {
     this.panel.update(this.store, this.view, own?.user ?? 0);
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint());
-    if (own !== null) this.dock.update(own, userColour(own.user, this.theme.scheme), inks(this.panel.root));
+    if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
+    this.ghost.show(this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
     this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));

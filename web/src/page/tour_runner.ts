@@ -15,11 +15,17 @@ import {
   type TourState,
   type Turn,
 } from "../tour/machine";
-import { STEPS } from "../tour/steps";
+import { OCEAN, STEPS } from "../tour/steps";
 import type { Yardstick } from "../ui/plots/area_plot";
 import type { Colouring } from "../view/body/surface";
 import { facing, HOME, type Orbit } from "../view/orbit";
 import type { OwnHand } from "./own_hand";
+import type { Inks } from "../ui/plots/canvas";
+import { ForceTrace } from "../ui/plots/force_trace";
+import { fixed } from "../ui/words";
+import { besides, Partner } from "./partner";
+import type { StartTouch } from "./own_hand";
+import { SPAN, TourMeasure } from "./tour_measure";
 import { guidedDirection } from "./tour_place";
 
 /** The parts of the page that the tour may use. */
@@ -34,10 +40,22 @@ export interface Hands {
   readonly look: (orbit: Orbit) => void;
   /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
   readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
+  readonly startTouch: StartTouch;
+  /** Websocket of the server. */
+  readonly url: string;
+  /** Colour of a user, and the inks of the page now. */
+  readonly colour_of: (user: number) => string;
+  readonly inks: () => Inks;
 }
 
 export class TourRunner {
   readonly card: TourCard;
+  readonly trace = new ForceTrace();
+  private readonly measured = new TourMeasure();
+  private readonly partner: Partner;
+  /** Wishes that wait until what they need is there. */
+  private wantsPartner = false;
+  private wantsRehearsal = false;
   private state: TourState | null = null;
   private readonly hands: Hands;
   private touched = false;
@@ -48,6 +66,7 @@ export class TourRunner {
 
   constructor(hands: Hands) {
     this.hands = hands;
+    this.partner = new Partner(hands.startTouch);
     const now = (): number => performance.now() / 1000;
     const turn = (how: (state: TourState) => Turn): void => {
       if (this.state !== null) this.take(how(this.state));
@@ -71,6 +90,7 @@ export class TourRunner {
     }
     this.touched = this.hands.own.handle !== null;
     this.direction = null;
+    this.measured.begin();
     this.take(start(STEPS, this.facts(), now));
   }
 
@@ -86,8 +106,53 @@ export class TourRunner {
       this.hands.own.guide(this.place(), this.pressing, now);
       this.pressing = null;
     }
-    this.take(tick(STEPS, this.state, this.facts(), now));
-    this.card.update(STEPS, this.state, now);
+    this.bring();
+    if (this.wantsRehearsal && this.heardOcean() && this.measured.rehearse(this.hands.view(), own, this.hands.store().info?.simulation_period ?? 1 / 60)) {
+      this.wantsRehearsal = false;
+    }
+    const facts = this.facts();
+    this.take(tick(STEPS, this.state, facts, now));
+    this.card.update(STEPS, this.state, facts, now);
+    this.draw(facts);
+  }
+
+  /** Every report of the own hand, for what is measured. */
+  frame(): void {
+    const own = this.hands.own.state;
+    if (this.state !== null && own?.phase === "joined") this.measured.take(own);
+  }
+
+  /** The partner, where nobody else is. */
+  private bring(): void {
+    this.partner.update();
+    const { info, mesh, roster } = this.hands.store();
+    if (!this.wantsPartner || info === null || mesh === null || this.hands.own.state?.phase !== "joined") return;
+    this.wantsPartner = false;
+    if (this.facts().others > 0) return;
+    this.partner.come(this.hands.url, roster.map(({ name }) => name), mesh, info, besides(this.place()));
+  }
+
+  /** Whether the delays that the tour asked for are in the loops that it measures. */
+  private heardOcean(): boolean {
+    if (!this.delayed) return true;
+    const hands = [this.hands.own.state?.user ?? 0, this.partner.user];
+    const users = this.hands.view()?.users.filter(({ user }) => user > 0 && hands.includes(user)) ?? [];
+    return users.every(({ loop_delay }) => loop_delay > 1.8 * OCEAN);
+  }
+
+  private draw({ swing, rehearsed }: Facts): void {
+    const own = this.hands.own.state;
+    this.trace.root.hidden = own?.phase !== "joined" || this.measured.times.length === 0;
+    if (own === null || this.trace.root.hidden) return;
+    const data = this.trace.root.dataset;
+    data["swing"] = swing === null ? "" : swing.size.toFixed(4);
+    data["rehearsed"] = rehearsed === null ? "" : rehearsed.size.toFixed(4);
+    data["hz"] = rehearsed === null ? "" : rehearsed.hz.toFixed(3);
+    const words = [
+      `Your force, now: ${fixed(norm(own.force), 2)} N`,
+      rehearsed === null ? "" : `The rule for one hand without the lag, rehearsed: swings by ${fixed(rehearsed.size, 2)} N`,
+    ] as const;
+    this.trace.draw(this.measured, this.measured.rehearsed, words, own.t, SPAN, this.hands.colour_of(own.user), this.hands.inks());
   }
 
   private take(turn: Turn): void {
@@ -99,7 +164,10 @@ export class TourRunner {
   private stop(): void {
     this.state = null;
     this.pressing = null;
-    this.card.update(STEPS, null, 0);
+    this.wantsPartner = this.wantsRehearsal = false;
+    this.partner.leave();
+    this.trace.root.hidden = true;
+    this.card.update(STEPS, null, null, 0);
     this.delay(0);
     this.hands.law("predictive");
     this.hands.measure("coupled");
@@ -119,6 +187,12 @@ export class TourRunner {
       case "lift":
         this.pressing = null;
         this.hands.own.release();
+        break;
+      case "partner":
+        this.wantsPartner = true;
+        break;
+      case "rehearse":
+        this.wantsRehearsal = true;
         break;
       case "hold":
         this.hands.own.hold(action.grip);
@@ -145,7 +219,7 @@ export class TourRunner {
     const user = this.hands.own.state?.user ?? 0;
     if (user === 0 || (delay === 0 && !this.delayed)) return;
     this.delayed = delay > 0;
-    this.hands.store().setLatency(user, { delay, jitter: 0 });
+    for (const hand of [user, this.partner.user]) if (hand > 0) this.hands.store().setLatency(hand, { delay, jitter: 0 });
   }
 
   private look(at: "stage" | "hand" | "plots" | "area" | "room"): void {
@@ -186,6 +260,8 @@ export class TourRunner {
       loopDelay: mine?.loop_delay ?? 0,
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",
+      swing: this.measured.swing(),
+      rehearsed: this.measured.rehearsedSwing(),
     };
   }
 }

@@ -1,8 +1,8 @@
 /**
  * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
  *
- * client -> server    hello, set_law, bye; a watcher: watch, set_view, set_latency, moderate
- * server -> client    welcome, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated
+ * client -> server    hello, come, set_law, bye; a watcher: watch, set_view, set_latency, moderate
+ * server -> client    place, called, welcome, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated, put_out
  */
 
 import type { BodyInfo } from "../model/body";
@@ -33,6 +33,7 @@ const MAX_SERVER_TEXT = 16_384;
 // or for ever.
 const MIN_PERIOD = 0.005; // s
 const MAX_PERIOD = 0.1;
+const MAX_TURN = 3600; // s for who is called to come
 const MAX_BODY_NAME = 1024; // characters; a file's name, with room for its folders
 
 export interface FixedGains {
@@ -56,7 +57,10 @@ export type ClientControl =
       readonly key?: string;
       /** Of an invitation or a session; not sent if there is none. */
       readonly token?: string;
+      /** Whether it waits for a seat where the room is full; not sent if not. */
+      readonly wait?: true;
     }
+  | { readonly type: "come" }
   | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
   | { readonly type: "bye" }
   | {
@@ -69,7 +73,7 @@ export type ClientControl =
     }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
   | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number }
-  | { readonly type: "moderate"; readonly action: Order; readonly user: number | null };
+  | { readonly type: "moderate"; readonly action: Order; readonly user: number | null; readonly name?: string };
 
 export interface Welcome {
   readonly type: "welcome";
@@ -103,11 +107,14 @@ export interface Watching {
 export type ServerControl =
   | Welcome
   | Watching
+  | { readonly type: "place"; readonly place: number; readonly of: number }
+  | { readonly type: "called"; readonly within: number }
   | { readonly type: "user_joined"; readonly user: number; readonly name: string }
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number }
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
   | { readonly type: "moderated"; readonly action: string; readonly user: number | null; readonly done: boolean }
+  | { readonly type: "put_out"; readonly names: readonly string[] }
   | { readonly type: "error"; readonly code: number; readonly message: string };
 
 export function encodeControl(message: ClientControl): string {
@@ -130,6 +137,8 @@ export function decodeServerControl(said: string): ServerControl {
 const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map([
   ["welcome", welcome],
   ["watching", watching],
+  ["place", (f: Fields): ServerControl => ({ type: "place", place: integer(f, "place"), of: integer(f, "of") })],
+  ["called", (f: Fields): ServerControl => ({ type: "called", within: positive(f, "within", MAX_TURN) })],
   ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name") })],
   [
     "user_left",
@@ -166,6 +175,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       done: flag(f, "done"),
     }),
   ],
+  ["put_out", (f: Fields): ServerControl => ({ type: "put_out", names: texts(f, "names") })],
   ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), message: text(f, "message") })],
 ]);
 
@@ -178,12 +188,16 @@ function welcome(f: Fields): Welcome {
     simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
     to_wall: number(f, "to_wall", -1e12, 1e12),
     body: bodyInfo(object(f, "body")),
-    users: list(f, "users").map((name, i) => {
-      if (typeof name !== "string") throw new ProtocolError(`users.${i}`, name, "text");
-      return name;
-    }),
+    users: texts(f, "users"),
     ...session(f),
   };
+}
+
+function texts(f: Fields, key: string): readonly string[] {
+  return list(f, key).map((name, i) => {
+    if (typeof name !== "string") throw new ProtocolError(`${key}.${i}`, name, "text");
+    return name;
+  });
 }
 
 function watching(f: Fields): Watching {

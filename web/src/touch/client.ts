@@ -17,6 +17,7 @@ const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
+const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
 const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
@@ -37,6 +38,7 @@ export class TouchClient {
   private report_due = 0;
   private ended = false;
   private ends_at = Infinity;
+  private heard_at = 0; // s; or when the connection was begun
   private leaves = false; // to come in again at once
 
   constructor(
@@ -73,6 +75,7 @@ export class TouchClient {
     if (this.ended) return;
     const now = this.world.now();
     this.run(now);
+    if (this.socket !== null && now - this.heard_at > GIVEN_UP) this.lost(this.socket, ABNORMAL, "the server does not answer");
     if (now >= this.ends_at || (this.ends_at < Infinity && this.engine.free)) {
       this.end("");
       return;
@@ -119,6 +122,7 @@ export class TouchClient {
     }
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    this.heard_at = this.world.now();
     socket.onopen = () => {
       socket.send(this.engine.opened());
     };
@@ -133,9 +137,11 @@ export class TouchClient {
   private hear(socket: WebSocket, data: string | Uint8Array): void {
     if (socket !== this.socket) return;
     const now = this.world.now();
+    this.heard_at = now;
     try {
-      this.engine.hear(data, now);
-      if (typeof data === "string") this.connection = { phase: "joined", reason: "", code: 0 };
+      const answer = this.engine.hear(data, now);
+      if (answer !== null) socket.send(answer);
+      if (typeof data === "string" && !this.engine.waits) this.connection = { phase: "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
       else if (error instanceof AnotherObject) this.comeBack(socket);

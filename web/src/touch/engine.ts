@@ -78,6 +78,11 @@ export class TouchEngine {
     return this.taken_in;
   }
 
+  /** Whether the room is full and this hand waits for a seat. */
+  get waits(): boolean {
+    return this.session.queued;
+  }
+
   /** A connection is open: returns its first message. */
   opened(): string {
     this.session = new TouchSession();
@@ -91,6 +96,7 @@ export class TouchEngine {
   /** The connection is gone: nothing more is sent until the next one has its welcome. */
   lost(): void {
     this.pacer = null;
+    this.session = new TouchSession();
   }
 
   /** There is another object: the force of the one of before fades at once, and no patch of it counts any more. */
@@ -114,21 +120,28 @@ export class TouchEngine {
     return true;
   }
 
-  /** One message from the server; throws ProtocolError, AnotherObject or Refused, and the connection is to be closed. */
-  hear(data: string | Uint8Array, now: number): void {
+  /**
+   * One message from the server; throws ProtocolError, AnotherObject or Refused, and the connection is to be closed.
+   *
+   * @returns The answer; null for none.
+   */
+  hear(data: string | Uint8Array, now: number): string | null {
     const event = this.session.receive(data);
     if (event.type === "patch") {
-      if (this.settings === null || this.leaving || this.object_gone) return;
+      if (this.settings === null || this.leaving || this.object_gone) return null;
       this.loop = receive(this.loop, event.patch, now, this.settings);
       const { seq, t_client, sample_wait } = event.patch;
-      if (seq === 0 || this.pacer === null) return;
+      if (seq === 0 || this.pacer === null) return null;
       this.pacer = reported(this.pacer, t_client, sample_wait, WORKER_WAIT);
       this.timing = measured(this.timing, event.patch, now);
+    } else if (event.type === "called") {
+      if (!this.leaving) return encodeControl({ type: "come" });
     } else if (event.type === "welcome") {
       this.begin(event, now);
     } else if (event.type === "error") {
       throw new Refused(event.code, event.message);
     }
+    return null;
   }
 
   point(cursor: Vec3): void {
@@ -200,6 +213,7 @@ export class TouchEngine {
       connection,
       settings: this.asked,
       welcome: this.welcome,
+      place: this.session.place,
       loop: this.loop,
       output: this.output,
       cursor: this.cursor,

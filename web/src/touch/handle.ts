@@ -29,12 +29,16 @@ function newWorker(): Worker {
   return new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "haptics" });
 }
 
-/** Begin to touch. */
-export function startTouch(settings: TouchSettings): TouchHandle {
-  const worker = ready ?? newWorker();
-  ready = null;
+/**
+ * Begin to touch.
+ *
+ * @param beside The visitor's own hand: another one of this page, under another name, which waits for no hand of before.
+ */
+export function startTouch(settings: TouchSettings, beside = false): TouchHandle {
+  const worker = beside ? newWorker() : (ready ?? newWorker());
+  if (!beside) ready = null;
   prepared = true;
-  const turn = previous;
+  const turn = beside ? Promise.resolve() : previous;
   const say = (message: ToWorker): void => {
     void turn.then(() => {
       worker.postMessage(message);
@@ -49,7 +53,7 @@ export function startTouch(settings: TouchSettings): TouchHandle {
   }).then(() => {
     worker.terminate();
   });
-  previous = end;
+  if (!beside) previous = end;
   worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
     if (data.type === "ended") ended();
     else state = data.state;

@@ -21,6 +21,7 @@ export interface Known {
   readonly connection: Connection;
   readonly settings: TouchSettings;
   readonly welcome: Welcome | null;
+  readonly place: TouchState["place"];
   readonly loop: LoopState;
   readonly output: Output | null;
   readonly cursor: Vec3;
@@ -45,6 +46,7 @@ export function reportOf(known: Known): TouchState {
   return {
     ...connection,
     doing: doing(known),
+    place: known.place,
     user: welcome?.user ?? 0,
     name: welcome?.name ?? settings.name,
     t: now,

@@ -2,7 +2,7 @@
 
 import { el, say, show } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { readingTime, type Step, type TourState, waits } from "./machine";
+import { type Facts, readingTime, type Step, type TourState, waits } from "./machine";
 
 export interface CardActions {
   readonly next: () => void;
@@ -15,6 +15,7 @@ export class TourCard {
   readonly root: HTMLElement;
   private readonly title = el("h2", { class: "tour-title", id: "tour-title", attrs: { tabindex: "-1" } });
   private readonly text = el("p", { class: "tour-text" });
+  private readonly claim = el("p", { class: "tour-claim" });
   private readonly word = el("p", { class: "tour-word" });
   private readonly skipped = el("p", { class: "tour-word" });
   private readonly progress = el("span", { class: "tour-progress-fill" });
@@ -37,6 +38,7 @@ export class TourCard {
       el("div", { class: "tour-head" }, this.title, this.count,
         el("button", { class: "icon-button", attrs: { type: "button", "aria-label": "End the tour" }, on: { click: actions.close } }, icon("close"))),
       this.text,
+      this.claim,
       this.skipped,
       this.word,
       el("div", { class: "tour-foot" }, this.back, this.pause, el("span", { class: "spring" }), this.next),
@@ -44,7 +46,7 @@ export class TourCard {
     this.root.hidden = true;
   }
 
-  update(steps: readonly Step[], state: TourState | null, now: number): void {
+  update(steps: readonly Step[], state: TourState | null, facts: Facts | null, now: number): void {
     const step = state === null || state.ended ? undefined : steps[state.index];
     show(this.root, step !== undefined);
     if (state === null || step === undefined) {
@@ -65,6 +67,9 @@ export class TourCard {
       show(this.pause, !last);
       if (!this.root.contains(document.activeElement)) this.title.focus({ preventScroll: true });
     }
+    const claim = facts === null ? "" : (step.claim?.(facts) ?? "");
+    say(this.claim, claim);
+    show(this.claim, claim !== "");
     say(this.pause, state.paused ? "Go on" : "Pause");
     const waiting = waits(steps, state) && step.waiting !== undefined;
     say(this.word, waiting ? `Waiting until ${step.waiting ?? ""}\u2026` : "");

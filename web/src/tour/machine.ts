@@ -5,6 +5,8 @@
  * long says so and goes on without. Steps that the server does not allow are skipped, with a sentence.
  */
 
+import type { Swing } from "./swing";
+
 /** State of the live system that the steps depend on. */
 export interface Facts {
   /** Other users with a hand on the body. */
@@ -23,11 +25,18 @@ export interface Facts {
   /** The law that runs, and whether its gain is the paper's rule. */
   readonly law: "proportional" | "pi" | "predictive" | null;
   readonly paper: boolean;
+  /** Of the own force in the last seconds; null before there were so many. */
+  readonly swing: Swing | null;
+  /** What the paper's rule would do without the room's lag, at what was measured here; null before. */
+  readonly rehearsed: Swing | null;
 }
 
 /** An action on the page when a step begins. */
 export type Action =
   | { readonly kind: "touch" }
+  /** Bring a partner where nobody else is. */
+  | { readonly kind: "partner" }
+  | { readonly kind: "rehearse" }
   | { readonly kind: "press"; readonly depth: number }
   | { readonly kind: "lift" }
   | { readonly kind: "hold"; readonly grip: "natural" | "firm" }
@@ -46,6 +55,8 @@ export interface Step {
   readonly until?: (facts: Facts) => boolean;
   /** The condition as the end of a sentence that begins with "Waiting until". */
   readonly waiting?: string;
+  /** What of it was measured just now, by numbers; whatever they are, it is said. */
+  readonly claim?: (facts: Facts) => string;
   /** Why the step cannot be shown; null where it can. */
   readonly without?: (facts: Facts) => string | null;
 }

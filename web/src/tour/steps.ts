@@ -1,6 +1,8 @@
 /** The tour: effects of delay on several hands at one object, shown on the live system. */
 
+import { fixed } from "../ui/words";
 import type { Facts, Step } from "./machine";
+import { RESTS, SWINGS } from "./swing";
 
 /** A lag of the room from which one sees that the object takes its time [s]. */
 export const SLOW = 0.07;
@@ -8,7 +10,26 @@ const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
 
 const alone = (facts: Facts): string | null =>
-  facts.others > 0 ? null : "Nobody else has a hand here, so there is nobody to feel: open this page once more, or run cohaptic demo.";
+  facts.others > 0 ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
+
+/** What the paper's rule would do to these very hands; said otherwise where it would do nothing. */
+export function ruleClaim({ rehearsed }: Facts): string {
+  if (rehearsed === null) return "";
+  const size = `${fixed(rehearsed.size, 2)} N`;
+  if (rehearsed.size >= SWINGS && rehearsed.hz > 0) {
+    return `Rehearsed with the stiffness, coupling and delay measured here: without the lag your force would swing by ${size}, ${fixed(rehearsed.hz, 1)} times a second.`;
+  }
+  return `Rehearsed with the stiffness, coupling and delay measured here, your force would not keep swinging (${size} are left): hands that couple so little would do without a lag.`;
+}
+
+/** What the own force does now; said otherwise where it does not rest. */
+export function restClaim({ swing }: Facts): string {
+  if (swing === null) return "";
+  const size = `${fixed(swing.size, 3)} N`;
+  return swing.size <= RESTS
+    ? `Your force in the last seconds: it moved by ${size}, less than a finger feels.`
+    : `Your force moved by ${size} in the last seconds: it has not settled, or somebody moves. A delay alone does not make it swing.`;
+}
 const noDelay = (facts: Facts): string | null =>
   facts.allowLatency ? null : "This server does not let a page add delay (--allow-latency), so that part is left out.";
 const noGains = (facts: Facts): string | null =>
@@ -27,15 +48,16 @@ export const STEPS: readonly Step[] = [
     title: "Press",
     text: "The page has lent you a hand that holds still, and presses for you. Blue went in, amber bulges out; the arrow is the force on your "
       + "hand. Take over at any time: hold the pointer on the object.",
-    actions: [{ kind: "touch" }, { kind: "hold", grip: "firm" }, { kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
+    actions: [{ kind: "touch" }, { kind: "partner" }, { kind: "hold", grip: "firm" }, { kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.touching && facts.force > 0.3,
     waiting: "your hand feels a force",
   },
   {
     id: "feel",
     title: "Feel the others",
-    text: "Part of that force is the others\u2019. Where they press, the object bulges against your hand or gives way under it: "
-      + "\u201cfrom others\u201d at the foot of the picture says how much, and it moves with what they do.",
+    text: "Part of that force is somebody else\u2019s. Where they press, the object bulges against your hand or gives way under it. "
+      + "If nobody was here, your page has brought a simulated partner, who holds still.",
+    claim: (facts) => `Of your ${fixed(facts.force, 2)} N, ${fixed(facts.fromOthers, 2)} N come from others.`,
     actions: [{ kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => Math.abs(facts.fromOthers) > 0.03,
     waiting: "somebody else presses",
@@ -51,8 +73,9 @@ export const STEPS: readonly Step[] = [
   {
     id: "ocean",
     title: "Now put an ocean between",
-    text: "Each message of yours now takes 120 ms longer, and so does each answer. Watch the delay of your loop rise, and the "
+    text: "Each message of yours now takes 120 ms longer, and so does each answer; a partner that the tour has brought is as far away. Watch the delay of your loop rise, and the "
       + "force: it does not care. Your sheet is the surface free of your own force, so nothing that you do comes back late.",
+    claim: restClaim,
     actions: [{ kind: "press", depth: DEPTH }, { kind: "delay", delay: OCEAN }, { kind: "look", at: "plots" }],
     until: (facts) => facts.loopDelay > 1.8 * OCEAN,
     waiting: "the server has measured the longer loop",
@@ -63,7 +86,8 @@ export const STEPS: readonly Step[] = [
     title: "The rule for one hand",
     text: "Here is the classic way: press on the surface as it came back, with a gain just below the stiffness of the object, "
       + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, the object now has to take "
-      + "its time: see the line at the head of the panel.",
+      + "its time.",
+    claim: (facts) => `The object answers the others in ${fixed(facts.lag, 2)} s now.`,
     actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "room" }],
     until: (facts) => facts.paper && facts.lag > SLOW,
     waiting: "the object takes its time",
@@ -73,9 +97,12 @@ export const STEPS: readonly Step[] = [
     id: "coupled",
     title: "Why it has to",
     text: "Measured by your contact alone, your gain is inside the stable set. Measured with everybody\u2019s hands on the object "
-      + "it is outside: you press, they are pushed, they push back, and it all arrives late. The forces would swing; a lag in the "
-      + "object keeps them from it, and everybody has to wait for it.",
-    actions: [{ kind: "measure", by: "coupled" }, { kind: "look", at: "area" }],
+      + "it is outside: you press, they are pushed, they push back, and it all arrives late. A lag in the object keeps the forces "
+      + "from swinging, and everybody has to wait for it. The dashed line rehearses your hands without it.",
+    actions: [{ kind: "measure", by: "coupled" }, { kind: "rehearse" }, { kind: "look", at: "area" }],
+    until: (facts) => facts.rehearsed !== null,
+    waiting: "your hands were measured",
+    claim: ruleClaim,
     without: noGains,
   },
   {
@@ -94,8 +121,9 @@ export const STEPS: readonly Step[] = [
       + "hands on one object would feel in the same room, with the ocean still between them. Only where hands are coupled strongly "
       + "does what the others do arrive a little later.",
     actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
-    until: (facts) => facts.law === "predictive" && facts.force > 0.3,
+    until: (facts) => facts.law === "predictive" && facts.force > 0.3 && facts.swing !== null,
     waiting: "the predictive law runs",
+    claim: restClaim,
   },
   {
     id: "yours",

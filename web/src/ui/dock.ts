@@ -37,6 +37,7 @@ export class Dock {
   private readonly fill = el("span", { class: "meter-fill" });
   private readonly share = el("span", { class: "meter-others", title: "Share of the force that comes from the others" });
   private readonly facts = el("p", { class: "dock-facts" });
+  private readonly people = el("p", { class: "dock-people" });
   private readonly hint = el("p", { class: "dock-hint" });
   private readonly picture = new CutPicture();
   private on = false;
@@ -81,7 +82,7 @@ export class Dock {
     }, this.fill, this.share);
     this.active.append(
       this.picture.canvas,
-      el("div", { class: "dock-numbers" }, this.force, this.meter, this.facts),
+      el("div", { class: "dock-numbers" }, this.force, this.meter, this.people, this.facts),
       el("div", { class: "dock-law" }, this.laws.root, el("div", { class: "dock-friction" }, el("span", { text: "Friction", attrs: { "aria-hidden": "true" } }), friction.root)),
     );
     this.main.append(this.button, this.name, this.active);
@@ -101,7 +102,6 @@ export class Dock {
     this.button.setAttribute("aria-pressed", `${on}`);
     say(this.words, on ? "Let go" : "Touch it");
     show(this.active, on);
-    show(this.name, !on);
     say(this.hint, hint);
     show(this.hint, hint !== "");
   }
@@ -120,18 +120,31 @@ export class Dock {
     this.laws.enable("paper", allowed);
   }
 
-  update(state: TouchState, colour: string, ink: Inks): void {
-    const f = norm(state.force);
+  /** @param live Whether the server speaks: the force of a loop without news is none of the object's. */
+  update(state: TouchState, live: boolean, colour: string, ink: Inks): void {
+    const f = live ? norm(state.force) : 0;
     const others = Math.max(0, Math.min(f, state.felt_from_others));
-    say(this.force, `${fixed(f, 2)} N`);
+    say(this.force, live ? `${fixed(f, 2)} N` : "\u2013");
     this.fill.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
     this.share.style.transform = `scaleX(${Math.min(1, others / FULL_SCALE).toFixed(3)})`;
     this.meter.setAttribute("aria-valuenow", f.toFixed(1));
     this.meter.setAttribute("aria-valuetext", `${f.toFixed(1)} newtons, ${others.toFixed(1)} of them from the others`);
-    this.facts.replaceChildren(...factWords(state));
+    say(this.people, live ? peopleWords(state) : "no word from the server");
+    this.facts.replaceChildren(...(live ? factWords(state) : ["no word from the server"]));
     this.root.style.setProperty("--user", colour);
     this.picture.draw(state, colour, ink);
   }
+}
+
+const LEAST_SHARE = 0.05; // N, what a fingertip just tells apart from nothing
+
+/** What the hand feels, as a difference that the others make. */
+export function peopleWords(state: Pick<TouchState, "doing" | "depth" | "felt_from_others">): string {
+  if (state.doing !== "touching") return state.doing === "free" ? "in the air" : state.doing;
+  const others = state.felt_from_others;
+  const felt = Math.abs(others) < LEAST_SHARE ? "you alone"
+    : `the others ${others > 0 ? "push back" : "give way"} ${fixed(Math.abs(others), 2)} N`;
+  return `${millimetres(state.depth)} deep \u00b7 ${felt}`;
 }
 
 function factWords(state: TouchState): (Node | string)[] {

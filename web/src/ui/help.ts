@@ -28,7 +28,7 @@ export class Help {
       }),
       el("h3", { text: "Touch" }),
       el("p", {
-        text: "Press \u201cTouch it\u201d, then press on the object and hold. Drag to slide. The wheel, Shift with a drag, a pen\u2019s "
+        text: "Press on the object and hold: that brings your hand in. Drag to slide. The wheel, Shift with a drag, a pen\u2019s "
           + "pressure or a second finger go deeper. With friction your finger sticks, and others drag it along. Beside the object a "
           + "drag turns the view; two fingers or the wheel zoom.",
       }),

@@ -61,5 +61,7 @@ export function legendWords(legend: Legend): [string, string, string] {
     return [`${mm} mm in`, "at rest", `${mm} mm out`];
   }
   if (low === null || high === null) return ["", "touch it to find out", ""];
+  // One value is no scale.
+  if (fixed(low, 0) === fixed(high, 0)) return ["", `${fixed(low, 0)} N/m where it was touched`, ""];
   return [`${fixed(low, 0)} N/m`, "", `${fixed(high, 0)} N/m`];
 }

@@ -1,6 +1,6 @@
 /** The notices of the page in abnormal states: the cause and the remedy. */
 
-import type { WatchPhase } from "../model/scene";
+import { NO_WORD, type WatchPhase } from "../model/scene";
 import { FORBIDDEN, NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_MANY, TOO_SLOW, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 
 export interface Notice {
@@ -9,19 +9,21 @@ export interface Notice {
   readonly tone: "busy" | "bad" | "info";
   readonly title: string;
   readonly text: string;
-  readonly action: "reload" | "dismiss" | null;
+  readonly action: "reload" | "dismiss" | "wait" | null;
 }
 
 /** All that the choice depends on. */
 export interface NoticeFacts {
   /** Well also while it is on its way. */
-  readonly picture: "well" | "no webgl" | "not loaded";
+  readonly picture: "well" | "no webgl" | "not loaded" | "lost";
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
   readonly code: number;
   readonly reason: string;
   /** Seconds to the next attempt; 0 when it is being made. */
   readonly retryIn: number;
+  /** Since the newest word of the server [s]. */
+  readonly silent: number;
   /** Whether there was a scene before. */
   readonly seen: boolean;
   /** Seconds that the page did not run and came back from within the last moments; 0 for none. */
@@ -48,6 +50,10 @@ export function notice(c: NoticeFacts): Notice | null {
     return make("webgl", "bad", "This browser shows no 3-D graphics",
       "WebGL is off or missing, so the object cannot be drawn. The hands, their forces and plots are live all the same. "
       + "Hardware acceleration in the browser's settings usually brings it back.", "dismiss");
+  }
+  if (c.picture === "lost") {
+    return make("graphics", "busy", "The graphics are gone for a moment",
+      "The system took this page's graphics away. The picture comes back by itself as soon as it gives them back; if it does not, reload.", "reload");
   }
   const watch = ofWatch(c);
   if (watch !== null) return watch;
@@ -83,7 +89,10 @@ function ofWatch(c: NoticeFacts): Notice | null {
   }
   switch (c.phase) {
     case "watching":
-      return null;
+      return c.seen && c.silent >= NO_WORD
+        ? make("silent", "busy", "No word from the server",
+          `No word for ${period(c.silent)}. What you see is how it was then; it goes on by itself.`)
+        : null;
     case "refused":
       return make("refused", "bad", "The server refused this page", reason === "" ? "It gave no reason." : reason, "reload");
     case "connecting":
@@ -107,7 +116,7 @@ function lostTitle(code: number): string {
 
 function ofTouch(c: NoticeFacts): Notice {
   const reason = sentence(c.touch);
-  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", reason, "dismiss");
+  if (c.touchCode === ROOM_FULL) return make("full", "bad", "No place to touch", reason, /wait/.test(reason) ? "wait" : "dismiss");
   if (c.touchCode === FORBIDDEN) return make("no-touch", "info", "You may not touch", reason, "dismiss");
   if (c.touchCode === UNAUTHENTICATED) return make("no-token", "bad", "Your invitation is not valid any more", reason, "dismiss");
   if (c.touchCode === NAME_TAKEN) return make("name", "bad", "That name is taken", `${reason} Choose another name and touch again.`, "dismiss");

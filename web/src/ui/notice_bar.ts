@@ -6,15 +6,18 @@ import type { Notice } from "./notice";
 
 export class NoticeBar {
   readonly root: HTMLElement;
-  private readonly title = el("strong", { class: "notice-title" });
+  private readonly title = el("strong", { class: "notice-title", attrs: { role: "status" } }); // not the text, which counts seconds
   private readonly text = el("span", { class: "notice-text" });
   private readonly reload: HTMLButtonElement;
+  private readonly wait: HTMLButtonElement;
   private readonly dismiss: HTMLButtonElement;
   private shown = "";
   private readonly put = new Set<string>();
 
-  constructor(reload: () => void) {
+  /** @param wait For a place in a full room. */
+  constructor(reload: () => void, wait: () => void) {
     this.reload = el("button", { class: "button primary", text: "Reload", attrs: { type: "button" }, on: { click: reload } });
+    this.wait = el("button", { class: "button primary wait", text: "Wait for a place", attrs: { type: "button" }, on: { click: wait } });
     this.dismiss = el(
       "button",
       {
@@ -31,10 +34,11 @@ export class NoticeBar {
     );
     this.root = el(
       "div",
-      { class: "notice", attrs: { role: "status", "aria-live": "polite" } },
+      { class: "notice" },
       el("span", { class: "notice-mark", attrs: { "aria-hidden": "true" } }),
       el("div", { class: "notice-words" }, this.title, this.text),
       this.reload,
+      this.wait,
       this.dismiss,
     );
     this.root.hidden = true;
@@ -53,6 +57,7 @@ export class NoticeBar {
     say(this.title, notice.title);
     say(this.text, notice.text);
     show(this.reload, notice.action === "reload");
-    show(this.dismiss, notice.action === "dismiss");
+    show(this.wait, notice.action === "wait");
+    show(this.dismiss, notice.action === "dismiss" || notice.action === "wait"); // who does not wait may watch
   }
 }

@@ -1,8 +1,9 @@
 /** The line on top: the name of the body, the state of the connection, and buttons for the view. */
 
-import type { SceneStore } from "../model/scene";
+import { isLive, type SceneStore } from "../model/scene";
 import { el, iconButton, say, show } from "./dom";
 import { icon } from "./icons";
+import { period } from "./notice";
 
 export interface ToolbarActions {
   readonly tour: () => void;
@@ -30,6 +31,7 @@ export class Toolbar {
       el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
     );
     this.panelButton = iconButton(icon("panel"), "Hands and plots", "", actions.panel);
+    this.panelButton.classList.add("panel-button");
     this.uploadButton = iconButton(icon("upload"), "An object of your own", "", actions.upload);
     this.uploadButton.hidden = true;
     const full = iconButton(icon("full"), "Full screen", "F", actions.full);
@@ -55,8 +57,10 @@ export class Toolbar {
   update(store: SceneStore): void {
     const info = store.info;
     const hz = info === null ? "" : ` \u00b7 ${Math.round(1 / info.simulation_period)} Hz`;
-    say(this.room, info === null ? "" : `${info.body.name}${hz}`);
+    const name = info === null ? "" : `${info.body.name}${hz}`;
+    say(this.room, info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
     show(this.uploadButton, info?.allow_upload === true);
-    this.lamp.dataset["phase"] = store.status.phase;
+    const silent = store.status.phase === "watching" && !isLive(store.status);
+    this.lamp.dataset["phase"] = silent ? "silent" : store.status.phase;
   }
 }

@@ -60,3 +60,16 @@ export const LAWS: Readonly<Record<LawName, string>> = {
   pi: "PI",
   proportional: "Proportional",
 };
+
+const NEAR = 0.15; // s of a loop in which hardly anybody notices a delay: two ticks, two ways in a town, a picture
+const FAR_OFF = 0.4; // s; beyond, a voice call would be tiring
+
+/** How a person is connected, without numbers of control. */
+export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "latency" | "presence">): string {
+  if (!user.fresh) return "Connection lost";
+  const added = user.latency.delay > 0 ? `, ${milliseconds(user.latency.delay)} of it each way added here` : "";
+  if (!(user.loop_delay > 0)) return "Just came";
+  const loop = milliseconds(user.loop_delay);
+  const how = user.loop_delay < NEAR ? "Close by" : user.loop_delay < FAR_OFF ? "Some way off" : "Far away";
+  return `${how}: ${loop} there and back${added}`;
+}

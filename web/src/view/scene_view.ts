@@ -4,7 +4,7 @@ import { Group } from "three";
 import type { RestMesh } from "../model/body";
 import type { TouchState } from "../model/hand";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
-import { type Scheme, userColour } from "../model/colours";
+import type { Scheme, UserColours } from "../model/colours";
 import { type Colouring, type Legend, Surface } from "./body/surface";
 import { Ground } from "./ground";
 import { Hands } from "./hands";
@@ -38,9 +38,9 @@ export class SceneView {
   /** Whether there is a picture of the body. */
   drawn = false;
 
-  constructor(stage: Stage, host: HTMLElement) {
+  constructor(stage: Stage, host: HTMLElement, private readonly colours: UserColours) {
     this.stage = stage;
-    this.labels = new Labels(host, (user) => userColour(user, this.scheme));
+    this.labels = new Labels(host, (user) => colours.of(user, this.scheme));
   }
 
   setScheme(scheme: Scheme): void {
@@ -70,7 +70,7 @@ export class SceneView {
     const { center, radius, contact_radius } = info.body;
     const surface = new Surface(mesh, radius, contact_radius);
     const ground = new Ground(mesh, radius);
-    const hands = new Hands(radius, contact_radius, (user) => userColour(user, this.scheme));
+    const hands = new Hands(radius, contact_radius, (user) => this.colours.of(user, this.scheme));
     surface.setColouring(this.colouring);
     const group = new Group();
     group.add(ground.group, surface.mesh, hands.group);
@@ -109,6 +109,13 @@ export class SceneView {
     if (this.stage.draw(dt) && this.props !== null) this.drawn = true;
   }
 
+  /** Off the page, with its stage. */
+  dispose(): void {
+    this.clear();
+    this.labels.place([], () => null, () => null);
+    this.stage.dispose();
+  }
+
   private clear(): void {
     if (this.props === null) return;
     this.stage.scene.remove(this.props.group);
@@ -127,7 +134,7 @@ function short(x: number): number {
 }
 
 /** Stage and scene in an element of the page; null without WebGL. */
-export function openScene(host: HTMLElement): { readonly stage: Stage; readonly view: SceneView } | null {
+export function openScene(host: HTMLElement, colours: UserColours): { readonly stage: Stage; readonly view: SceneView } | null {
   const stage = openStage(host);
-  return stage === null ? null : { stage, view: new SceneView(stage, host) };
+  return stage === null ? null : { stage, view: new SceneView(stage, host, colours) };
 }

@@ -44,6 +44,7 @@ export class Stage {
   private radius = 0.1;
   private dirty = true;
   private lift = 0;
+  private readonly sizes = new ResizeObserver(() => { this.resize(); });
   private readonly pace: FramePace;
   /** Shaders that are still being compiled. */
   private compiling = 0;
@@ -57,10 +58,24 @@ export class Stage {
     host.append(this.canvas);
     this.camera.up.set(0, 0, 1);
     this.scene.add(this.key, this.key.target, this.sky, this.room);
-    new ResizeObserver(() => {
-      this.resize();
-    }).observe(host);
+    this.sizes.observe(host);
     this.resize();
+  }
+
+  /** Graphics that the system took away, and that it gives back: what was on them is gone. */
+  watch(lost: () => void, restored: () => void): void {
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // else it is never given back
+      lost();
+    });
+    this.canvas.addEventListener("webglcontextrestored", restored);
+  }
+
+  /** Off the page; another stage takes its place. */
+  dispose(): void {
+    this.sizes.disconnect();
+    this.renderer.dispose();
+    this.canvas.remove();
   }
 
   /** Look at another body. */

@@ -31,6 +31,8 @@ import { Traffic } from "./traffic";
 const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
 const FINAL: readonly number[] = [BAD_MESSAGE, UNAUTHENTICATED, FORBIDDEN, WRONG_VERSION]; // refusals that another attempt would not change
 const OPEN = 1; // of a socket
+/** A connection from which nothing has come for so long is given up for a new one [s]; signs of life come twice a second. */
+const GIVEN_UP = 5;
 
 /** The services of the browser. */
 export interface World {
@@ -59,6 +61,8 @@ export class Watch implements SceneStore {
   private retry_at = 0;
   private failures = 0;
   private opened_at = 0;
+  /** Time of the newest word of a server [s]; null before the first. */
+  private heard_at: number | null = null;
   private drawn = true;
   private asked: { readonly encoding: Encoding; readonly rate: number };
   private closed = false;
@@ -96,6 +100,10 @@ export class Watch implements SceneStore {
     return this.store.room.restraints;
   }
 
+  get putOut(): readonly string[] {
+    return this.store.room.putOut;
+  }
+
   get status(): WatchStatus {
     const rates = this.traffic.rates(this.world.now());
     const { cached, missing } = this.store.blocks;
@@ -104,6 +112,7 @@ export class Watch implements SceneStore {
       reason: this.reason,
       code: this.code,
       retry_at: this.retry_at,
+      silent: this.heard_at === null ? 0 : Math.max(0, this.world.now() - this.heard_at),
       frames: this.traffic.frames,
       bytes: this.traffic.bytes,
       frames_per_second: rates.frames,
@@ -133,8 +142,8 @@ export class Watch implements SceneStore {
     this.say(encodeControl({ type: "set_latency", user, delay, jitter }));
   }
 
-  order(order: Order, user?: number): void {
-    this.say(encodeControl({ type: "moderate", action: order, user: user ?? null }));
+  order(order: Order, user?: number, name?: string): void {
+    this.say(encodeControl({ type: "moderate", action: order, user: user ?? null, ...(name === undefined ? {} : { name }) }));
   }
 
   readonly subscribe = (listener: () => void): (() => void) => {
@@ -157,6 +166,7 @@ export class Watch implements SceneStore {
     this.traffic = new Traffic();
     this.drawn = true;
     this.opened_at = this.world.now();
+    this.watchOver(socket);
     socket.onopen = () => {
       const { encoding, rate } = this.store;
       this.asked = { encoding, rate };
@@ -173,6 +183,7 @@ export class Watch implements SceneStore {
   private hear(socket: WebSocket, data: string | Uint8Array): void {
     if (socket !== this.socket) return;
     const now = this.world.now();
+    this.heard_at = now;
     try {
       const event = this.session.receive(data);
       this.store.take(event, now);
@@ -192,6 +203,14 @@ export class Watch implements SceneStore {
       if (!(error instanceof ProtocolError)) throw error;
       this.lost(socket, `the server broke the protocol: ${error.message}`, 0);
     }
+  }
+
+  /** A server that stands still, or a network that swallows everything, ends no connection: its silence does. */
+  private watchOver(socket: WebSocket): void {
+    if (socket !== this.socket) return;
+    const left = GIVEN_UP - (this.world.now() - Math.max(this.heard_at ?? 0, this.opened_at));
+    if (left <= 0) this.lost(socket, "the server does not answer", ABNORMAL);
+    else this.world.later(left, () => { this.watchOver(socket); });
   }
 
   /** Body and room are known: scenes follow. */

@@ -13,6 +13,8 @@ export class Room {
   private readonly latencies = new Map<number, Latency>();
   events: readonly RoomEvent[] = [];
   restraints: Restraints = NO_RESTRAINTS;
+  /** Names of those who may not come back; only an administrator is told. */
+  putOut: readonly string[] = [];
 
   get roster(): readonly { readonly user: number; readonly name: string }[] {
     return [...this.names].map(([user, name]) => ({ user, name })).sort((a, b) => a.user - b.user);
@@ -34,6 +36,7 @@ export class Room {
         this.latencies.clear();
         // A room that has some tells them next.
         this.restraints = NO_RESTRAINTS;
+        this.putOut = [];
         for (const { user, name } of event.users) this.names.set(user, name);
         break;
       case "user_joined":
@@ -54,6 +57,9 @@ export class Room {
       }
       case "restraints":
         this.restrain({ frozen: event.frozen, muted: event.muted }, at);
+        break;
+      case "put_out":
+        this.putOut = event.names;
         break;
       case "error":
         this.say({ at, kind: "error", user: 0, name: "", detail: event.message });

@@ -11,13 +11,13 @@ import { PROTOCOL_VERSION } from "../protocol/version";
 
 export type WatchEvent =
   | Watching
-  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "latency" | "error" }>
+  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "put_out" | "latency" | "error" }>
   | { readonly type: "rest_mesh"; readonly mesh: RestMesh }
   | { readonly type: "scene"; readonly scene: Scene };
 
 type State = "await_watching" | "await_mesh" | "watching" | "closed";
 
-const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "error"];
+const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "put_out", "error"];
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_watching: ["watching", "error"],
   await_mesh: ["rest_mesh", ...EVENTS],
@@ -53,7 +53,7 @@ export class WatchSession {
   private decode(data: string | Uint8Array): WatchEvent {
     if (typeof data === "string") {
       const message = decodeServerControl(data);
-      if (message.type === "welcome") throw new ProtocolError("message", message.type, "watching, after a watch");
+      if (message.type === "welcome" || message.type === "place" || message.type === "called") throw new ProtocolError("message", message.type, "watching, after a watch");
       this.check(message.type);
       return message;
     }

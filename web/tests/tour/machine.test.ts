@@ -17,7 +17,7 @@ import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
 
 const ALL: Facts = {
   others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
-  loopDelay: 2.2 * OCEAN, law: "predictive", paper: false,
+  loopDelay: 2.2 * OCEAN, law: "predictive", paper: false, swing: { size: 0.001, hz: 0 }, rehearsed: { size: 3, hz: 1.7 },
 };
 
 const stepOf = (state: TourState): string => STEPS[state.index]?.id ?? "";

@@ -3,7 +3,7 @@ import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, muted: false, frozen: false,
+  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, muted: false, frozen: false,
 };
 
 describe("notices", () => {
@@ -22,6 +22,14 @@ describe("notices", () => {
     const waiting = notice({ ...WELL, phase: "waiting", retryIn: 2 });
     const trying = notice({ ...WELL, phase: "connecting" });
     expect(waiting?.key).toBe(trying?.key);
+  });
+
+  it("say for how long there was no word, and take it back by themselves", () => {
+    const silent = notice({ ...WELL, silent: 4.2 });
+    expect(silent?.text).toContain("No word for 4 s");
+    expect(silent?.key).toBe(notice({ ...WELL, silent: 9 })?.key);
+    expect(notice({ ...WELL, silent: 0.9 })).toBeNull();
+    expect(notice({ ...WELL, silent: 4.2, seen: false })).toBeNull();
   });
 
   it("say that the server stopped, if it said so", () => {

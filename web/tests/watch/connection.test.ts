@@ -1,4 +1,5 @@
 import { describe, expect, test } from "vitest";
+import { isLive } from "../../src/model/scene";
 import { MESH, meshFrame, record, sceneFrame, WATCHING } from "./scenes";
 import { Browser, type Line } from "./browser";
 
@@ -269,5 +270,24 @@ describe("one who has an invitation", () => {
     browser.run(60);
     expect(browser.lines.length).toBe(1);
     expect(browser.watch.status.phase).toBe("refused");
+  });
+});
+
+describe("silence", () => {
+  test("is measured from the newest word, and a connection that says nothing more is given up for a new one", () => {
+    const browser = new Browser();
+    expect(browser.watch.status.silent).toBe(0);
+    browser.join();
+    browser.run(3);
+    expect(browser.watch.status.silent).toBeCloseTo(3, 6);
+    expect(isLive(browser.watch.status)).toBe(false);
+    expect(browser.lines.length).toBe(1);
+    browser.run(2.1);
+    expect(browser.watch.status.phase).toBe("waiting");
+    browser.run(1);
+    expect(browser.lines.length).toBe(2);
+    browser.join();
+    expect(isLive(browser.watch.status)).toBe(true);
+    expect(browser.watch.status.silent).toBe(0);
   });
 });

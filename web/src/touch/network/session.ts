@@ -9,19 +9,23 @@ import { dampingLimit, type DeviceInfo } from "../loop/device";
 import { HAPTIC_PERIOD } from "../loop/schedule";
 
 export type TouchEvent =
-  | Extract<ServerControl, { type: "welcome" | "user_joined" | "user_left" | "restraints" | "error" }>
+  | Extract<ServerControl, { type: "place" | "called" | "welcome" | "user_joined" | "user_left" | "restraints" | "error" }>
   | { readonly type: "patch"; readonly patch: Patch };
 
 type State = "await_welcome" | "joined" | "closed";
 
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
-  await_welcome: ["welcome", "error"],
+  await_welcome: ["place", "called", "welcome", "error"],
   joined: ["patch", "user_joined", "user_left", "restraints", "error"],
   closed: [],
 };
 
 /** One connection to a server, seen from the client that touches. */
 export class TouchSession {
+  /** Whether the room is full and the server keeps a place in its queue. */
+  queued = false;
+  /** Which of how many; null before it is told, and for who does not wait. */
+  place: readonly [number, number] | null = null;
   private state: State = "await_welcome";
 
   /** First message of the connection. */
@@ -39,6 +43,7 @@ export class TouchSession {
       fixed_gains: null,
       ...(settings.key === undefined ? {} : { key: settings.key }),
       ...(settings.token === undefined ? {} : { token: settings.token }),
+      ...(settings.wait === true ? { wait: true } : {}),
     });
   }
 
@@ -50,7 +55,13 @@ export class TouchSession {
       if (!allowed.includes(event.type)) {
         throw new ProtocolError("message", event.type, allowed.join(" or ") || "nothing more");
       }
-      if (event.type === "welcome") this.state = "joined";
+      if (event.type === "place" || event.type === "called") this.queued = true;
+      if (event.type === "place") this.place = [event.place, event.of];
+      if (event.type === "welcome") {
+        this.state = "joined";
+        this.queued = false;
+        this.place = null;
+      }
       if (event.type === "error") this.state = "closed";
       return event as TouchEvent;
     } catch (error) {

@@ -82,23 +82,39 @@ export class RoomOrders {
   private readonly reset: OrderButton;
   private readonly words = el("p", { class: "fine", text: "The object is frozen: it takes nobody\u2019s force." });
   private readonly buttons: HTMLElement;
+  private readonly out = el("ul", { class: "orders put-out", attrs: { "aria-label": "Who was put out" } });
+  private names: readonly string[] = [];
   private frozen = false;
 
-  constructor(order: (order: Order) => void) {
+  constructor(private readonly order: (order: Order, user?: number, name?: string) => void) {
     this.freeze = orderButton(() => { order(this.frozen ? "unfreeze" : "freeze"); }, null);
     this.reset = orderButton(() => { order("reset"); }, null);
     this.reset.set("Reset", "the object");
     this.reset.root.title = "All forces fade, and the object begins anew";
     this.freeze.root.title = "The object takes nobody\u2019s force, until you let it";
     this.buttons = el("div", { class: "orders", attrs: { role: "group", "aria-label": "Orders about the object" } }, this.freeze.root, this.reset.root);
-    this.root = el("div", { class: "room-orders" }, this.words, this.buttons);
+    this.root = el("div", { class: "room-orders" }, this.words, this.buttons, this.out);
   }
 
-  write(restraints: Restraints, admin: boolean): void {
+  write(restraints: Restraints, putOut: readonly string[], admin: boolean): void {
+    this.list(admin ? putOut : []);
     this.frozen = restraints.frozen;
     this.freeze.set(this.frozen ? "Unfreeze" : "Freeze", "the object");
     show(this.words, this.frozen);
     show(this.buttons, admin);
     show(this.root, admin || this.frozen);
+  }
+
+  /** A button for each who was put out; made anew only where they have changed, so that a press finds it. */
+  private list(names: readonly string[]): void {
+    show(this.out, names.length > 0);
+    if (names.length === this.names.length && names.every((name, i) => name === this.names[i])) return;
+    this.names = names;
+    this.out.replaceChildren(...names.map((name) => {
+      const back = orderButton(() => { this.order("unban", undefined, name); }, null);
+      back.set("Let back in", name);
+      back.root.title = "Put out or banned: with this it may come in again";
+      return el("li", {}, el("span", { class: "fine", text: name }), back.root);
+    }));
   }
 }

@@ -1,11 +1,13 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
 import type { Order } from "../../model/orders";
-import type { Encoding, Latency, SceneStore, SceneSnapshot } from "../../model/scene";
+import { type Encoding, isLive, type Latency, type SceneStore, type SceneSnapshot } from "../../model/scene";
 import { AreaCard } from "./area_card";
 import { type Choice, choice, el, say, show } from "../dom";
 import { type Inks, inks } from "../plots/canvas";
 import { RoomOrders } from "./orders";
+import { Level } from "./level";
+import { Sheet } from "./sheet";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
@@ -26,13 +28,16 @@ export class Panel {
   private readonly time = el("details", { class: "room-time" }, this.answers, this.reasons);
   private readonly stream = el("p", { class: "stream-words" });
   private readonly encoding: Choice<Encoding>;
+  /** People first, or all that an engineer asks for. */
+  readonly level = new Level(() => this.root.parentElement);
+  private readonly sheet = new Sheet(() => this.root.parentElement);
   private readonly latencyNote = el("p", {
-    class: "fine",
+    class: "fine latency-note",
     text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
   });
   private readonly colour: (user: number) => string;
   private readonly setLatency: (user: number, latency: Latency) => void;
-  private readonly order: (order: Order, user?: number) => void;
+  private readonly order: (order: Order, user?: number, name?: string) => void;
   private readonly roomOrders: RoomOrders;
   private ink: Inks | null = null;
 
@@ -40,7 +45,7 @@ export class Panel {
     colour: (user: number) => string,
     setLatency: (user: number, latency: Latency) => void,
     setEncoding: (encoding: Encoding) => void,
-    order: (order: Order, user?: number) => void,
+    order: (order: Order, user?: number, name?: string) => void,
   ) {
     this.order = order;
     this.roomOrders = new RoomOrders(order);
@@ -59,7 +64,8 @@ export class Panel {
     this.root = el(
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
-      el("h2", { class: "panel-title", id: "hands" }, "Hands", this.count),
+      this.sheet.root,
+      el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count), this.level.root),
       this.roomOrders.root,
       this.time,
       this.empty,
@@ -84,6 +90,7 @@ export class Panel {
     for (const card of [this.time, this.area.root, ...[...this.cards.values()].map((c) => c.root)]) {
       card.classList.toggle("shown", card === target);
     }
+    if (target !== undefined) this.level.show(true);
     target?.scrollIntoView({ block: part === "plots" || part === "room" ? "start" : "nearest", behavior: "auto" });
   }
 
@@ -108,9 +115,10 @@ export class Panel {
         mayDelay: store.info?.allow_latency === true,
         admin: store.info?.room_admin === true,
         muted: store.restraints.muted.includes(user),
+        live: isLive(store.status),
       });
     }
-    this.roomOrders.write(store.restraints, store.info?.room_admin === true);
+    this.roomOrders.write(store.restraints, store.putOut, store.info?.room_admin === true);
     say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);
     show(this.empty, present.size === 0 && store.status.phase === "watching");

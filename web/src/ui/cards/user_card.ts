@@ -10,7 +10,7 @@ import { UserOrders } from "./orders";
 import type { Inks } from "../plots/canvas";
 import { type Lane, StripChart } from "../plots/strip_chart";
 import { TraceBuffer } from "../plots/trace_buffer";
-import { fixed, LAWS, milliseconds, softWords, stiffness } from "../words";
+import { connectionWords, fixed, LAWS, milliseconds, softWords, stiffness } from "../words";
 
 /** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
@@ -43,6 +43,8 @@ export interface CardFacts {
   readonly mayDelay: boolean;
   readonly admin: boolean;
   readonly muted: boolean;
+  /** Whether its numbers are those of now. */
+  readonly live: boolean;
 }
 
 export class UserCard {
@@ -56,6 +58,7 @@ export class UserCard {
   private readonly coupled = el("dd");
   private readonly gain = el("dd");
   private readonly loop = el("dd");
+  private readonly people = el("p", { class: "card-people" });
   private readonly soft = el("p", {
     class: "card-note",
     title: "This device cannot render the object\u2019s stiffness stably: the hand feels the device\u2019s limit",
@@ -73,8 +76,8 @@ export class UserCard {
       this.requested = { ...this.requested, ...change };
       setLatency(this.requested);
     };
-    const delay = slider("delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
-    const jitter = slider("jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
+    const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
+    const jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
     this.latency = { root: el("div", { class: "latency" }, delay.root, jitter.root), delay, jitter };
     this.body = el(
       "div",
@@ -88,6 +91,7 @@ export class UserCard {
         el("div", {}, el("dt", { title: "Gain of this user's local model; of the predictive one the object's own stiffness, or its device's limit" }, symbol("K", "h")), this.gain),
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
+      this.people,
       this.soft,
       this.latency.root,
       this.orders.root,
@@ -126,7 +130,7 @@ export class UserCard {
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
-  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted }: CardFacts): void {
+  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live }: CardFacts): void {
     // Nobody needs to put itself out.
     this.orders.write(name, muted, admin && !own);
     say(this.name, own ? `${name} (you)` : name);
@@ -135,14 +139,26 @@ export class UserCard {
     const soft = user === undefined ? "" : softWords(user);
     say(this.soft, soft);
     show(this.soft, soft !== "");
+    if (!live) {
+      for (const node of [this.force, this.alone, this.coupled, this.gain, this.loop]) say(node, "\u2013");
+      say(this.law, "no word");
+      this.law.classList.remove("is-law");
+      say(this.people, "");
+      this.bar.style.transform = "scaleX(0)";
+      return;
+    }
     if (user === undefined) {
       say(this.law, "not at the body");
+      this.law.classList.remove("is-law");
+      say(this.people, "");
       say(this.force, "");
       this.bar.style.transform = "scaleX(0)";
       return;
     }
     const f = norm(user.force);
+    say(this.people, connectionWords(user));
     say(this.law, muted ? "muted" : LAWS[user.law]);
+    this.law.classList.toggle("is-law", !muted);
     say(this.force, `${fixed(f, 2)} N`);
     this.bar.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
     say(this.alone, user.c_ii > 0 ? stiffness(1 / user.c_ii) : stiffness(0));

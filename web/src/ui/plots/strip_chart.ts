@@ -31,6 +31,9 @@ const LEFT = 34;
 const RIGHT = 6;
 const TOP = 15;
 const GAP = 9;
+/** Longer between two samples, and nothing is known of what was between [s]. */
+export const UNKNOWN = 1;
+const HATCH = 6; // px between two lines of it
 
 export class StripChart {
   readonly canvas = document.createElement("canvas");
@@ -68,6 +71,7 @@ export class StripChart {
       this.ranges[i] = range;
       const y = linear(range, { low: top + TOP + lane.height, high: top + TOP });
       axis(c, lane, range, y, width, top, ink);
+      for (const [from, to] of gaps(data, now - span, now)) hatch(c, x(from), x(to), top + TOP, lane.height, ink);
       for (const line of lane.lines) trace(c, data, line, x, y, now - span, ink);
       top += TOP + lane.height + GAP;
     });
@@ -80,6 +84,36 @@ export function withZero(extent: Range | null, lane: Pick<Lane, "zero" | "least"
   const low = lane.zero ? Math.min(0, data.low) : data.low;
   const high = lane.zero ? Math.max(0, data.high) : data.high;
   return { low, high: Math.max(high, low + lane.least) };
+}
+
+/** Spans of [since, now] in which no sample was taken, though there were some before. */
+export function gaps(data: TraceBuffer, since: number, now: number): [number, number][] {
+  const found: [number, number][] = [];
+  let last: number | null = null;
+  const upTo = (time: number): void => {
+    if (last !== null && time - last > UNKNOWN && time > since) found.push([Math.max(since, last), time]);
+    last = time;
+  };
+  data.each(0, -Infinity, upTo);
+  upTo(now);
+  return found;
+}
+
+/** Slanted lines over what is not known. */
+function hatch(c: CanvasRenderingContext2D, left: number, right: number, top: number, height: number, ink: Inks): void {
+  c.save();
+  c.beginPath();
+  c.rect(left, top, right - left, height);
+  c.clip();
+  c.strokeStyle = ink.get("--line-2");
+  c.lineWidth = 1;
+  c.beginPath();
+  for (let x = left - height; x < right; x += HATCH) {
+    c.moveTo(x, top + height);
+    c.lineTo(x + height, top);
+  }
+  c.stroke();
+  c.restore();
 }
 
 function axis(
@@ -145,7 +179,10 @@ function trace(
   c.lineJoin = "round";
   c.beginPath();
   let pen = false;
+  let last = -Infinity;
   data.each(line.column, since, (time, value) => {
+    if (time - last > UNKNOWN) pen = false;
+    last = time;
     if (Number.isNaN(value)) {
       pen = false;
       return;

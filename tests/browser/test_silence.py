@@ -1,0 +1,142 @@
+"""What a page shows while nothing comes: a server that stands still, a network that swallows."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import threading
+from collections.abc import Generator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from tests.browser.conftest import Open
+from tests.browser.room import Room
+from tests.browser.test_watch import picture
+from tests.browser.visitor import Visitor
+
+pytestmark = pytest.mark.patient
+
+GREY = 0.03  # most that the channels of a pixel differ in a picture without colour
+COLOURED = 0.15
+
+
+def colour(visitor: Visitor) -> float:
+    """How far the channels lie apart, in the middle of the body, where nothing stands over it."""
+    image = picture(visitor)
+    high, wide, _ = image.shape
+    image = image[int(0.45 * high) : int(0.65 * high), int(0.4 * wide) : int(0.6 * wide)]
+    return float(np.quantile(image.max(axis=2) - image.min(axis=2), 0.99))
+
+
+def lamp(visitor: Visitor) -> str | None:
+    return visitor.page.locator(".lamp").get_attribute("data-phase")
+
+
+def amber(visitor: Visitor) -> bool:
+    lamp = visitor.page.locator(".lamp")
+    ink = "node => getComputedStyle(node).backgroundColor"
+    busy = "() => getComputedStyle(document.documentElement).getPropertyValue('--busy').trim()"
+    red, green, blue = (int(x) for x in re.findall(r"\d+", lamp.evaluate(ink)))
+    wanted: str = visitor.page.evaluate(busy)
+    return f"#{red:02x}{green:02x}{blue:02x}" == wanted
+
+
+def looks_dead(visitor: Visitor) -> None:
+    """No number is shown as if it were of now."""
+    assert amber(visitor)
+    assert re.search(r"no word for \d+ s", visitor.text(".room"))
+    forces = visitor.page.locator(".card .card-force").all_inner_texts()
+    assert forces
+    assert set(forces) == {"\u2013"}
+    assert colour(visitor) < GREY
+
+
+@pytest.mark.parametrize("quiet", [False, True], ids=["in motion", "at rest"])
+def test_a_server_that_stands_still_does_not_look_live(
+    visitors: Open, room: Room, *, quiet: bool
+) -> None:
+    ann = visitors()
+    ann.visit(room.address)
+    rhythm = () if quiet else ("--rhythm-s", "2")
+    with room.hand("native", "--angle", "-80", "--depth-mm", "30", *rhythm):
+        ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press")
+        ann.until(lambda: colour(ann) > COLOURED, "the picture to have colour")
+        # A room in which nothing moves is live all the same.
+        for _ in range(60 if quiet else 1):
+            assert lamp(ann) == "watching"
+            ann.page.wait_for_timeout(50)
+        os.kill(room.pid, signal.SIGSTOP)
+        try:
+            ann.until(lambda: lamp(ann) == "silent", "word of the silence")
+            ann.until(lambda: "No word from the server" in ann.notice, "the notice")
+            looks_dead(ann)
+            ann.until(lambda: lamp(ann) != "silent", "it to try again")
+            looks_dead(ann)
+        finally:
+            os.kill(room.pid, signal.SIGCONT)
+        ann.until(lambda: ann.watches() and ann.notice == "", "the page to come back")
+        ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press again")
+        ann.until(lambda: colour(ann) > COLOURED, "the colour to come back")
+        ann.away = True  # the attempts of between
+
+
+@contextmanager
+def network(port: int) -> Generator[tuple[int, threading.Event]]:
+    """A way to a server that passes everything on, until its event is set: then nothing."""
+    swallows, ends = threading.Event(), threading.Event()
+    door = socket.create_server(("127.0.0.1", 0))
+    door.settimeout(0.1)
+    open_ones: list[socket.socket] = [door]
+
+    def carry(source: socket.socket, target: socket.socket) -> None:
+        try:
+            while data := source.recv(65536):
+                if not swallows.is_set():
+                    target.sendall(data)
+            target.shutdown(socket.SHUT_WR)
+        except OSError:
+            return
+
+    def accept() -> None:
+        while not ends.is_set():
+            try:
+                here, _ = door.accept()
+            except OSError:
+                continue
+            there = socket.create_connection(("127.0.0.1", port))
+            open_ones.extend((here, there))
+            for pair in ((here, there), (there, here)):
+                threading.Thread(target=carry, args=pair, daemon=True).start()
+
+    accepting = threading.Thread(target=accept, daemon=True)
+    accepting.start()
+    try:
+        yield door.getsockname()[1], swallows
+    finally:
+        ends.set()
+        accepting.join()
+        for one in open_ones:
+            one.close()
+
+
+def test_a_hand_behind_a_network_that_swallows_everything_comes_back(
+    visitors: Open, room: Room
+) -> None:
+    with network(room.port) as (port, swallows):
+        ann = visitors()
+        ann.visit(f"http://127.0.0.1:{port}/")
+        ann.take_part("ann")
+        ann.press(right=0.3)
+        before = ann.steady_force()
+        ann.away = True
+        swallows.set()
+        ann.until(lambda: lamp(ann) != "watching", "word of the silence")
+        ann.until(lambda: ann.text(".dock-force") == "\u2013", "the own force to be unknown")
+        looks_dead(ann)
+        swallows.clear()
+        ann.until(lambda: ann.watches() and ann.notice == "", "the page to come back")
+        assert ann.steady_force() == pytest.approx(before, rel=0.05)
