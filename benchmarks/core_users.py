@@ -28,6 +28,7 @@ from cohaptic.vec import Vec3, scale
 PERIOD = 1.0 / 60.0  # s
 RADIUS, DEPTH = 0.1, 0.004  # m, of the balloon and of a press
 Motion = Literal["press", "slide"]
+_PATIENCE = 20.0  # s for one call of a socket
 
 
 @dataclass
@@ -121,7 +122,8 @@ class User:
         self._seq = self._tick = 0
         self._came = b""
         parts = urlsplit(url)
-        self.socket = socket.create_connection((parts.hostname, parts.port))
+        # Nobody waits for ever for a server that has stopped reading, or never answers.
+        self.socket = socket.create_connection((parts.hostname, parts.port), _PATIENCE)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()
         lines = [f"GET {parts.path or '/'} HTTP/1.1", f"Host: {parts.netloc}"]
@@ -129,7 +131,10 @@ class User:
         lines += ["Sec-WebSocket-Version: 13", f"Sec-WebSocket-Protocol: {SUBPROTOCOL}"]
         self.socket.sendall("\r\n".join([*lines, "", ""]).encode())
         while b"\r\n\r\n" not in self._came:
-            self._came += self.socket.recv(4096)
+            came = self.socket.recv(4096)
+            if not came:
+                raise ConnectionResetError("closed before its answer")
+            self._came += came
         head, _, self._came = self._came.partition(b"\r\n\r\n")
         assert head.startswith(b"HTTP/1.1 101"), head
         self._ours = not parts.path[1:].isdigit()
@@ -150,8 +155,11 @@ class User:
         self._send(0x82, ContactSample(self._seq, self._tick, t, probe, force).encode())
 
     def read(self, count: Count) -> None:
-        """Take what has come, and count the patches."""
-        came = self._came + self.socket.recv(65536)
+        """Take what has come, and count the patches; raises OSError once the server has closed."""
+        new = self.socket.recv(65536)
+        if not new:
+            raise ConnectionResetError("closed")
+        came = self._came + new
         at = 0
         while len(came) >= at + 2:
             length, head = came[at + 1], 2
@@ -175,6 +183,7 @@ class User:
     def rest(self) -> bytes:
         """What came last and was not understood: the words of who has closed."""
         with contextlib.suppress(OSError):
+            self.socket.setblocking(False)
             self._came += self.socket.recv(4096)
         return self._came[-300:]
 

@@ -1,7 +1,7 @@
 """How many users a core, or this machine, serves in many rooms with ticks that are on time.
 
     python benchmarks/load.py [--room-users 8] [--rooms 2 4 8 12 16 20 25] [--seconds 5]
-        [--rounds 3] [--stopped] [--json FILE]
+        [--rounds 3] [--stopped] [--limit-seconds 900] [--json FILE]
 
 `cohaptic serve --config` has a process for each room. Each user sends a sample and gets a patch 60
 times a second, over loopback, from one process that plays them all. A row has the lateness of ticks
@@ -13,13 +13,18 @@ of the patches missing is stated at the end. Then ours has all cores, with the u
 that the time of the processors is told apart: rooms, front and users. `users_per_core.py` tells
 that of a room apart, into its world and its wire. With `--stopped` one of the rooms is then held up
 by SIGSTOP, and the lateness of the others is measured before and meanwhile.
+
+Rows come as soon as they are known, and what is being done goes to the standard error. A server of
+which less than nine tenths of the patches arrive is not given more rooms, and no row is begun after
+`--limit-seconds`; what was left out is said. A user whom a server closes is told of, and missing.
 """
 
 from __future__ import annotations
 
+import argparse
+import contextlib
 import math
 import os
-import re
 import signal
 import tempfile
 import time
@@ -29,8 +34,10 @@ from pathlib import Path
 import numpy as np
 
 import json_report
-from cohaptic_server.demo.processes import Process as Serving
+import progress
+from cohaptic_server.demo.processes import DemoFailed
 from core_users import PERIOD
+from load_rooms import Rooms
 from load_users import bare, crowd
 from users_per_core import Process
 
@@ -38,13 +45,9 @@ WARM_UP = 1.5  # s of a row in which users join and forces rise
 ON_TIME = 4e-3  # s at the 99th percentile
 EARLY = 5e-4  # s by which a tick may be before that grid, which is an estimate
 ARRIVED = 0.99  # of the patches that are due
+HOPELESS = 0.9  # of them, below which more rooms would say nothing
+JOINED = 20.0  # s for all users of a row to get their first patch
 PATCH = 104  # bytes of a plane
-_FREE = """[limits]
-open = 2000
-open_in_all = 4000
-connections = "1000:4000"
-joins = "1000:4000"
-"""
 
 
 @dataclass(frozen=True)
@@ -67,43 +70,6 @@ class Row:
     def holds(self) -> bool:
         """Whether ticks were on time."""
         return self.late[1] <= ON_TIME and self.arrived >= ARRIVED
-
-
-class Rooms:
-    """Our server with many rooms, on some cores."""
-
-    def __init__(self, folder: Path, rooms: int, room_users: int, cores: set[int]) -> None:
-        path, self._log = folder / "rooms.toml", folder / "server.log"
-        limits = _FREE.replace("[limits]", "[rooms.{0}.limits]")
-        tables = "".join(
-            f'[rooms.r{i}]\nbody = "balloon"\nmax_users = {room_users}\n' + limits.format(f"r{i}")
-            for i in range(rooms)
-        )
-        path.write_text(f"port = 0\nmax_users = {rooms * room_users}\n{_FREE}{tables}")
-        before = os.sched_getaffinity(0)
-        os.sched_setaffinity(0, cores)  # its processes inherit it
-        try:
-            self._process = Serving("serve", "--config", str(path), log=self._log)
-            url = self._process.first_line().removeprefix("listening ")
-        finally:
-            os.sched_setaffinity(0, before)
-        self.urls = [f"{url}/r/r{i}" for i in range(rooms)]
-        opened = dict(re.findall(r"room r(\d+) is open, process (\d+)", self._log.read_text()))
-        self.pids = [int(opened[str(i)]) for i in range(rooms)]
-
-    def spent(self) -> tuple[float, float]:
-        """Processor time of the rooms and of the front so far [s]."""
-        return sum(map(processor_time, self.pids)), processor_time(self._process.pid)
-
-    def end(self) -> None:
-        """End it."""
-        self._process.wait()
-
-
-def processor_time(pid: int) -> float:
-    """Of a process so far [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def lateness(ticks: list[float]) -> np.ndarray:
@@ -132,16 +98,22 @@ def measure(server: Rooms | Process, everybody: Process, urls: list[str], users:
         return server.spent() if isinstance(server, Rooms) else (float(server.ask()), 0.0)
 
     everybody.pipe.send((urls, users))
-    deadline = time.perf_counter() + 60.0
-    while any(patches < users for patches, _, _ in everybody.ask()[0]):
+    deadline = time.perf_counter() + JOINED
+    first = [0] * len(urls)
+    while min(first) < users:
         if time.perf_counter() > deadline:
+            progress.say(f"not every user has a patch after {JOINED:g} s")
             break
         time.sleep(0.3)
+        first = [n + patches for n, (patches, _, _) in zip(first, everybody.ask()[0], strict=True)]
     time.sleep(WARM_UP)
-    (_, cpu), before, start = everybody.ask(), spent(), time.perf_counter()
+    (_, cpu, _), before, start = everybody.ask(), spent(), time.perf_counter()
     time.sleep(seconds)
-    (came, cpu_after), after, took = everybody.ask(), spent(), time.perf_counter() - start
+    (came, cpu_after, closed), after = everybody.ask(), spent()
+    took = time.perf_counter() - start
     everybody.pipe.send(False)
+    if closed:
+        progress.say(f"{len(closed)} users were closed, the first with: {closed[0]}")
     rooms = [lateness(ticks) for _, _, ticks in came]
     late = np.concatenate(rooms)
     row = Row(
@@ -183,16 +155,21 @@ def stopped(
     """Lateness of all rooms but one, before that one is held up, and meanwhile."""
     server = Rooms(folder, rooms, users, os.sched_getaffinity(0))
     p99: list[float] = []
-    for held_up in (False, True):
-        if held_up:
-            os.kill(server.pids[-1], signal.SIGSTOP)
-        _, late = measure(server, everybody, server.urls[:-1], users, seconds)
-        p99.append(float(np.quantile(np.concatenate(late), 0.99)))
-    os.kill(server.pids[-1], signal.SIGCONT)
-    server.end()
+    try:
+        for held_up in (False, True):
+            if held_up:
+                os.kill(server.pids[-1], signal.SIGSTOP)
+            progress.say(f"{rooms - 1} rooms, and one that {'stands' if held_up else 'runs'}")
+            _, late = measure(server, everybody, server.urls[:-1], users, seconds)
+            p99.append(float(np.quantile(np.concatenate(late), 0.99)))
+    finally:
+        with contextlib.suppress(ProcessLookupError):  # its lease may have been over
+            os.kill(server.pids[-1], signal.SIGCONT)
+        server.end()
     print(
         f"\none room stopped: the others' p99 {1e3 * p99[0]:.2f} ms before,"
-        f" {1e3 * p99[1]:.2f} ms meanwhile"
+        f" {1e3 * p99[1]:.2f} ms meanwhile",
+        flush=True,
     )
     return {
         "kind": "one stopped",
@@ -200,6 +177,55 @@ def stopped(
         "late_p99_before_s": p99[0],
         "late_p99_s": p99[1],
     }
+
+
+@dataclass
+class Players:
+    """The processes beside our server.
+
+    Args:
+        beside: Users on the core that no server has.
+        free: Users on all cores.
+        bare: The bare server.
+        bare_url: Where it is.
+    """
+
+    beside: Process
+    free: Process
+    bare: Process
+    bare_url: str
+
+    def end(self) -> None:
+        """End them."""
+        for process in (self.beside, self.free, self.bare):
+            process.end()
+
+
+def compare(
+    folder: Path, rooms: int, kinds: set[str], options: argparse.Namespace, who: Players
+) -> dict[str, Row]:
+    """The middle row of each kind of server, for one number of rooms."""
+    each, rounds, seconds = options.room_users, options.rounds, options.seconds
+    limit = options.limit_seconds
+    cores = sorted(os.sched_getaffinity(0))
+    rows: dict[str, list[Row]] = {kind: [] for kind in kinds}
+    for on, together in (({cores[0]}, ("ours", "bare")), (set(cores), ("all cores",))):
+        ours = None if not kinds & set(together) - {"bare"} else Rooms(folder, rooms, each, on)
+        try:
+            for done in range(rounds):
+                for kind in (kind for kind in together if kind in kinds):
+                    if done and (rows[kind][-1].arrived < HOPELESS or progress.spent() > limit):
+                        continue
+                    progress.say(f"{kind}, {rooms} rooms, round {done + 1} of {rounds}")
+                    server: Rooms | Process = who.bare if ours is None or kind == "bare" else ours
+                    bare_urls = [f"{who.bare_url}/{PATCH}"] * rooms
+                    urls = server.urls if isinstance(server, Rooms) else bare_urls
+                    users = who.free if kind == "all cores" else who.beside
+                    rows[kind].append(measure(server, users, urls, each, seconds)[0])
+        finally:
+            if ours is not None:
+                ours.end()
+    return {kind: middle(found) for kind, found in rows.items()}
 
 
 def main() -> None:
@@ -210,38 +236,38 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--stopped", action="store_true")
+    parser.add_argument("--limit-seconds", type=float, default=900.0)
     options = parser.parse_args()
     each, cores = options.room_users, sorted(os.sched_getaffinity(0))
-    one, other, all_cores = {cores[0]}, {cores[-1]}, set(cores)
     results: list[json_report.Result] = []
     most = {"ours": 0, "bare": 0, "all cores": 0}
+    kinds = set(most)
     print("| server | rooms | users | late p50 | p99 | most | arrived | rooms' cores | front's"
-          " | users' | server per patch | holds |\n|" + "---|" * 12)  # fmt: skip
-    beside, free, simple = Process(crowd, other), Process(crowd, all_cores), Process(bare, one)
-    bare_url = simple.pipe.recv()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for rooms in options.rooms:
-            rows: dict[str, list[Row]] = {kind: [] for kind in most}
-            ours = Rooms(folder, rooms, each, one)
-            for _ in range(options.rounds):
-                rows["ours"].append(measure(ours, beside, ours.urls, each, options.seconds)[0])
-                urls = [f"{bare_url}/{PATCH}"] * rooms
-                rows["bare"].append(measure(simple, beside, urls, each, options.seconds)[0])
-            ours.end()
-            ours = Rooms(folder, rooms, each, all_cores)
-            for _ in range(options.rounds):
-                rows["all cores"].append(measure(ours, free, ours.urls, each, options.seconds)[0])
-            ours.end()
-            for kind, found in rows.items():
-                row = middle(found)
-                results.append(tell(kind, rooms, rooms * each, row))
-                if row.holds:
-                    most[kind] = max(most[kind], rooms * each)
-        if options.stopped:
-            results.append(stopped(folder, 4, each, free, options.seconds))
-    for process in (beside, free, simple):
-        process.end()
+          " | users' | server per patch | holds |\n|" + "---|" * 12, flush=True)  # fmt: skip
+    simple = Process(bare, {cores[0]})
+    who = Players(
+        Process(crowd, {cores[-1]}), Process(crowd, set(cores)), simple, simple.pipe.recv()
+    )
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            if options.stopped:  # first: it says the most, and takes the least
+                results.append(stopped(Path(name), 4, each, who.free, options.seconds))
+            for rooms in options.rooms:
+                if not kinds or progress.spent() > options.limit_seconds:
+                    progress.say(f"left out: {rooms} rooms and more")
+                    break
+                found = compare(Path(name), rooms, kinds, options, who)
+                for kind in (kind for kind in most if kind in found):
+                    row = found[kind]
+                    results.append(tell(kind, rooms, rooms * each, row))
+                    if row.holds:
+                        most[kind] = max(most[kind], rooms * each)
+                    if row.arrived < HOPELESS:
+                        kinds.discard(kind)
+    except DemoFailed as failed:
+        progress.say(f"{failed}; what follows is not measured")
+    finally:
+        who.end()
     ratio = most["ours"] / most["bare"] if most["bare"] else float("nan")
     said = ", ".join(f"{kind} {users}" for kind, users in most.items())
     print(f"\nmost users with p99 <= {1e3 * ON_TIME:g} ms: {said}; ratio on one core {ratio:.2f}")

@@ -44,35 +44,55 @@ def crowd(cores: set[int], pipe: Pipe) -> None:
     Args:
         cores: That it may run on.
         pipe: A scene is a list of addresses and a number of users for each. `True` is answered by
-            what came since the last: patches and bytes, times of ticks for each address, and the
-            processor time of this process so far; `False` ends the scene.
+            what came since the last: patches and bytes, times of ticks for each address, the
+            processor time of this process so far, and the words to each user who was closed;
+            `False` ends the scene.
     """
     os.sched_setaffinity(0, cores)
-    with contextlib.suppress(EOFError):
+    with contextlib.suppress(EOFError, BrokenPipeError):  # whoever measures has gone
         while True:
-            _play(pipe, *pipe.recv())
+            play(pipe, *pipe.recv())
 
 
-def _play(pipe: Pipe, urls: list[str], users: int) -> None:
+def play(pipe: Pipe, urls: list[str], users: int) -> None:
+    """Play so many users at each address until the other end says so, and tell their counts."""
     counts = [RoomCount() for _ in urls]
-    everybody = [
-        (User(url, "plane", "press", 0.0, 2.0 * math.pi * i / users, i), count)
-        for url, count in zip(urls, counts, strict=True)
-        for i in range(users)
-    ]
+    everybody: list[tuple[User, RoomCount]] = []
+    closed: list[str] = []
+    gone: set[User] = set()  # who was closed; the others go on
+    for url, count in zip(urls, counts, strict=True):
+        for i in range(users):
+            try:
+                user = User(url, "plane", "press", 0.0, 2.0 * math.pi * i / users, i)
+            except (OSError, AssertionError) as error:
+                closed.append(f"{url}: {error}")
+            else:
+                everybody.append((user, count))
     poll = select.epoll()
     by_file = {user.socket.fileno(): (user, count) for user, count in everybody}
     for file in (*by_file, pipe.fileno()):
         poll.register(file, select.EPOLLIN)
-    start, sent, many = time.perf_counter() + PERIOD, 0, len(everybody)
+    start, sent, many = time.perf_counter() + PERIOD, 0, max(1, len(everybody))
+
+    def end(user: User, error: Exception) -> None:
+        poll.unregister(user.socket.fileno())
+        closed.append(f"{error}: {user.rest!r}")
+        user.socket.close()
+        gone.add(user)
+
     while True:
         due = start + sent * PERIOD / many
         for file, _ in poll.poll(max(0.0, due - time.perf_counter())):
             if file != pipe.fileno():
                 user, count = by_file[file]
-                user.read(count)
+                if user not in gone:
+                    try:
+                        user.read(count)
+                    except OSError as error:
+                        end(user, error)
             elif pipe.recv():
-                pipe.send(([(c.patches, c.size, c.ticks) for c in counts], time.process_time()))
+                came = [(c.patches, c.size, c.ticks) for c in counts]
+                pipe.send((came, time.process_time(), closed))
                 for count in counts:
                     count.patches = count.size = 0
                     count.ticks = []
@@ -84,11 +104,12 @@ def _play(pipe: Pipe, urls: list[str], users: int) -> None:
         # One that was held up leaves samples out, as a client does.
         sent = max(sent, int((now - start - 4.0 * PERIOD) / PERIOD * many))
         while start + sent * PERIOD / many <= now:
-            user = everybody[sent % many][0]
-            try:
-                user.write(now - start)
-            except OSError as error:
-                raise RuntimeError(f"a user was closed: {user.rest!r}") from error
+            for user, _ in everybody[sent % many : sent % many + 1]:
+                if user not in gone:
+                    try:
+                        user.write(now - start)
+                    except OSError as error:
+                        end(user, error)
             sent += 1
 
 

@@ -30,6 +30,7 @@ from core_processes import bare, ours
 from core_users import PERIOD, crowd
 
 WARM_UP = 1.0  # s at the start of a row that are not counted: users join, and their forces rise
+_ANSWER = 120.0  # s; users who come one after another to a server that is slow take long
 Case = tuple[int, str, str]  # users, patches, motion
 
 
@@ -50,8 +51,10 @@ class Process:
         theirs.close()
 
     def ask(self) -> Any:
-        """What it says now."""
+        """What it says now; raises TimeoutError if it says nothing for `_ANSWER`."""
         self.pipe.send(True)
+        if not self.pipe.poll(_ANSWER):
+            raise TimeoutError(f"process {self._process.pid} says nothing for {_ANSWER:g} s")
         return self.pipe.recv()
 
     def end(self) -> None:

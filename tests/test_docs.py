@@ -25,6 +25,7 @@ from cohaptic.protocol import (
     upload_messages,
     watch_messages,
 )
+from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
 ROOT = Path(__file__).parents[1]
@@ -177,7 +178,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
     ],
 )
 def test_every_field_of_a_control_message_is_described(
-    title: str, message: type[messages.ControlMessage]
+    title: str, message: type[ControlMessage]
 ) -> None:
     described = re.findall(r"^\| `(\w+)` \|", section(title), re.M)
     assert described == list(message.model_fields)
@@ -205,7 +206,9 @@ def test_the_architecture_page_names_modules_as_they_are_and_every_folder() -> N
 NOT_MIRRORED = {
     "tests/client/devices/test_spacemouse_hid.py": "the driver on a mock device of the kernel",
     "tests/client/loop/test_moving_surfaces.py": "slew limits in whole loops",
+    "tests/client/loop/test_safety_attacks.py": "attacks on a whole loop, of `safety.py`",
     "tests/client/loop/test_safety_faults.py": "faults, of `safety.py`",
+    "tests/client/loop/test_safety_latch.py": "faults that stay, of `safety.py`",
     "tests/client/loop/running/test_work.py": "counts what a whole period does",
     "tests/client/loop/test_law_vectors.py": "writes what the page's laws are checked against",
     "tests/experiments/test_experiments.py": "every experiment, run briefly",
