@@ -43,13 +43,7 @@ def receive(
         settings: Of the loop.
         surface: Of the patch, where it is made already; None to make it now.
     """
-    try:
-        patch.check(remote=True)
-    except RemoteProtocolError:
-        return state
-    # After a silence it may be another server's: one that was started anew counts from 1.
-    silent = is_silent(state, now, settings)
-    if state.patch is not None and patch.tick <= state.patch.tick and not silent:
+    if not _is_news(state, patch, now, settings):
         return state
     if surface is None:
         surface = settings.surface(patch)
@@ -83,6 +77,17 @@ def receive(
         safety=state.safety,
         patience=patience,
     )
+
+
+def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:
+    """Whether a patch is one, and newer than the newest."""
+    try:
+        patch.check(remote=True)
+    except RemoteProtocolError:
+        return False
+    # After a silence it may be another server's: one that was started anew counts from 1.
+    newest = state.patch
+    return newest is None or patch.tick > newest.tick or is_silent(state, now, settings)
 
 
 def progress(state: LoopState, now: float, settings: LoopSettings) -> float:

@@ -22,7 +22,7 @@ from cohaptic.control.law import NO_FORCE, LocalForce
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.gains import follow_gains
-from cohaptic_client.loop.law_fade import LAW_FADE_RATE, LawFade, run
+from cohaptic_client.loop.law_fade import LAW_FADE_RATE, LawFade, run, stiffest
 from cohaptic_client.loop.passivity import dissipate
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_normal
@@ -138,8 +138,8 @@ def press(
     k_h_before = fade.now.gains.k_h
     if patch.law is fade.now.law:
         fade = follow_gains(state, patch, fade, sight, share, counted, settings)
-    k_h = fade.now.gains.k_h
-    pace = _pace_of_surface(state, fade, abs(k_h - k_h_before), silent, counted)
+    pace = _pace_of_surface(state, fade, abs(fade.now.gains.k_h - k_h_before), silent, counted)
+    k_h = stiffest(fade)
     C: Compliance3 | None = None
     if settings.friction > 0.0:
         pace *= 0.5  # the other half is the friction's
@@ -164,6 +164,7 @@ def press(
             force = scale(normal, damped_force)
     friction = NO_FRICTION
     if C is not None:
+        k_h = fade.now.gains.k_h
         friction = _friction_force(state, sight, moved, normal, local, k_h, C, pace, settings)
         force, law_force = add(force, friction.force), add(law_force, friction.force)
     return Contact(
@@ -230,8 +231,7 @@ def _law_force(
 ) -> tuple[LawFade, LocalForce]:
     """The law's answer at the depth in use, less the shift of the contact by the friction."""
     if C is not None:
-        k_h = fade.now.gains.k_h
-        depth -= believed_shift(normal, C, k_h) * normal_shift(state.friction, normal, C)
+        depth -= believed_shift(normal, C, stiffest(fade)) * normal_shift(state.friction, normal, C)
     if depth != sight.depth:
         sight = Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
     return run(fade, sight, counted, settings.law)

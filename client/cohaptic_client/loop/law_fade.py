@@ -97,6 +97,14 @@ def switch(
     return fade
 
 
+def stiffest(fade: LawFade) -> float:
+    """K_h that the force may follow a way with: of both laws, on the way from one to the other."""
+    k_h = fade.now.gains.k_h
+    if fade.before is not None and fade.before.gains.k_h > k_h:
+        return fade.before.gains.k_h
+    return k_h
+
+
 def with_gains(fade: LawFade, gains: Gains) -> LawFade:
     """Other gains for the law in use."""
     now = fade.now

@@ -19,6 +19,7 @@ from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.energy import balance
+from cohaptic_client.loop.law_fade import stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED
 from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
@@ -26,6 +27,8 @@ from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 _PI: Final = Law.PI  # bound once, as in `gains`
 _SWITCH: Final = 1  # of `DeviceSample.buttons`
 _REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; of a tip that is somewhere
+# N^2; the stiffest surface, at the greatest depth
+_NO_FORCE: Final = (MAX_STIFFNESS * MAX_POSITION) ** 2
 
 
 def step(
@@ -111,10 +114,7 @@ def _step(
     contact = NO_SURFACE
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings)
-        (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
-        whole = fx + fy + fz + nx + ny + nz + contact.depth
-        if not -math.inf < whole < math.inf:  # NaN too, which would stay in the memory for ever
-            raise ValueError(f"{contact.requested_force} N at a depth of {contact.depth} m")
+        check_memory(contact)
     force = contact.requested_force
     safety = guard(
         state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits,
@@ -157,6 +157,17 @@ def _step(
     return after, output
 
 
+def check_memory(contact: Contact) -> None:
+    """Raise ValueError for a contact that must not stay in the loop's memory.
+
+    What is no number would stay for ever, and a force that no spring makes for as long as it fades.
+    """
+    (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
+    whole = nx + ny + nz + contact.depth
+    if not (fx * fx + fy * fy + fz * fz < _NO_FORCE and -math.inf < whole < math.inf):
+        raise ValueError(f"{contact.requested_force} N at a depth of {contact.depth} m")
+
+
 def way_force(state: LoopState, contact: Contact, settings: LoopSettings) -> float:
     """By how much the hand's own way in a period may change its force [N].
 
@@ -175,10 +186,9 @@ def way_force(state: LoopState, contact: Contact, settings: LoopSettings) -> flo
         stiffness = min(settings.max_stiffness, MAX_STIFFNESS)
     else:
         stiffness = state.fade.now.gains.k_h if state.fade is not None else 0.0
-        if fade.now.gains.k_h > stiffness:
-            stiffness = fade.now.gains.k_h
-        if fade.before is not None and fade.before.gains.k_h > stiffness:
-            stiffness = fade.before.gains.k_h
+        now = stiffest(fade)
+        if now > stiffness:
+            stiffness = now
     return (1.0 + settings.friction) * stiffness * way
 
 

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.control.friction import Compliance3
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains, Law, LawSettings
-from cohaptic.vec import ZERO
+from cohaptic.vec import ZERO, norm
 from cohaptic_client.loop.law_fade import (
     LAW_FADE_SHARE_RATE,
     LAW_FADE_TIME,
@@ -17,6 +19,8 @@ from cohaptic_client.loop.law_fade import (
     switch,
 )
 from cohaptic_client.loop.safety import EXTERNAL_RATE
+from tests.client.loop.test_moving_surfaces import Held
+from tests.client.plane import PLANE
 from tests.strategies import vectors
 
 T = 0.001  # s
@@ -97,3 +101,18 @@ def test_a_small_change_takes_the_fade_time() -> None:
         fade, _ = run(fade, sight, T, SETTINGS)
         periods += 1
     assert abs(periods * T - LAW_FADE_TIME) < 2 * T
+
+
+def test_a_stiff_law_that_goes_does_not_drive_the_friction() -> None:
+    """Its gain counts while it fades: friction that came back through it would grow without end."""
+    skewed = Compliance3(xx=0.003, yy=0.005, zz=0.004, xy=0.001, xz=0.001, yz=-0.001)
+    told = [replace(PLANE, law=Law.PROPORTIONAL, c_ii=0.004, k_h=8000.0, compliance=skewed)]
+    hand = Held(lambda _: told[0], depth=0.001, device=8000.0, friction=2.0)
+    for k in range(20):
+        hand.go((5e-5 * k, 0.0, -0.001))
+    told[0] = replace(told[0], law=Law.PREDICTIVE, k_h=250.0)
+    for _ in range(300):
+        output = hand.go((1e-3, 0.0, -0.001))
+        # What the friction's shift adds to the depth is bounded by that of the depth itself.
+        assert norm(hand.state.friction.force) <= 2.0 * 2.0 * 8000.0 * 0.001
+        assert norm(output.force) <= hand.settings.limits.max_force + 1e-9

@@ -8,7 +8,7 @@ import type { LawName } from "../../model/laws";
 import { add, dot, scale, sub, type Vec3, ZERO } from "../../model/vec";
 import type { Patch } from "../../protocol/patch";
 import { withGainsOfPatch } from "./gains";
-import { LAW_FADE_RATE, type LawFade, run } from "./law_fade";
+import { LAW_FADE_RATE, type LawFade, run, stiffest } from "./law_fade";
 import { dissipate } from "./passivity";
 import { EXTERNAL_RATE, FADE_RATE } from "./safety";
 import { holdBack, slewCompliance, slewNormal, SOFT } from "./slew";
@@ -60,8 +60,8 @@ export function contactForce(
 ): ContactForce {
   const { sample, sight, counted } = period;
   const updated = patch.law === before.now.law ? withGainsOfPatch(state, patch, before, period, settings) : before;
-  const { k_h } = updated.now.gains;
-  let pace = paceOf(state, k_h - before.now.gains.k_h, updated, period);
+  const k_h = stiffest(updated);
+  let pace = paceOf(state, updated.now.gains.k_h - before.now.gains.k_h, updated, period);
   let C: Compliance3 | null = null;
   if (settings.friction > 0) {
     pace *= 0.5; // the other half is for the friction
@@ -97,7 +97,7 @@ export function contactForce(
     const [requested, on_body] = [scale(normal, damped), scale(normal, f)];
     return { ...common, friction: NO_FRICTION, requested, on_body, stored: local.stored };
   }
-  const share = Math.min(1, k_h * sight.c_ii);
+  const share = Math.min(1, updated.now.gains.k_h * sight.c_ii);
   const friction = frictionStep(state.friction, {
     moved: sub(moved, turned(state)),
     material: sight.u_others,

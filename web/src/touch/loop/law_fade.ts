@@ -35,6 +35,11 @@ export interface LawFade {
   readonly share: number;
 }
 
+/** K_h that the force may follow a way with: of both laws, on the way from one to the other [N/m]. */
+export function stiffest(fade: LawFade): number {
+  return Math.max(fade.now.gains.k_h, fade.before?.gains.k_h ?? 0);
+}
+
 /** A fade that is over: one law. */
 export function settled(law: LawName, gains: Gains): LawFade {
   return { now: { law, gains, memory: AT_REST }, before: null, share: 1 };
