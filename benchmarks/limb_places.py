@@ -61,7 +61,7 @@ def _with_equilibrium(placement: Placement, body: Body) -> Placement:
     for _ in range(_HALVED):
         scene = Scene(2, places=placement.places, depth=placement.depth)
         try:
-            if held_fast(scene, reference(scene, body, pressed=True)):
+            if held_fast(reference(scene, body, pressed=True)):
                 break
         except BodyError:
             pass  # nothing is known of it either

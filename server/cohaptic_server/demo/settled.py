@@ -27,8 +27,8 @@ _PATIENCE = 60
 # hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and never came to
 # rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
 _GIVES_WAY = 1.5
-# Of a hand's stiffness, up to which a contact may turn its force: at 1 it slides off, and a limb
-# that gives way sideways as well leaves less.
+# `Equilibrium.turning` up to which hands hold their tips: from 1 on they slide off, or the limb
+# between them moves away sideways, and near it they take long to rest.
 _HOLDS = 0.5
 _TRIED = 3  # placements at each depth; where none of them rests, few others do
 _DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # shares of the intended depth
@@ -103,7 +103,7 @@ def rests(body: Body, placement: Placement) -> bool:
         # One that has come through to the far side touches no more; another may be pushed off.
         if not (touching[0] if pressed else touching[1:].all()):
             return False
-        if not held_fast(scene, found):
+        if not held_fast(found):
             return False
         slid = np.linalg.norm(along, axis=1) > _SLID * body.contact_radius
         if (touching & (slid | (np.diag(found.compliance) > soft))).any():
@@ -111,12 +111,6 @@ def rests(body: Body, placement: Placement) -> bool:
     return True
 
 
-def held_fast(scene: Scene, found: Equilibrium) -> bool:
-    """Whether hands can hold their tips where they found an equilibrium (science 3.12).
-
-    Args:
-        scene: With the hands.
-        found: Its equilibrium.
-    """
-    stiffness = [scene.script(k).hand.stiffness for k in range(len(found.force))]
-    return bool((found.turning <= _HOLDS * np.array(stiffness)).all())
+def held_fast(found: Equilibrium) -> bool:
+    """Whether hands can hold their tips where they found an equilibrium (science 3.12)."""
+    return found.turning <= _HOLDS

@@ -9,6 +9,7 @@ such that every tip lies on the surface that it presses,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,9 +18,10 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, locate
+from cohaptic_server.world.lags.turning import root_of_gain
+from cohaptic_server.world.loads import Press
 
 _TOLERANCE = 1e-5  # N; and 1e-8 m of the tips
 # m along the surface. At the tolerance of a tick, on a surface that others tilt by a third, a tip
@@ -51,15 +53,15 @@ class Equilibrium:
         alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
         tip: Of each hand, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
-        turning: Force along the surface for each metre that the tip gives way there, because the
-            normal turns with it, shape (c,) [N/m]; a hand that is no stiffer slides off.
+        turning: Largest share of a way along the surface that its own force makes of it anew: the
+            normal turns with the way, and body and hands give way to that. At 1 a tip slides off.
     """
 
     force: Floats
     alone: Floats
     tip: Floats
     compliance: Floats
-    turning: Floats
+    turning: float
 
     @property
     def felt_from_others(self) -> Floats:
@@ -120,7 +122,8 @@ def solve(
         elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
             C = response.compliance
             alone = _forces_alone(located, tip, C)
-            return Equilibrium(force, alone, tip, C, _turning(located, C, force))
+            turning = _turning(body, response, hands, located, force)
+            return Equilibrium(force, alone, tip, C, turning)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
 
 
@@ -145,10 +148,28 @@ def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats
     return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
 
-def _turning(contacts: Sequence[Contact], C: Floats, force: Floats) -> Floats:
-    """K g of each contact that presses, as in science 3.12, shape (c,) [N/m]."""
-    slopes = np.array([max(c.slope, MIN_SLOPE) for c in contacts])
-    return np.where(force > 0.0, (1.0 - slopes) / slopes / np.diag(C), 0.0)
+def _turning(
+    body: Body,
+    response: Response,
+    hands: Sequence[RestingHand],
+    contacts: Sequence[Contact],
+    force: Floats,
+) -> float:
+    """Largest eigenvalue of S_tt of science 3.12, where the hands give way as well."""
+    pressing = np.flatnonzero(force > 0.0).tolist()
+    if not pressing:
+        return 0.0
+    presses = [Press(contacts[i], float(force[i]), np.zeros(3)) for i in pressing]
+    loads = [load for press in presses for load in press.loads()]
+    C = body.respond(loads, response).compliance
+    along = np.arange(3 * len(pressing)).reshape(-1, 3)[:, 1:].reshape(-1)
+    between = C[np.ix_(along, along)].copy()
+    root = np.zeros_like(between)
+    for k, i in enumerate(pressing):
+        own = slice(2 * k, 2 * k + 2)
+        between[own, own] = np.eye(2) / hands[i].stiffness  # its own dent takes no part in it
+        root[own, own] = root_of_gain(body.mesh, contacts[i]) / math.sqrt(C[3 * k, 3 * k])
+    return float(np.linalg.eigvalsh(root @ between @ root.T)[-1])
 
 
 def _largest(change: Floats) -> float:

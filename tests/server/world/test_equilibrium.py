@@ -164,3 +164,30 @@ def test_nobody_is_served_first(small_balloon: Balloon, order: list[int]) -> Non
     mixed = solve(small_balloon, [hands[i] for i in order])
     assert mixed.force == pytest.approx(straight.force[order], abs=1e-4)
     assert mixed.tip == pytest.approx(straight.tip[order], abs=1e-6)
+
+
+@pytest.mark.parametrize("depth", [0.02, 0.04, 0.06])
+@pytest.mark.parametrize("stiffness", [400.0, 2000.0])
+def test_what_a_contact_turns_of_a_lone_hands_way_is_the_slope_over_its_stiffness(
+    balloon: Balloon, depth: float, stiffness: float
+) -> None:
+    found = solve(balloon, [hand((1.0, 0.0, 0.0), depth, stiffness)])
+    free = np.zeros_like(balloon.mesh.vertices)
+    radius = balloon.contact_radius
+    contact = locate(balloon.mesh, found.tip[0], free, radius=radius, tolerance=EXACT)
+    geometric = (1.0 - contact.slope) / contact.slope / found.compliance[0, 0]  # K g, science 3.12
+    # How the facets bend in both directions is fitted, a few percent apart.
+    assert found.turning == pytest.approx(geometric / stiffness, rel=0.25)
+
+
+@given(st.lists(st.integers(0, 5).map(side), min_size=2, max_size=4, unique=True))
+@settings(max_examples=10, deadline=None)
+def test_what_turns_under_one_hand_turns_in_the_room_too(balloon: Balloon, at: list[Vec3]) -> None:
+    """The eigenvalue of a part of a symmetric matrix is never larger (Cauchy's interlacing)."""
+    room = solve(balloon, [hand(a, 0.02) for a in at])
+    alone = max(solve(balloon, [hand(a, 0.02)]).turning for a in at)
+    assert room.turning > 0.9 * alone  # the others' dents change the places a little
+
+
+def test_hands_off_the_body_turn_nothing(small_balloon: Balloon) -> None:
+    assert solve(small_balloon, [hand((1.0, 0.0, 0.0), -0.01)]).turning == 0.0

@@ -12,7 +12,7 @@ from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.contact import Contact, Contacts
 from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness
 from cohaptic_server.world.loads import contact_axes
 
@@ -74,19 +74,22 @@ def find_turning_lag(
     root = np.diag(np.sqrt(K[owner]))
     for k, i in enumerate(turned):
         own_rows = slice(len(users) + 2 * k, len(users) + 2 * k + 2)
-        root[own_rows, own_rows] = np.sqrt(K[i]) * _root_of_gain(mesh, contacts, i)
+        root[own_rows, own_rows] = np.sqrt(K[i]) * root_of_gain(mesh, contacts.at(i))
     S = root @ C @ root
     needed = turning_needed(0.5 * (S + S.T), 2 * len(turned), _longest_delay(users, dt), lag)
     return min(LONGEST_TURN, needed / SHARE)
 
 
-def _root_of_gain(mesh: SurfaceMesh, contacts: Contacts, i: int) -> Floats:
+def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
     """Square root of g of one contact in its two tangents, shape (2, 2).
 
     The search measures the depth over the smallest radius of curvature; how the surface bends in
     the two directions is fitted to the resting normals under the finger, weighted by its pressure.
+
+    Args:
+        mesh: Resting surface.
+        contact: On it.
     """
-    contact = contacts.at(i)
     axes = contact_axes(contact.normal)[1:]
     away = (mesh.vertices[contact.vertices] - contact.foot) @ axes.T
     turn = mesh.normals[contact.vertices] @ axes.T
