@@ -33,8 +33,12 @@ class Link(Protocol):
         """The newest that the board told since the last call; raises DeviceError when gone."""
         ...
 
-    def give(self, milliamps: Vec3, now: float) -> None:
-        """Have these currents sent."""
+    def give(self, milliamps: Vec3) -> None:
+        """Have these currents sent; raises as `poll`."""
+        ...
+
+    def release(self) -> None:
+        """No currents, at once; for another thread."""
         ...
 
     def close(self) -> None:
@@ -76,7 +80,6 @@ class WoodenArm:
             )
         self._pose, self._velocity, self._button = pose, ZERO, first.button
         self._heard: float | None = None
-        self._now = 0.0
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
@@ -89,7 +92,6 @@ class WoodenArm:
             raise DeviceError(NAME, "it is closed", "open it again")
         if self._heard is None:
             self._heard = now
-        self._now = now
         told = self._link.poll(now)
         if told is not None:
             self._learn(told, now)
@@ -112,11 +114,11 @@ class WoodenArm:
         if not self._force or not is_finite(force):
             force = ZERO
         amperes = motor_currents(self._unit, self._pose.jacobian, force)
-        self._link.give(scale(amperes, 1e3), self._now)
+        self._link.give(scale(amperes, 1e3))
 
     def release(self) -> None:
         """Take the force off the hand; for another thread."""
-        self._link.give(ZERO, self._now)
+        self._link.release()
 
     def close(self) -> None:
         """No currents, then release the board; may be called twice."""

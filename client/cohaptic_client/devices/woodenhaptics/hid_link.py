@@ -52,11 +52,15 @@ class HidLink:
         told, self._told = self._told, None
         return told
 
-    def give(self, milliamps: Vec3, now: float) -> None:
+    def give(self, milliamps: Vec3) -> None:
         """Have these currents sent with the next report."""
         if self._trouble is not None:
             raise self._trouble
         self._given, self._at = milliamps, self._clock.now()
+
+    def release(self) -> None:
+        """No currents with the next report; for another thread."""
+        self._given = ZERO
 
     def close(self) -> None:
         """No currents, then release the board; may be called twice."""
