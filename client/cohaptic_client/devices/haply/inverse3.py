@@ -32,7 +32,9 @@ _FIRST_ANSWER = 1.0  # s
 
 # Force, stiffness and workspace are those of a driver by others, no rating of the maker.
 # The state is as old as a period of the loop when a force answers it.
-INFO = DeviceInfo(_NAME, max_force=10.0, max_stiffness=1000.0, max_damping=6.0, latency=0.001)
+INFO = DeviceInfo(
+    _NAME, max_force=10.0, max_stiffness=1000.0, max_damping=6.0, latency=0.001, lets_go=SILENCE
+)
 # m; of its workspace, seen from the mounting plate, which the user has behind the device.
 MIDDLE: Vec3 = (0.0, 0.15, 0.20)
 

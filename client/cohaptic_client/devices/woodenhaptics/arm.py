@@ -20,6 +20,7 @@ from cohaptic_client.devices.woodenhaptics.unit import Unit
 NAME = "woodenhaptics"
 SILENCE = 0.02  # s; of a board, after which its last counts are old
 GIVE_UP = 0.25  # s; of silence, after which it is gone
+SERIAL_LETS_GO = 0.1  # s; of the host, after which the serial board switches its motors off
 # s; a count is 0.06 mm, in a period of 1 ms 60 mm/s: of that a fifth is left
 _FILTER = 0.004
 # m between two reports; 30 m/s at 1 kHz are no hand. Counters that were zeroed, or garbage.
@@ -56,6 +57,7 @@ class WoodenArm:
         force: Whether its motors are used.
         home_here: Whether it is in its home pose now, whatever its counters say.
         switch: Whether its board has a button.
+        lets_go: Without a command for so long there are no currents any more [s].
     """
 
     def __init__(
@@ -67,9 +69,10 @@ class WoodenArm:
         force: bool = True,
         home_here: bool = False,
         switch: bool = False,
+        lets_go: float = SERIAL_LETS_GO,
     ) -> None:
         self._unit, self._link, self._force = unit, link, force
-        self.info = arm_info(unit, force=force, switch=switch)
+        self.info = arm_info(unit, force=force, switch=switch, lets_go=lets_go)
         self._zero = first.counts if home_here else ZERO
         pose = self._pose_of(first)
         if pose is None:
@@ -150,7 +153,7 @@ class WoodenArm:
         return pose_at(self._unit, joint_angles(self._unit, add(counts, ZERO)))
 
 
-def arm_info(unit: Unit, *, force: bool, switch: bool) -> DeviceInfo:
+def arm_info(unit: Unit, *, force: bool, switch: bool, lets_go: float) -> DeviceInfo:
     """Abilities of a unit."""
     return DeviceInfo(
         NAME,
@@ -161,4 +164,5 @@ def arm_info(unit: Unit, *, force: bool, switch: bool) -> DeviceInfo:
         latency=0.001,
         force_axes=3 if force else 0,
         switch=switch,
+        lets_go=lets_go,
     )

@@ -163,11 +163,14 @@ def test_a_short_stall_is_survived_and_the_force_comes_back_slowly(bench: Bench)
     bench.press(device)
     bench.emulator.silent.set()
     until(lambda: not device.read(0.0).fresh)
+    for k in range(1, 4):  # longer than the force takes to go
+        device.read(0.01 * k)
     bench.emulator.silent.clear()
-    until(lambda: device.read(0.0).fresh)
+    until(lambda: device.read(0.03).fresh)
     device.write(PUSH)  # at the very time of the stall
     until(lambda: bench.arm.force == ZERO)
-    device.read(0.1)
+    for k in range(4, 14):
+        device.read(0.01 * k)
     device.write(PUSH)
     until(lambda: bench.arm.force[2] == pytest.approx(0.2 * PUSH[2]))
 

@@ -51,19 +51,18 @@ class Bench:
         assert "\n" not in str(caught.value)
         return str(caught.value)
 
-    def press(self, device: Device, board: SerialBoard) -> None:
-        def given() -> bool:
-            device.read(CLOCK.now())
-            device.write(PUSH)
-            return norm(board.currents) > 100.0
+    def step(self, device: Device) -> bool:
+        device.read(CLOCK.now())
+        device.write(PUSH)
+        return True
 
-        until(given)
+    def press(self, device: Device, board: SerialBoard) -> None:
+        until(lambda: self.step(device) and norm(board.currents) > 100.0)
 
     def end_of(self, device: Device) -> str:
         def ended() -> bool:
             try:
-                device.read(CLOCK.now())
-                device.write(PUSH)
+                self.step(device)
             except DeviceError as error:
                 told.append(str(error))
             return bool(told)
@@ -165,8 +164,8 @@ def test_a_board_that_stalls_is_not_fresh_and_then_gone(bench: Bench) -> None:
     bench.press(device, board)
     board.silent = True
     until(lambda: not device.read(CLOCK.now()).fresh)
-    device.write(PUSH)  # of which nothing reaches a hand that is not seen
-    until(lambda: board.currents == ZERO)
+    # A hand that is not seen is let go.
+    until(lambda: bench.step(device) and board.currents == ZERO)
     assert "its board has been silent" in bench.end_of(device)
 
 
