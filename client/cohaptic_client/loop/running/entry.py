@@ -13,6 +13,7 @@ from pathlib import Path
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_process
+from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
 from cohaptic_client.loop.config import LoopConfig
@@ -43,10 +44,10 @@ def live(text: str) -> None:
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
-    release = Release(device, clock, config.haptic_period)
+    watchdog = _watchdog(device, clock, config.limits.stall)
+    release = Release(device, clock, config.haptic_period, watchdog)
     # Of an end that not even `finally` sees.
     atexit.register(release)
-    watchdog = _watchdog(device, clock, config.limits.stall)
     _without_collector()
     orphaned = False
     try:
@@ -79,12 +80,7 @@ def live(text: str) -> None:
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:
     """Let the device go from the force that the loop gave it last."""
-    if loop is None:
-        release()
-    else:
-        loop.begin_call()  # the watchdog looks after these writes, too
-        release(loop.written)
-        loop.end_call()
+    release(ZERO if loop is None else loop.written)
 
 
 def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | None:
