@@ -43,7 +43,6 @@ class Client:
         self.clock = SystemClock()
         # Names and reasons of strangers are in it, and it goes to a terminal.
         self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
-        self._keep = keep
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest; it may be over
         # With it this client comes back to its name, and nobody else does.
@@ -134,7 +133,7 @@ class Client:
                 if self.settings.fixed_gains is not None:
                     raise
                 self._tell(f"{another}; the hand comes back to it")
-                await self._begin_anew()
+                self._haptics = await self._haptics.anew()
                 await asyncio.sleep(RETRY)
                 until = self.clock.now() + patience
                 continue
@@ -153,12 +152,6 @@ class Client:
                 raise error
             self._tell(f"{error}; trying again for {until - self.clock.now():.0f} s")
             await asyncio.sleep(RETRY)
-
-    async def _begin_anew(self) -> None:
-        """End the loop, whose force fades, for one that begins as free of the new object."""
-        await self._haptics.stop()
-        self._haptics.close()
-        self._haptics = Haptics(self.settings, self.clock, self._keep)
 
     async def _converse(self) -> str:
         """One connection, to its end; returns why it ended."""

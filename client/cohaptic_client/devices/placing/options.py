@@ -29,6 +29,9 @@ _PLACES: dict[str, Vec3] = {
 }
 
 
+SWITCH = 1  # bit of `DeviceSample.buttons`: what `DeviceInfo.switch` tells of
+
+
 def scale_of(choice: DeviceChoice) -> float:
     """Metres of the world for a metre of the device; raises SettingError."""
     # Beyond a factor of 5 the stiffness and speed that are left to the world are of no use.
@@ -47,6 +50,16 @@ def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
     turn_of(choice)
     _clutch_of(choice)
     return seen_from_world(info, scale_of(choice))
+
+
+def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
+    """Whether the clutch's button is the very switch that the hand holds: one of them is useless.
+
+    Args:
+        choice: Of the device.
+        info: Of the same.
+    """
+    return info.switch and _clutch_of(choice) == SWITCH
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:

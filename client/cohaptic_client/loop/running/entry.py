@@ -16,6 +16,7 @@ from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.placing.options import clutch_is_switch
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.running.haptic_loop import HapticLoop, status_json
@@ -40,7 +41,7 @@ def live(text: str) -> None:
 
     handle_signals(end)
     try:
-        device = open_device(config.device)
+        device = _opened(config)
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
@@ -76,6 +77,16 @@ def live(text: str) -> None:
         memory.close(remove=orphaned)
         if orphaned and config.rest_mesh is not None:
             Path(config.rest_mesh).unlink(missing_ok=True)
+
+
+def _opened(config: LoopConfig) -> Device:
+    """The device; raises DeviceError when it cannot be had, or not as the settings ask."""
+    device = open_device(config.device)
+    if config.limits.dead_man and clutch_is_switch(config.device.choice, device.info):
+        device.close()
+        problem = "its clutch is the switch that the hand holds"
+        raise DeviceError(device.info.name, problem, "choose another button, or --no-dead-man")
+    return device
 
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:

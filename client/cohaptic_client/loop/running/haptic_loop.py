@@ -18,7 +18,7 @@ from cohaptic.status.quantiles import Tally
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
-from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.running.intake import Intake
 from cohaptic_client.loop.running.watchdog import Watchdog
@@ -85,10 +85,10 @@ class HapticLoop:
         self._clock = SystemClock(config.clock_origin)
         self._haptic_period = config.haptic_period
         self._every_row = config.every_row
-        self._limits = config.limits
+        self._limits = limits_on(config.limits, device.info)
         self._settings = LoopSettings(
             config.simulation_period,
-            config.limits,
+            self._limits,
             config.law,
             config.smoothing,
             config.max_damping,
@@ -98,6 +98,8 @@ class HapticLoop:
             max_stiffness=device.info.max_stiffness,
         )
         self._state = LoopState()
+        if config.fault:
+            self._state = self._state.taken_away(config.fault, self._limits)
         self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
         if config.every_row:

@@ -6,6 +6,7 @@ import gc
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from cohaptic.clock import Clock
 from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
+from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.memory import LoopMemory, Slot
@@ -188,6 +190,20 @@ def test_a_device_that_cannot_be_had_ends_the_process_with_its_sentence(
         main(DeviceError("spacemouse", "no SpaceMouse was found", "plug one in"))
     assert ended.value.code == 2
     assert parent.status() == {"error": "spacemouse: no SpaceMouse was found; plug one in"}
+
+
+def test_a_clutch_on_the_switch_of_the_board_that_was_found_is_refused(
+    parent: Parent, main: Main
+) -> None:
+    device = replace(parent.config.device, choice=DeviceChoice("rig", (("clutch", "1"),)))
+    limits = replace(parent.config.limits, dead_man=True)
+    parent.config = replace(parent.config, device=device, limits=limits)
+    rig = Rig()
+    rig.info = replace(Rig.info, switch=True)
+    with pytest.raises(SystemExit):
+        main(rig)
+    assert rig.log == ["close"]
+    assert "its clutch is the switch that the hand holds" in str(parent.status()["error"])
 
 
 def test_told_to_stop_the_process_ends_without_a_word_and_lets_go(
