@@ -20,7 +20,6 @@ LONGEST_PATIENCE: Final = 1.0  # s; no link that is worth touching over is silen
 FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
 
 
-# Above 60 lines: a third tell what it does, another lists the state, as `replace` is slow.
 def receive(
     state: LoopState,
     patch: Patch,

@@ -22,6 +22,7 @@ LOSS_TIME = 0.02  # s from all to none once the device is silent: that of a faul
 # s by which a period is counted as too long before the device lets go: a driver counts from write
 # to write, and this from read to read.
 _SOONER = 0.001
+_LONGEST_STEP = 0.002  # s that count of a late period while a force goes: two of the slower loops
 
 
 def return_time(max_force: float) -> float:
@@ -142,6 +143,6 @@ class Placed:
         if self._held is not None or passed > self._longest:
             self._gain = 0.0
         elif silent:
-            self._gain = max(0.0, self._gain - passed / LOSS_TIME)
+            self._gain = max(0.0, self._gain - min(passed, _LONGEST_STEP) / LOSS_TIME)
         elif self._gain < 1.0:
             self._gain = min(1.0, self._gain + passed / self._return_time)

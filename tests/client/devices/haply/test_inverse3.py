@@ -163,8 +163,8 @@ def test_a_short_stall_is_survived_and_the_force_comes_back_slowly(bench: Bench)
     bench.press(device)
     bench.emulator.silent.set()
     until(lambda: not device.read(0.0).fresh)
-    for k in range(1, 4):  # longer than the force takes to go
-        device.read(0.01 * k)
+    for k in range(1, 31):  # longer than the force takes to go
+        device.read(0.001 * k)
     bench.emulator.silent.clear()
     until(lambda: device.read(0.03).fresh)
     device.write(PUSH)  # at the very time of the stall

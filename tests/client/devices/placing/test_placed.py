@@ -158,6 +158,14 @@ def test_a_force_that_nothing_took_away_is_left_to_the_safety_layer(
     assert forces(placed, arm, [0.0, period]) == [norm(PUSH)] * 2
 
 
+def test_a_late_period_takes_no_force_away_in_one_step() -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    forces(placed, arm, [0.0])
+    arm.fresh = False
+    assert forces(placed, arm, [0.05]) >= [0.9 * norm(PUSH)]
+
+
 @given(st.floats(0.1, 40.0))
 def test_the_force_of_no_device_comes_back_faster_than_20_newtons_a_second(most: float) -> None:
     assert most / return_time(most) <= 20.0 + TIGHT
