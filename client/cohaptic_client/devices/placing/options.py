@@ -48,7 +48,7 @@ def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
     choice.one_of("place", _PLACES, "front")
     choice.one_of("recentre", ("yes", "no"), "no")
     turn_of(choice)
-    _clutch_of(choice)
+    clutch_of(choice)
     return seen_from_world(info, scale_of(choice))
 
 
@@ -59,7 +59,7 @@ def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
         choice: Of the device.
         info: Of the same.
     """
-    return info.switch and _clutch_of(choice) == SWITCH
+    return info.switch and clutch_of(choice) == SWITCH
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
@@ -82,11 +82,11 @@ def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
             turn=turn_of(choice),
         ),
         recentre=choice.one_of("recentre", ("yes", "no"), "no") == "yes",
-        clutch=_clutch_of(choice),
+        clutch=clutch_of(choice),
     )
 
 
-def _clutch_of(choice: DeviceChoice) -> int:
+def clutch_of(choice: DeviceChoice) -> int:
     """Bit of the button that holds the tip; 0 for none."""
     number = int(choice.number("clutch", 0, 0, 16))
     return 1 << number - 1 if number else 0
