@@ -25,6 +25,7 @@ SERIAL_LETS_GO = 0.1  # s; of the host, after which the serial board switches it
 _FILTER = 0.004
 # m between two reports; 30 m/s at 1 kHz are no hand. Counters that were zeroed, or garbage.
 _JUMP = 0.03
+_FASTEST = 1.5  # m/s; what a hand may go meanwhile, where the board was silent for longer
 
 
 class Link(Protocol):
@@ -131,14 +132,15 @@ class WoodenArm:
 
     def _learn(self, told: Told, now: float) -> None:
         pose = self._pose_of(told)
-        if pose is None or norm(sub(pose.position, self._pose.position)) > _JUMP:
+        assert self._heard is not None
+        dt = now - self._heard
+        most = _JUMP + _FASTEST * max(0.0, dt)
+        if pose is None or norm(sub(pose.position, self._pose.position)) > most:
             raise DeviceError(
                 NAME,
                 "its encoders jumped",
                 "was it calibrated in use? Hold it in its home pose, then start again",
             )
-        assert self._heard is not None
-        dt = now - self._heard
         if dt > SILENCE:
             self._velocity = ZERO
         elif dt > 0.0:

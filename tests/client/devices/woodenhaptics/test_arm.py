@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from cohaptic.errors import DeviceError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.woodenhaptics.arm import WoodenArm
@@ -29,6 +30,10 @@ class ScriptedPort:
         self.sent = list[bytes]()
         self.answers = False
         self._waiting = b""
+
+    def tell(self, counts: int) -> None:
+        """The first encoder has gone so far; one is 0.05 mm at the tip."""
+        self._waiting += f"[3,{counts},0,0,0,0,0,0]\n".encode()
 
     def read(self, size: int) -> bytes:
         data, self._waiting = self._waiting[:size], self._waiting[size:]
@@ -91,3 +96,22 @@ def test_at_the_end_the_hand_is_let_go_along_a_ramp(answers: bool) -> None:
     assert sizes == sorted(sizes, reverse=True)
     assert sum(size > 0.0 for size in sizes) >= (18 if answers else 3)
     assert port.sent[-1] == b"close"
+
+
+@pytest.mark.parametrize(
+    ("silence", "counts", "jumps"),
+    [(0.001, 500, False), (0.001, 1300, True), (0.15, 1300, False), (0.15, 6000, True)],
+)
+def test_a_hand_that_went_on_in_a_silence_of_the_board_has_not_jumped(
+    silence: float, counts: int, jumps: bool
+) -> None:
+    """1300 counts are 60 mm: 0.4 m/s over 0.15 s, and no hand's way in a millisecond."""
+    port, link, _ = linked()
+    arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
+    arm.read(0.0)
+    port.tell(counts)
+    if jumps:
+        with pytest.raises(DeviceError, match="its encoders jumped"):
+            arm.read(silence)
+    else:
+        assert arm.read(silence).position[0] == pytest.approx(4.8e-5 * counts, rel=0.1)
