@@ -18,7 +18,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 import json_report
@@ -98,7 +98,7 @@ def run(seconds: float) -> tuple[list[float], str]:
 
 
 @contextlib.contextmanager
-def work_beside(programs: int) -> Iterator[None]:
+def work_beside(programs: int) -> Generator[None]:
     """So many programs that never rest, until the end of the context."""
     started = [subprocess.Popen([sys.executable, "-c", _WORK]) for _ in range(programs)]
     try:
