@@ -5,6 +5,8 @@ The board answers a command and nothing else, and switches its motors off 100 ms
 
 from __future__ import annotations
 
+import os
+import sys
 from importlib import import_module
 from typing import Any, Protocol
 
@@ -36,6 +38,38 @@ class Port(Protocol):
     def close(self) -> None:
         """Release the port."""
         ...
+
+
+class NeverWaiting:
+    """A port of pyserial on a system with file numbers, whose `write` tries for ever when full.
+
+    Args:
+        port: Open, without a time to wait; this object closes it.
+    """
+
+    def __init__(self, port: Any) -> None:
+        self._port = port
+        self._cut = False  # whether the last command was sent in part
+
+    def read(self, size: int) -> bytes:
+        """What has come, `size` bytes at most."""
+        data: bytes = self._port.read(size)
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Send, as far as there is room; what was cut off before becomes a line of its own."""
+        if self._cut:
+            data = b"\n" + data
+        try:
+            sent = os.write(self._port.fileno(), data)
+        except BlockingIOError:
+            return 0  # the board takes nothing: it is silent, and will be gone
+        self._cut = sent < len(data)
+        return sent
+
+    def close(self) -> None:
+        """Release the port."""
+        self._port.close()
 
 
 class SerialLink:
@@ -148,7 +182,7 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
         port = _serial().Serial(path, timeout=0, write_timeout=0, exclusive=True)
     except OSError as error:
         raise DeviceError(NAME, *_why_not(path, error)) from error
-    link = SerialLink(port, clock)
+    link = SerialLink(port if sys.platform == "win32" else NeverWaiting(port), clock)
     try:
         first = _first_answer(link, clock)
     except DeviceError as error:  # bytes that are no answers

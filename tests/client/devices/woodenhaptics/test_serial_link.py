@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +15,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
-from cohaptic_client.devices.woodenhaptics.serial_link import may_be_board
+from cohaptic_client.devices.woodenhaptics.serial_link import NeverWaiting, may_be_board
 from tests.client.devices.until import until
 from tests.client.plane import CONFIG
 
@@ -245,6 +246,35 @@ def test_a_port_that_another_program_has(bench: Bench) -> None:
     board = bench.board()
     bench.open(board)
     assert f"{board.path} is used by another program; quit that program" in bench.complaint(board)
+
+
+def test_a_port_that_is_full_is_not_waited_for() -> None:
+    """pyserial's own `write` would try for ever, in the loop and in its watchdog."""
+    boards, ours = os.pipe()
+    os.set_blocking(ours, False)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: ours))
+    while port.write(bytes(4096)):
+        pass
+    assert port.write(b"[0,0,0]\n") == 0
+    for end in (boards, ours):
+        os.close(end)
+
+
+def test_a_command_that_was_cut_off_is_ended_before_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sent, room = list[bytes](), [3, 100, 100]
+
+    def write(_number: int, data: bytes) -> int:
+        sent.append(data[: room.pop(0)])
+        return len(sent[-1])
+
+    monkeypatch.setattr(os, "write", write)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: 0))
+    for _ in range(3):
+        port.write(b"[1,2,3]\n")
+    monkeypatch.undo()
+    assert b"".join(sent) == b"[1,\n[1,2,3]\n[1,2,3]\n"
 
 
 def test_no_port(bench: Bench) -> None:
