@@ -82,10 +82,16 @@ class Watchdog:
             return
         if not self.fired:
             self.fired = True  # first: the loop must not give the old force again
-            with contextlib.suppress(Exception):
-                self._device.release()
+            # In a thread of its own: it may wait for the very transfer that the loop waits for.
+            releasing = threading.Thread(target=self._release, name="release", daemon=True)
+            releasing.start()
+            releasing.join(LOOK)
         elif hung > GIVE_UP:
             self._end(HELD)
+
+    def _release(self) -> None:
+        with contextlib.suppress(Exception):
+            self._device.release()
 
     def _run(self) -> None:
         # Before the loop's own: one that spins at its priority would keep this thread from looking.

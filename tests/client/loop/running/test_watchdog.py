@@ -53,6 +53,29 @@ def test_a_call_that_hangs_is_released_once_and_in_the_end_the_process_ends() ->
     assert ends == [HELD]
 
 
+class NeverReleased(Released):
+    """The release of a driver waits for the same transfer as the loop."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.over, self.returned = threading.Event(), False
+
+    def release(self) -> None:
+        self.over.wait(5.0)
+        self.returned = True
+
+
+def test_a_release_that_hangs_too_does_not_keep_the_process_from_ending() -> None:
+    clock, rig, ends = ManualClock(), NeverReleased(), list[int]()
+    dog = Watchdog(rig, clock, LIMIT, ends.append)
+    dog.since = clock.now()
+    for hung in (2.0 * LIMIT, 2.0 * GIVE_UP):
+        clock.sleep_until(clock.now() + hung)
+        dog.look()
+    assert (ends, rig.returned) == ([HELD], False)
+    rig.over.set()
+
+
 def test_between_two_periods_nothing_is_released_however_long() -> None:
     clock, rig = ManualClock(), Released()
     dog = Watchdog(rig, clock, LIMIT, lambda status: pytest.fail(str(status)))
