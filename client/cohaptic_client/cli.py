@@ -27,7 +27,7 @@ from cohaptic.vec import Vec3
 from cohaptic_client.address import read_address
 from cohaptic_client.client import Client
 from cohaptic_client.devices.catalogue import NAMES, read_device
-from cohaptic_client.enter_key import on_enter
+from cohaptic_client.enter_key import EnterKey
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
@@ -251,19 +251,18 @@ async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool
         keep=recorder.keep if record else None,
     )
     shown = asyncio.ensure_future(_show(client, console, json_lines))
-    stop_listening = on_enter(client.acknowledge) if settings.holds_faults else _nothing
+    key = EnterKey(client.acknowledge) if settings.holds_faults else None
+    if key is not None:
+        client.hears = key.listening
     try:
         await client.run()
     finally:
-        stop_listening()
+        if key is not None:
+            key.stop()
         shown.cancel()
         await asyncio.gather(shown, return_exceptions=True)
         if record:
             recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
-
-
-def _nothing() -> None:
-    """Nobody listens."""
 
 
 async def _show(client: Client, console: Console, json_lines: bool) -> None:

@@ -13,6 +13,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming
+from cohaptic_client.news import FaultNews, fault_in_words, scheduling_in_words
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.status import status_before_touch, touch_status
 
@@ -30,6 +31,9 @@ class Client:
         tell: Called with each piece of news for people.
         keep: Called with the rows of the loop, some at a time, as blocks for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
+
+    Attributes:
+        hears: Whether the user can acknowledge a fault; to be set where nobody may be there.
     """
 
     def __init__(
@@ -43,14 +47,15 @@ class Client:
         self.clock = SystemClock()
         # Names and reasons of strangers are in it, and it goes to a terminal.
         self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
-        self._keep = keep
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest; it may be over
         # With it this client comes back to its name, and nobody else does.
         self._key = secrets.token_hex(16)
         self._session = ""  # token that the server has given, which outlives the invitation
         self._next_beat = 0.0
-        self._fault = ""
+        self._faults = FaultNews()
+        self._scheduling_told = settings.device.name == "simulated"  # nobody feels it late
+        self.hears: Callable[[], bool] = lambda: True
 
     async def run(self) -> None:
         """Touch until cancelled, the duration is over, or the server is lost for good.
@@ -98,12 +103,13 @@ class Client:
         if now < self._next_beat:
             return
         self._next_beat = now + HEARTBEAT
-        fault = self._haptics.beat()
-        if fault and fault != self._fault:
-            held = self._haptics.holds_fault
-            how = "press Enter, then lift" if held else "lift"
-            self._tell(f"force off: {fault}; {how} off the object to go on")
-        self._fault = fault
+        fault, haptics = self._haptics.beat(), self._haptics
+        if self._faults.is_new(fault, now):
+            self._tell(fault_in_words(fault, held=haptics.holds_fault, heard=self.hears()))
+        if not self._scheduling_told and (told := haptics.status.get("scheduling", "")):
+            self._scheduling_told = True
+            if refused := scheduling_in_words(str(told)):
+                self._tell(refused)
 
     def acknowledge(self) -> None:
         """The user has seen the fault: force may come again once the hand is out of the object."""
@@ -134,7 +140,7 @@ class Client:
                 if self.settings.fixed_gains is not None:
                     raise
                 self._tell(f"{another}; the hand comes back to it")
-                await self._begin_anew()
+                self._haptics = await self._haptics.anew()
                 await asyncio.sleep(RETRY)
                 until = self.clock.now() + patience
                 continue
@@ -153,12 +159,6 @@ class Client:
                 raise error
             self._tell(f"{error}; trying again for {until - self.clock.now():.0f} s")
             await asyncio.sleep(RETRY)
-
-    async def _begin_anew(self) -> None:
-        """End the loop, whose force fades, for one that begins as free of the new object."""
-        await self._haptics.stop()
-        self._haptics.close()
-        self._haptics = Haptics(self.settings, self.clock, self._keep)
 
     async def _converse(self) -> str:
         """One connection, to its end; returns why it ended."""

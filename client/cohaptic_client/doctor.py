@@ -17,6 +17,7 @@ from cohaptic import __version__
 from cohaptic.clock import resolution
 from cohaptic.errors import SettingError
 from cohaptic.runtime.scheduling import memory_lock_limit
+from cohaptic_client.news import is_real_time
 
 MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process has about half of that
@@ -49,7 +50,7 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
     Args:
         measured: As `loop.running.measure` printed it.
     """
-    real_time = "real-time" in measured["scheduling"] or "high priority" in measured["scheduling"]
+    real_time = is_real_time(measured["scheduling"])
     locked = measured["memory"] == "memory locked" or sys.platform != "linux"
     late = measured["late_by_a_period"]
     lateness = (

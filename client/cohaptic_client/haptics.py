@@ -34,6 +34,7 @@ class Haptics:
         clock: Of this process; the loop reads the same time.
         keep: Called with the rows of all periods since the last call, a block for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
+        fault: With which the loop begins, as the user has not acknowledged it; empty for none.
 
     Attributes:
         row: Newest row of the loop; None before the first.
@@ -42,13 +43,18 @@ class Haptics:
     """
 
     def __init__(
-        self, settings: ClientSettings, clock: SystemClock, keep: Callable[[bytes], None] | None
+        self,
+        settings: ClientSettings,
+        clock: SystemClock,
+        keep: Callable[[bytes], None] | None,
+        fault: str = "",
     ) -> None:
         self.row: Row | None = None
         self.silent_after: float | None = None
         self._settings = settings
         self._clock = clock
         self._keep = keep
+        self._fault = fault
         remove_killed(clock.now() + clock.to_wall())
         self._memory = LoopMemory.create()
         self._mesh_file = Path(f"{self._memory.path}{MESH_SUFFIX}")
@@ -75,6 +81,16 @@ class Haptics:
     def holds_fault(self) -> bool:
         """Whether a fault keeps the force off until the user acknowledges it."""
         return self.status.get("mode") == Mode.FAULT.value
+
+    async def anew(self) -> Haptics:
+        """End the loop, whose force fades; returns one that begins as free of the object.
+
+        What the user has not acknowledged keeps the force off there, too.
+        """
+        await self.stop()
+        self.close()
+        fault = str(self.status.get("fault", "")) if self.holds_fault else self._fault
+        return Haptics(self._settings, self._clock, self._keep, fault)
 
     def keep_mesh(self, mesh: RestMesh) -> None:
         """Keep the resting mesh for the loop, which starts with it.
@@ -105,6 +121,7 @@ class Haptics:
                 mesh=self._mesh,
                 every_row=self._keep is not None,
             )
+            config, self._fault = replace(config, fault=self._fault), ""
             self._welcome = welcome
             self.silent_after = config.limits.silent_after
             self._process = HapticProcess(config, self._memory)
@@ -154,6 +171,7 @@ class Haptics:
         if self._process is not None:
             self._process.request_stop()
             await asyncio.to_thread(self._process.wait)
+            self._process.read_status()
             self._collect(self._process)
 
     def close(self) -> None:
@@ -201,7 +219,7 @@ def loop_config(
         period=period,
         stale=max(2.0 * period, 2.0 / device.rate),
         latch=settings.holds_faults,
-        dead_man=device.switch and settings.dead_man,
+        dead_man=settings.dead_man,
     )
     script = settings.script
     if mesh is not None and script.place is None and settings.device.name == "simulated":

@@ -15,6 +15,7 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.choice import SIMULATED, DeviceChoice
+from cohaptic_client.devices.placing.options import clutch_is_switch
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 
@@ -95,7 +96,10 @@ class ClientSettings:
             check_secrecy(self.url, insecure=self.insecure)
         # Both are needed only once a server answers; a mistake in them is told before.
         haptic_period(self.loop_hz)
-        device_info(self.device)
+        device = device_info(self.device)
+        if self.dead_man and clutch_is_switch(self.device, device):
+            limit = "a button other than the switch that the hand holds; or give --no-dead-man"
+            raise SettingError(f"{self.device.name}:clutch", 1, limit)
 
     @property
     def force_limit(self) -> float:

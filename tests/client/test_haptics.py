@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
+from typing import ClassVar
 
 import pytest
 from hypothesis import given
@@ -18,6 +20,7 @@ from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.settings import ClientSettings
 
 BODY = BodyInfo(name="plane", center=(0.1, 0.2, 0.3), radius=0.1, contact_radius=0.02)
@@ -144,3 +147,47 @@ def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() 
     at = Place((0.05, 0.0, 0.0), (-1.0, 0.0, 0.0))
     fixed = replace(SETTINGS, script=replace(SETTINGS.script, place=at))
     assert intention(fixed) == at.point
+
+
+class Process:
+    """Stands for the loop's process: it has a fault, and notes how it was begun."""
+
+    def __init__(self, config: LoopConfig, _memory: LoopMemory) -> None:
+        self.config = config
+        self.status: dict[str, object] = {}
+        self.begun.append(config)
+
+    begun: ClassVar[list[LoopConfig]] = []
+    last: ClassVar[dict[str, object]] = {}
+
+    def request_stop(self) -> None:
+        pass
+
+    def wait(self) -> None:
+        pass
+
+    def read_status(self) -> None:  # the last report comes with the end
+        self.status = self.last
+
+    def new_rows(self) -> bytes:
+        return b""
+
+
+@pytest.mark.parametrize(("mode", "kept"), [("fault", "why"), ("waiting", "")])
+def test_a_fault_that_nobody_has_acknowledged_goes_on_to_the_next_object(
+    monkeypatch: pytest.MonkeyPatch, mode: str, kept: str
+) -> None:
+    monkeypatch.setattr("cohaptic_client.haptics.HapticProcess", Process)
+    monkeypatch.setattr(Process, "begun", [])
+    monkeypatch.setattr(Process, "last", {"mode": mode, "fault": "why"})
+
+    async def moved() -> None:
+        haptics = Haptics(SETTINGS, SystemClock(), None)
+        haptics.start(welcome())
+        for _ in range(2):  # from object to object
+            haptics = await haptics.anew()
+            haptics.start(welcome())
+        haptics.close()
+
+    asyncio.run(moved())
+    assert [config.fault for config in Process.begun] == ["", kept, kept]

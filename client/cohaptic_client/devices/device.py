@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -28,6 +29,8 @@ class DeviceInfo:
         sensed_axes: Degrees of freedom of translation that it senses, 1 to 3.
         force_axes: Along which it gives force, 0 to 3.
         switch: Whether it has a switch that the hand can hold while it holds the device.
+        lets_go: Without a force for so long its driver or its board takes the last one away by
+            itself; inf where that stays on the hand [s].
     """
 
     name: str
@@ -44,6 +47,7 @@ class DeviceInfo:
     sensed_axes: int = 3
     force_axes: int = 3
     switch: bool = False
+    lets_go: float = math.inf
 
 
 @dataclass(init=False)

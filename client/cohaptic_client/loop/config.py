@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
+from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.safety import SafetyLimits
 
@@ -30,6 +31,7 @@ class LoopConfig:
         limits: Of the safety layer.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
         every_row: Whether the record of each period is kept; if not, the newest from time to time.
+        fault: Of the loop before this one, that the user has not acknowledged; empty for none.
     """
 
     memory: str
@@ -45,6 +47,7 @@ class LoopConfig:
     limits: SafetyLimits
     rest_mesh: str | None = None
     every_row: bool = True
+    fault: str = ""
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
@@ -67,6 +70,20 @@ class LoopConfig:
                 "limits": SafetyLimits(**raw["limits"]),
             }
         )
+
+
+def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
+    """Limits for the device that was opened, of which its options may not tell everything.
+
+    Args:
+        limits: That the user's settings ask for.
+        info: Of the device, once it is open.
+    """
+    return replace(
+        limits,
+        max_force=min(limits.max_force, info.max_force or limits.max_force),
+        dead_man=limits.dead_man and info.switch,
+    )
 
 
 def silent_after(simulation_period: float) -> float:

@@ -143,10 +143,11 @@ class LoopState:
     def acknowledged(self) -> LoopState:
         """The same once the user has acknowledged a fault: the hand may be engaged again.
 
-        Not before the force is gone: nobody acknowledges what is not over.
+        Not before the force is gone: nobody acknowledges what is not over. A release of no force
+        is over: while the switch is not held, one begins again and again.
         """
         safety = self.safety
-        if safety.mode is not Mode.FAULT or safety.left > 0.0:
+        if safety.mode is not Mode.FAULT or safety.force != ZERO:
             return self
         return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
 

@@ -12,8 +12,9 @@ from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.loop.config import LoopConfig, haptic_period, silent_after
+from cohaptic_client.loop.config import LoopConfig, haptic_period, limits_on, silent_after
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG
 from tests.strategies import vectors
@@ -100,3 +101,15 @@ def test_a_server_is_silent_after_three_ticks_and_a_tenth_of_a_second_at_least(
     hz: float, expected: float
 ) -> None:
     assert silent_after(1.0 / hz) == pytest.approx(expected)
+
+
+@given(st.booleans(), st.booleans(), st.floats(0.0, 40.0), st.floats(0.1, 40.0))
+def test_the_device_that_was_opened_has_the_last_word_on_switch_and_force(
+    wanted: bool, switch: bool, device_force: float, max_force: float
+) -> None:
+    info = DeviceInfo("arm", device_force, 1000.0, switch=switch)
+    asked = SafetyLimits(max_force=max_force, dead_man=wanted)
+    limits = limits_on(asked, info)
+    assert limits.dead_man is (wanted and switch)
+    assert limits.max_force == (min(max_force, device_force) if device_force > 0.0 else max_force)
+    assert limits == replace(asked, dead_man=limits.dead_man, max_force=limits.max_force)

@@ -84,6 +84,18 @@ def test_a_latched_fault_does_not_go_by_the_switch() -> None:
         assert "stood still" in state.fault
 
 
+def test_a_fault_can_be_acknowledged_while_the_switch_is_not_held() -> None:
+    """In whichever period the word comes: the release is over, and does not begin anew."""
+    state = play(pressing(FORCE), [FAULTS["a stall"]] + [Period(ZERO)] * RELEASE, LATCHED)[-1]
+    for n in range(2 * RELEASE):
+        dropped = periods(state, n, held=False)
+        assert (dropped.mode, dropped.force) == (Mode.FAULT, ZERO)
+        word = acknowledged(dropped)
+        assert word.mode is Mode.WAITING
+        later = periods(word, 3 * RELEASE, held=False)
+        assert (later.mode, later.force, later.fault) == (Mode.WAITING, ZERO, NOT_HELD)
+
+
 def test_something_else_that_takes_the_force_away_leaves_none() -> None:
     before = LoopState(safety=pressing(FORCE))
     for limits, mode in ((LIMITS, Mode.WAITING), (LATCHED, Mode.FAULT)):

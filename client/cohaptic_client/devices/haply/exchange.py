@@ -20,6 +20,8 @@ from cohaptic_client.devices.haply.service import Service, ServiceGone, ServiceS
 SILENCE = 0.02  # s; a service, or a loop, that is silent for longer holds no force
 GIVE_UP = 0.25  # s; a device that has been silent for longer is gone
 _FAREWELLS = 2  # messages with zero force at the end: the answer to the first may be missing
+# s; of an answer that does not come, the farewells after it, and a busy machine.
+LONGEST_CLOSE = GIVE_UP + (_FAREWELLS + 2) * SILENCE
 # One garbled message may be a slip of the service; several in a row are no device.
 _MOST_GARBLED = 5
 
@@ -31,7 +33,7 @@ class Heard:
     Args:
         at: When, on the clock of the exchange [s].
         arm: Its state.
-        button: Whether a button of a grip is held.
+        button: Whether a button of its grip is held.
     """
 
     at: float
@@ -47,6 +49,7 @@ class Exchange:
         device: Id of the device.
         first: Its state.
         clock: Of this process.
+        grip: Id of the grip that is held with it; no other counts.
 
     Attributes:
         heard: The newest state.
@@ -54,8 +57,10 @@ class Exchange:
         answers: Messages that the service has answered.
     """
 
-    def __init__(self, service: Service, device: str, first: Heard, clock: Clock) -> None:
-        self._service, self._device, self._clock = service, device, clock
+    def __init__(
+        self, service: Service, device: str, first: Heard, clock: Clock, grip: str
+    ) -> None:
+        self._service, self._device, self._clock, self._grip = service, device, clock, grip
         self.heard = first
         self.trouble: DeviceError | None = None
         self.answers = 0
@@ -75,11 +80,11 @@ class Exchange:
         self._wake()
 
     def close(self) -> None:
-        """Zero force, then the end of the conversation; waits for `GIVE_UP` at most."""
+        """Zero force, then the end of the conversation; waits for `LONGEST_CLOSE` at most."""
         self._force, self._ends = ZERO, True
         self._wake()
         if threading.current_thread() is not self._thread:
-            self._thread.join(GIVE_UP)
+            self._thread.join(LONGEST_CLOSE)
         self._service.close()
 
     def _wake(self) -> None:
@@ -130,7 +135,7 @@ class Exchange:
         arm = report.arms.get(self._device)
         if arm is not None:
             check_status(arm)
-            self.heard = Heard(now, arm, report.button)
+            self.heard = Heard(now, arm, report.grips.get(self._grip, False))
         elif now - self.heard.at > GIVE_UP:
             raise DeviceError("haply", f"device {self._device} was unplugged", "plug it in again")
 

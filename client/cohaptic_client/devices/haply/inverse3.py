@@ -22,7 +22,7 @@ from cohaptic_client.devices.haply.messages import (
 )
 from cohaptic_client.devices.haply.service import Service, ServiceGone, ServiceSilent
 from cohaptic_client.devices.kind import DeviceKind, Found
-from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
+from cohaptic_client.devices.placing.options import OPTIONS, clutch_of, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 
 _NAME = "haply"
@@ -32,7 +32,9 @@ _FIRST_ANSWER = 1.0  # s
 
 # Force, stiffness and workspace are those of a driver by others, no rating of the maker.
 # The state is as old as a period of the loop when a force answers it.
-INFO = DeviceInfo(_NAME, max_force=10.0, max_stiffness=1000.0, max_damping=6.0, latency=0.001)
+INFO = DeviceInfo(
+    _NAME, max_force=10.0, max_stiffness=1000.0, max_damping=6.0, latency=0.001, lets_go=SILENCE
+)
 # m; of its workspace, seen from the mounting plate, which the user has behind the device.
 MIDDLE: Vec3 = (0.0, 0.15, 0.20)
 
@@ -135,12 +137,40 @@ def choose(report: Report, wanted: str) -> Arm:
     return arm
 
 
+def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
+    """Id of the grip whose button counts; empty for none.
+
+    A grip on another table must not be the switch of this hand.
+
+    Args:
+        report: Of the service.
+        wanted: "no", "yes" for the only one, or its id.
+        clutch: Whether its button is needed without being the switch.
+
+    Raises:
+        DeviceError: There is none such, or there are several and none is named.
+    """
+    grips, known = report.grips, ", ".join(sorted(report.grips))
+    if wanted not in ("no", "yes"):
+        if wanted not in grips:
+            there = f"the service has: {known}" if grips else "switch it on; the service sees none"
+            raise DeviceError(_NAME, f"there is no grip {wanted}", there)
+        return wanted
+    if wanted == "yes" and not grips:
+        raise DeviceError(_NAME, "the service sees no grip", "switch it on, or leave out grip=yes")
+    if len(grips) > 1 and (wanted == "yes" or clutch):
+        raise DeviceError(_NAME, f"there are several grips: {known}", "name one: haply:grip=ID")
+    return next(iter(grips)) if len(grips) == 1 else ""
+
+
 def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
     """Find and open the device of a configuration; raises DeviceError when it cannot be had."""
     clock = clock or SystemClock()
     service, report = connect(config.choice, clock)
     try:
         arm = choose(report, config.choice.text("id"))
+        clutch = clutch_of(config.choice) != 0
+        grip = choose_grip(report, config.choice.text("grip", "no"), clutch=clutch)
         held = arm.status.get("in_use", False)
         if held and config.choice.text("in_use", "refuse") == "refuse":
             raise DeviceError(
@@ -151,8 +181,8 @@ def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
     except DeviceError:
         service.close()
         raise
-    heard = Heard(clock.now(), arm, report.button)
-    exchange = Exchange(service, arm.id, heard, clock)
+    heard = Heard(clock.now(), arm, report.grips.get(grip, False))
+    exchange = Exchange(service, arm.id, heard, clock, grip)
     return place(Inverse3(exchange, clock, _bare_info(config.choice)), config, middle=MIDDLE)
 
 
@@ -201,7 +231,7 @@ def _not_the_service(url: str, why: str) -> NoReturn:
 
 def _bare_info(choice: DeviceChoice) -> DeviceInfo:
     # Not everybody has a grip, and one without would wait for its button.
-    return replace(INFO, switch=choice.one_of("grip", ("yes", "no"), "no") == "yes")
+    return replace(INFO, switch=choice.text("grip", "no") != "no")
 
 
 def _info(choice: DeviceChoice) -> DeviceInfo:
@@ -218,7 +248,7 @@ KIND = DeviceKind(
     (
         ("id", "of the device, such as 049D, where there are several"),
         ("url", f"of the service, {URLS[0]} or {URLS[1]} if it is not given"),
-        ("grip", "yes: its button is the switch that the hand holds"),
+        ("grip", "yes, or the id of one of several: its button is the switch that the hand holds"),
         ("in_use", "take: open it although another program uses it"),
         *OPTIONS,
     ),

@@ -49,11 +49,11 @@ class Report:
 
     Args:
         arms: By their id.
-        button: Whether a button of a grip is held.
+        grips: By the id of each grip whether a button of it is held.
     """
 
     arms: dict[str, Arm]
-    button: bool
+    grips: dict[str, bool]
 
 
 def force_message(device: str, force: Vec3) -> str:
@@ -88,10 +88,15 @@ def decode(text: str, only: str = "") -> Report:
     try:
         raws = cast(list[dict[str, Any]], listed)
         arms = [_arm(raw) for raw in raws if not only or raw.get("device_id") == only]
-        button = any(_pressed(value) for key, value in message.items() if "grip" in key)
+        grips = {
+            str(grip.get("device_id", f"{key} {number}")): _pressed(grip)
+            for key, listed_grips in message.items()
+            if "grip" in key
+            for number, grip in enumerate(listed_grips, start=1)
+        }
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise GarbledReport(f"a state in it is not whole ({error!r})") from error
-    return Report({arm.id: arm for arm in arms}, button)
+    return Report({arm.id: arm for arm in arms}, grips)
 
 
 def knows_service(text: str) -> bool:
@@ -142,7 +147,7 @@ def _frame(raw: dict[str, Any]) -> str:
     return ""
 
 
-def _pressed(grips: list[dict[str, Any]]) -> bool:
+def _pressed(grip: dict[str, Any]) -> bool:
     """Whether a button of a grip is held; each make has names of its own for them."""
-    states = [grip.get("state", {}) for grip in grips]
-    return any(s.get("button") or any(s.get("buttons", {}).values()) for s in states)
+    state = grip.get("state", {})
+    return bool(state.get("button") or any(state.get("buttons", {}).values()))

@@ -29,6 +29,9 @@ _PLACES: dict[str, Vec3] = {
 }
 
 
+SWITCH = 1  # bit of `DeviceSample.buttons`: what `DeviceInfo.switch` tells of
+
+
 def scale_of(choice: DeviceChoice) -> float:
     """Metres of the world for a metre of the device; raises SettingError."""
     # Beyond a factor of 5 the stiffness and speed that are left to the world are of no use.
@@ -45,8 +48,18 @@ def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
     choice.one_of("place", _PLACES, "front")
     choice.one_of("recentre", ("yes", "no"), "no")
     turn_of(choice)
-    _clutch_of(choice)
+    clutch_of(choice)
     return seen_from_world(info, scale_of(choice))
+
+
+def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
+    """Whether the clutch's button is the very switch that the hand holds: one of them is useless.
+
+    Args:
+        choice: Of the device.
+        info: Of the same.
+    """
+    return info.switch and clutch_of(choice) == SWITCH
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
@@ -69,11 +82,11 @@ def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
             turn=turn_of(choice),
         ),
         recentre=choice.one_of("recentre", ("yes", "no"), "no") == "yes",
-        clutch=_clutch_of(choice),
+        clutch=clutch_of(choice),
     )
 
 
-def _clutch_of(choice: DeviceChoice) -> int:
+def clutch_of(choice: DeviceChoice) -> int:
     """Bit of the button that holds the tip; 0 for none."""
     number = int(choice.number("clutch", 0, 0, 16))
     return 1 << number - 1 if number else 0

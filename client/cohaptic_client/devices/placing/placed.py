@@ -14,9 +14,20 @@ from cohaptic.vec import ZERO, Vec3, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
 
-# s from no force to all of it after the clutch or a device that was silent: 10 N in this time are
-# 20 N/s, as fast as the safety layer lets a force change that no motion of the hand causes.
-RETURN_TIME = 0.5
+# From no force to all of it after the clutch, or after a device or a loop that was silent.
+RETURN_TIME = 0.5  # s at least
+# N/s; as fast as the safety layer lets a force change that no motion of the hand causes
+_RETURN_RATE = 20.0
+LOSS_TIME = 0.02  # s from all to none once the device is silent: that of a fault
+# s by which a period is counted as too long before the device lets go: a driver counts from write
+# to write, and this from read to read.
+_SOONER = 0.001
+_LONGEST_STEP = 0.002  # s that count of a late period while a force goes: two of the slower loops
+
+
+def return_time(max_force: float) -> float:
+    """Time from no force to all of it, for a device with this largest force [N], in s."""
+    return max(RETURN_TIME, max_force / _RETURN_RATE)
 
 
 class RawDevice(Protocol):
@@ -66,7 +77,10 @@ class Placed:
         self._clutch = clutch
         self._info = seen_from_world(raw.info, workspace.scale)
         self._held: Vec3 | None = None  # where the tip stands in the world under the clutch
-        self._gain, self._now = 1.0, 0.0
+        self._gain = 1.0
+        self._now: float | None = None  # of the last reading
+        self._return_time = return_time(raw.info.max_force)
+        self._longest = raw.info.lets_go - _SOONER  # period after which the hand has no force [s]
         self._force = ZERO
 
     @property
@@ -92,7 +106,7 @@ class Placed:
             self._workspace = replace(self._workspace, origin=position)
         if self._clutch:
             self._use_clutch(bool(sample.buttons & self._clutch), position)
-        self._gain_at(now, silent=self._held is not None or not sample.fresh)
+        self._gain_at(now, silent=not sample.fresh)
         if self._held is not None:
             return DeviceSample(self._held, ZERO, sample.level, sample.buttons, sample.fresh)
         where, w = self._workspace, sample.velocity
@@ -122,8 +136,13 @@ class Placed:
             self._held = self._workspace.position(position)
 
     def _gain_at(self, now: float, *, silent: bool) -> None:
-        if silent:
-            self._gain = 0.0
-        elif self._gain < 1.0:
-            self._gain = min(1.0, self._gain + max(0.0, now - self._now) / RETURN_TIME)
+        """Share of the force that is given: it goes and comes without a jerk."""
+        passed = 0.0 if self._now is None else max(0.0, now - self._now)
         self._now = now
+        # The clutch takes hold without force; and after too long a period there is none any more.
+        if self._held is not None or passed > self._longest:
+            self._gain = 0.0
+        elif silent:
+            self._gain = max(0.0, self._gain - min(passed, _LONGEST_STEP) / LOSS_TIME)
+        elif self._gain < 1.0:
+            self._gain = min(1.0, self._gain + passed / self._return_time)

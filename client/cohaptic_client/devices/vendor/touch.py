@@ -198,7 +198,9 @@ def _library(path: str) -> Any:
 
 def _bare_info(choice: DeviceChoice) -> DeviceInfo:
     force, stiffness, damping = _MODELS[choice.one_of("model", _MODELS, "touch")]
-    return DeviceInfo(_NAME, force, stiffness, max_damping=damping, switch=True, latency=0.002)
+    return DeviceInfo(
+        _NAME, force, stiffness, max_damping=damping, switch=True, latency=0.002, lets_go=SILENCE
+    )
 
 
 def _info(choice: DeviceChoice) -> DeviceInfo:

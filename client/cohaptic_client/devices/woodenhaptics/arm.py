@@ -20,10 +20,12 @@ from cohaptic_client.devices.woodenhaptics.unit import Unit
 NAME = "woodenhaptics"
 SILENCE = 0.02  # s; of a board, after which its last counts are old
 GIVE_UP = 0.25  # s; of silence, after which it is gone
+SERIAL_LETS_GO = 0.1  # s; of the host, after which the serial board switches its motors off
 # s; a count is 0.06 mm, in a period of 1 ms 60 mm/s: of that a fifth is left
 _FILTER = 0.004
 # m between two reports; 30 m/s at 1 kHz are no hand. Counters that were zeroed, or garbage.
 _JUMP = 0.03
+_FASTEST = 1.5  # m/s; what a hand may go meanwhile, where the board was silent for longer
 
 
 class Link(Protocol):
@@ -33,8 +35,12 @@ class Link(Protocol):
         """The newest that the board told since the last call; raises DeviceError when gone."""
         ...
 
-    def give(self, milliamps: Vec3, now: float) -> None:
-        """Have these currents sent."""
+    def give(self, milliamps: Vec3) -> None:
+        """Have these currents sent; raises as `poll`."""
+        ...
+
+    def release(self) -> None:
+        """No currents, at once; for another thread."""
         ...
 
     def close(self) -> None:
@@ -52,6 +58,7 @@ class WoodenArm:
         force: Whether its motors are used.
         home_here: Whether it is in its home pose now, whatever its counters say.
         switch: Whether its board has a button.
+        lets_go: Without a command for so long there are no currents any more [s].
     """
 
     def __init__(
@@ -63,9 +70,10 @@ class WoodenArm:
         force: bool = True,
         home_here: bool = False,
         switch: bool = False,
+        lets_go: float = SERIAL_LETS_GO,
     ) -> None:
         self._unit, self._link, self._force = unit, link, force
-        self.info = arm_info(unit, force=force, switch=switch)
+        self.info = arm_info(unit, force=force, switch=switch, lets_go=lets_go)
         self._zero = first.counts if home_here else ZERO
         pose = self._pose_of(first)
         if pose is None:
@@ -76,7 +84,6 @@ class WoodenArm:
             )
         self._pose, self._velocity, self._button = pose, ZERO, first.button
         self._heard: float | None = None
-        self._now = 0.0
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
@@ -89,7 +96,6 @@ class WoodenArm:
             raise DeviceError(NAME, "it is closed", "open it again")
         if self._heard is None:
             self._heard = now
-        self._now = now
         told = self._link.poll(now)
         if told is not None:
             self._learn(told, now)
@@ -112,11 +118,11 @@ class WoodenArm:
         if not self._force or not is_finite(force):
             force = ZERO
         amperes = motor_currents(self._unit, self._pose.jacobian, force)
-        self._link.give(scale(amperes, 1e3), self._now)
+        self._link.give(scale(amperes, 1e3))
 
     def release(self) -> None:
         """Take the force off the hand; for another thread."""
-        self._link.give(ZERO, self._now)
+        self._link.release()
 
     def close(self) -> None:
         """No currents, then release the board; may be called twice."""
@@ -126,14 +132,15 @@ class WoodenArm:
 
     def _learn(self, told: Told, now: float) -> None:
         pose = self._pose_of(told)
-        if pose is None or norm(sub(pose.position, self._pose.position)) > _JUMP:
+        assert self._heard is not None
+        dt = now - self._heard
+        most = _JUMP + _FASTEST * max(0.0, dt)
+        if pose is None or norm(sub(pose.position, self._pose.position)) > most:
             raise DeviceError(
                 NAME,
                 "its encoders jumped",
                 "was it calibrated in use? Hold it in its home pose, then start again",
             )
-        assert self._heard is not None
-        dt = now - self._heard
         if dt > SILENCE:
             self._velocity = ZERO
         elif dt > 0.0:
@@ -148,7 +155,7 @@ class WoodenArm:
         return pose_at(self._unit, joint_angles(self._unit, add(counts, ZERO)))
 
 
-def arm_info(unit: Unit, *, force: bool, switch: bool) -> DeviceInfo:
+def arm_info(unit: Unit, *, force: bool, switch: bool, lets_go: float) -> DeviceInfo:
     """Abilities of a unit."""
     return DeviceInfo(
         NAME,
@@ -159,4 +166,5 @@ def arm_info(unit: Unit, *, force: bool, switch: bool) -> DeviceInfo:
         latency=0.001,
         force_axes=3 if force else 0,
         switch=switch,
+        lets_go=lets_go,
     )

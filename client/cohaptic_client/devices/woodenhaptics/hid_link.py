@@ -21,6 +21,9 @@ from cohaptic_client.devices.woodenhaptics.reports import GENERATIONS, Reports, 
 PRODUCTS = ((0x1234, 0x0006), (0x16C0, 0x0486))
 
 _WAIT = 10  # ms for a report; then the board is kicked by a command
+# s; of a board, after which it gets no currents. The loop, which notices after `SILENCE`, lets the
+# hand go without a jerk by then; a report that comes late costs no force.
+_LOST = 0.03
 _MOST_STALE = 128  # reports in one turn; twice the queue of Linux
 _MOST_BAD = 20  # reports in a row that are none
 _JOIN = 0.25  # s for the thread to end
@@ -52,11 +55,15 @@ class HidLink:
         told, self._told = self._told, None
         return told
 
-    def give(self, milliamps: Vec3, now: float) -> None:
+    def give(self, milliamps: Vec3) -> None:
         """Have these currents sent with the next report."""
         if self._trouble is not None:
             raise self._trouble
         self._given, self._at = milliamps, self._clock.now()
+
+    def release(self) -> None:
+        """No currents with the next report; for another thread."""
+        self._given = ZERO
 
     def close(self) -> None:
         """No currents, then release the board; may be called twice."""
@@ -67,10 +74,12 @@ class HidLink:
     def _run(self) -> None:
         prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
         try:
+            heard = self._clock.now()
             while not self._ends:
-                spoke = self._take()
-                stands = self._clock.now() - self._at > SILENCE
-                self._write(self._given if spoke and not stands else ZERO)
+                spoke, now = self._take(), self._clock.now()
+                heard = now if spoke else heard
+                idle = now - self._at > SILENCE or now - heard > _LOST
+                self._write(ZERO if idle else self._given)
         except OSError as error:
             advice = "plug it in again, then start again"
             self._trouble = DeviceError(NAME, f"it was unplugged ({error})", advice)

@@ -5,6 +5,8 @@ The board answers a command and nothing else, and switches its motors off 100 ms
 
 from __future__ import annotations
 
+import os
+import sys
 from importlib import import_module
 from typing import Any, Protocol
 
@@ -38,18 +40,53 @@ class Port(Protocol):
         ...
 
 
+class NeverWaiting:
+    """A port of pyserial on a system with file numbers, whose `write` tries for ever when full.
+
+    Args:
+        port: Open, without a time to wait; this object closes it.
+    """
+
+    def __init__(self, port: Any) -> None:
+        self._port = port
+        self._cut = False  # whether the last command was sent in part
+
+    def read(self, size: int) -> bytes:
+        """What has come, `size` bytes at most."""
+        data: bytes = self._port.read(size)
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Send, as far as there is room; what was cut off before becomes a line of its own."""
+        if self._cut:
+            data = b"\n" + data
+        try:
+            sent = os.write(self._port.fileno(), data)
+        except BlockingIOError:
+            return 0  # the board takes nothing: it is silent, and will be gone
+        self._cut = sent < len(data)
+        return sent
+
+    def close(self) -> None:
+        """Release the port."""
+        self._port.close()
+
+
 class SerialLink:
     """The way to a serial board.
 
     Args:
         port: Open; this object closes it.
+        clock: By which its answers are waited for: one that goes on while the loop hangs.
     """
 
-    def __init__(self, port: Port) -> None:
-        self._port = port
+    def __init__(self, port: Port, clock: Clock) -> None:
+        self._port, self._clock = port, clock
         self._rest = b""
         self._bad = 0
+        self._told: Told | None = None
         self._sent: float | None = None  # when the command went out that waits for its answer
+        self._given = ZERO  # by the last command
         self._closed = False
 
     def poll(self, now: float) -> Told | None:
@@ -58,7 +95,33 @@ class SerialLink:
         Raises:
             DeviceError: The port is gone, or what comes from it is not this board's.
         """
-        newest: Told | None = None
+        self._hear()
+        told, self._told = self._told, None
+        return told
+
+    def give(self, milliamps: Vec3) -> None:
+        """Send a command, if the board has answered the one before; no currents at once.
+
+        Raises as `poll`: it looks for the answer, as nobody polls while a hand is let go.
+        """
+        if milliamps == ZERO != self._given:
+            self._send(ZERO)
+            return
+        if self._sent is not None:
+            self._hear()
+        if self._sent is None or self._clock.now() - self._sent > _PATIENCE:
+            self._send(milliamps)
+
+    def release(self) -> None:
+        """No currents, whatever the board has answered; for another thread."""
+        self._send(ZERO)
+
+    def _send(self, milliamps: Vec3) -> None:
+        self._given, self._sent = milliamps, self._clock.now()
+        self._try(lambda: self._port.write(command_line(milliamps)))
+
+    def _hear(self) -> None:
+        """Keep the newest answer that has come."""
         for line in self._lines():
             told = read_answer(line)
             if told is None or told.error:
@@ -70,14 +133,7 @@ class SerialLink:
                 self._bad = 0
             self._sent = None
             # With an error the counts are those of before.
-            newest = told if told is not None and not told.error else newest
-        return newest
-
-    def give(self, milliamps: Vec3, now: float) -> None:
-        """Send a command, if the board has answered the one before."""
-        if self._sent is None or now - self._sent > _PATIENCE:
-            self._sent = now
-            self._try(lambda: self._port.write(command_line(milliamps)))
+            self._told = told if told is not None and not told.error else self._told
 
     def close(self) -> None:
         """No currents, then release the port; may be called twice."""
@@ -126,7 +182,7 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
         port = _serial().Serial(path, timeout=0, write_timeout=0, exclusive=True)
     except OSError as error:
         raise DeviceError(NAME, *_why_not(path, error)) from error
-    link = SerialLink(port)
+    link = SerialLink(port if sys.platform == "win32" else NeverWaiting(port), clock)
     try:
         first = _first_answer(link, clock)
     except DeviceError as error:  # bytes that are no answers
@@ -142,7 +198,7 @@ def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
     """Call until the board answers, as the port may swallow the first call; None if it does not."""
     end = clock.now() + _FIRST_ANSWER
     while (now := clock.now()) < end:
-        link.give(ZERO, now)
+        link.give(ZERO)
         called = now
         while clock.now() < called + _CALLS:
             told = link.poll(clock.now())

@@ -12,7 +12,14 @@ from cohaptic_client.devices.hid_devices import try_hid
 from cohaptic_client.devices.kind import DeviceKind, Found
 from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
-from cohaptic_client.devices.woodenhaptics.arm import NAME, Link, WoodenArm, arm_info
+from cohaptic_client.devices.woodenhaptics.arm import (
+    NAME,
+    SERIAL_LETS_GO,
+    SILENCE,
+    Link,
+    WoodenArm,
+    arm_info,
+)
 from cohaptic_client.devices.woodenhaptics.hid_link import hid_boards, open_hid
 from cohaptic_client.devices.woodenhaptics.reports import GENERATIONS, Told
 from cohaptic_client.devices.woodenhaptics.serial_link import find_ports, open_serial
@@ -26,7 +33,7 @@ def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
     """Find and open the arm of a configuration; raises DeviceError when it cannot be had."""
     clock, choice = clock or SystemClock(), config.choice
     unit, force = _unit_of(choice), _with_force(choice)
-    switch = False
+    switch, lets_go = False, SERIAL_LETS_GO
     if choice.one_of("board", _BOARDS, "serial") == "serial":
         link, first = _serial_board(choice, unit, clock)
     else:
@@ -39,10 +46,12 @@ def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
             )
         number = int(choice.number("number", 1, 1, 16))
         link, reports = open_hid(choice.text("board"), number, clock)
-        first, switch = _first_report(link, clock), reports.waits
+        first, switch, lets_go = _first_report(link, clock), reports.waits, SILENCE
     try:
         here = choice.one_of("home", ("counters", "here"), "counters") == "here"
-        arm = WoodenArm(unit, link, first, force=force, home_here=here, switch=switch)
+        arm = WoodenArm(
+            unit, link, first, force=force, home_here=here, switch=switch, lets_go=lets_go
+        )
     except DeviceError:
         link.close()
         raise
@@ -94,7 +103,8 @@ def _info(choice: DeviceChoice) -> DeviceInfo:
     choice.one_of("home", ("counters", "here"), "counters")
     choice.number("number", 1, 1, 16)
     switch = board in GENERATIONS and GENERATIONS[board].waits
-    info = arm_info(_unit_of(choice), force=_with_force(choice), switch=switch)
+    lets_go = SERIAL_LETS_GO if board == "serial" else SILENCE
+    info = arm_info(_unit_of(choice), force=_with_force(choice), switch=switch, lets_go=lets_go)
     return placed_info(choice, info)
 
 

@@ -13,8 +13,10 @@ from pathlib import Path
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_process
+from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.placing.options import clutch_is_switch
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.running.haptic_loop import HapticLoop, status_json
@@ -39,14 +41,14 @@ def live(text: str) -> None:
 
     handle_signals(end)
     try:
-        device = open_device(config.device)
+        device = _opened(config)
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
-    release = Release(device, clock, config.haptic_period)
+    watchdog = _watchdog(device, clock, config.limits.stall)
+    release = Release(device, clock, config.haptic_period, watchdog)
     # Of an end that not even `finally` sees.
     atexit.register(release)
-    watchdog = _watchdog(device, clock, config.limits.stall)
     _without_collector()
     orphaned = False
     try:
@@ -77,14 +79,19 @@ def live(text: str) -> None:
             Path(config.rest_mesh).unlink(missing_ok=True)
 
 
+def _opened(config: LoopConfig) -> Device:
+    """The device; raises DeviceError when it cannot be had, or not as the settings ask."""
+    device = open_device(config.device)
+    if config.limits.dead_man and clutch_is_switch(config.device.choice, device.info):
+        device.close()
+        problem = "its clutch is the switch that the hand holds"
+        raise DeviceError(device.info.name, problem, "choose another button, or --no-dead-man")
+    return device
+
+
 def _let_go(release: Release, loop: HapticLoop | None) -> None:
     """Let the device go from the force that the loop gave it last."""
-    if loop is None:
-        release()
-    else:
-        loop.begin_call()  # the watchdog looks after these writes, too
-        release(loop.written)
-        loop.end_call()
+    release(ZERO if loop is None else loop.written)
 
 
 def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from cohaptic.status.quantiles import Tally
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
-from cohaptic_client.loop.config import LoopConfig
+from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.running.intake import Intake
 from cohaptic_client.loop.running.watchdog import Watchdog
@@ -85,10 +85,10 @@ class HapticLoop:
         self._clock = SystemClock(config.clock_origin)
         self._haptic_period = config.haptic_period
         self._every_row = config.every_row
-        self._limits = config.limits
+        self._limits = limits_on(config.limits, device.info)
         self._settings = LoopSettings(
             config.simulation_period,
-            config.limits,
+            self._limits,
             config.law,
             config.smoothing,
             config.max_damping,
@@ -98,6 +98,8 @@ class HapticLoop:
             max_stiffness=device.info.max_stiffness,
         )
         self._state = LoopState()
+        if config.fault:
+            self._state = self._state.taken_away(config.fault, self._limits)
         self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
         if config.every_row:
@@ -148,14 +150,18 @@ class HapticLoop:
             self._state = receive(self._state, intake.patch, now, self._settings, intake.surface)
         watchdog = self._watchdog
         if watchdog is not None:
-            if watchdog.fired:
-                self._begin_at_zero(watchdog)
             watchdog.since = now
         sample = self._device.read(now)
         self._state, output = step(self._state, sample, now, self._settings)
+        if watchdog is not None and watchdog.fired:
+            output = self._begin_at_zero(watchdog, output)
         self.written = output.force  # before the call: one that fails may have given it
         self._device.write(output.force)
         if watchdog is not None:
+            if watchdog.fired:  # the write that held up the loop has come after its release
+                output = self._begin_at_zero(watchdog, output)
+                self.written = ZERO
+                self._device.write(ZERO)
             watchdog.since = math.inf
         faded = self._ends < math.inf and output.force == ZERO
         if faded:
@@ -168,21 +174,13 @@ class HapticLoop:
         """End the loop before its next period; for a handler of signals."""
         self.interrupted = signal
 
-    def begin_call(self) -> None:
-        """From now on the watchdog counts the time of a call of the device."""
-        if self._watchdog is not None:
-            self._watchdog.since = self._clock.now()
-
-    def end_call(self) -> None:
-        """The call is over."""
-        if self._watchdog is not None:
-            self._watchdog.since = math.inf
-
-    def _begin_at_zero(self, watchdog: Watchdog) -> None:
+    def _begin_at_zero(self, watchdog: Watchdog, output: Output) -> Output:
         """Go on from no force: the watchdog has taken it off a device that held up the loop."""
+        watchdog.begin()
         watchdog.fired = False
         fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
         self._state = self._state.taken_away(fault, self._limits)
+        return replace(output, force=ZERO, on_body=ZERO, anchor=None, damping_force=0.0)
 
     def _obey(self, now: float) -> None:
         """Look for a heartbeat, an acknowledgement and the command to stop."""

@@ -8,16 +8,16 @@ away in a millisecond is as much of a jolt as to give them.
 from __future__ import annotations
 
 import contextlib
-import math
+from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from cohaptic.clock import Clock
 from cohaptic.vec import ZERO, Vec3, is_finite, scale
 from cohaptic_client.devices.device import Device
+from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, smooth
 
-# A device whose writes are so slow that the ramp would take longer than this gets zero at once.
-LONGEST_RELEASE: Final = 5.0 * FAULT_RELEASE_TIME  # s
 ZEROS: Final = 2  # times that zero is written: one report may be lost
 
 
@@ -28,10 +28,14 @@ class Release:
         device: To be let go and closed.
         clock: By which the ramp is timed.
         period: Between two writes [s].
+        watchdog: That looks after each of these calls, too; None where the device offers none.
     """
 
-    def __init__(self, device: Device, clock: Clock, period: float) -> None:
+    def __init__(
+        self, device: Device, clock: Clock, period: float, watchdog: Watchdog | None = None
+    ) -> None:
         self._device, self._clock, self._period = device, clock, period
+        self._watchdog = watchdog
         self._done = False
 
     def __call__(self, force: Vec3 = ZERO) -> None:
@@ -47,19 +51,32 @@ class Release:
         with contextlib.suppress(Exception):
             self._ramp(force)
         for _ in range(ZEROS):
-            with contextlib.suppress(Exception):
-                self._device.write(ZERO)
-        with contextlib.suppress(Exception):
-            self._device.close()
+            self._try(partial(self._device.write, ZERO))
+        self._try(self._device.close)
 
     def _ramp(self, force: Vec3) -> None:
+        """Give each force of the ramp at its time, however long the writes take."""
+        clock = self._clock
         if force == ZERO or not is_finite(force):
             return
-        clock, start = self._clock, self._clock.now()
-        steps = math.ceil(FAULT_RELEASE_TIME / self._period)
-        for k in range(1, steps):
-            clock.sleep_until(start + k * self._period)
-            if clock.now() > start + LONGEST_RELEASE:
+        end = clock.now() + FAULT_RELEASE_TIME
+        while True:
+            clock.sleep_until(min(end, clock.now() + self._period))
+            left = (end - clock.now()) / FAULT_RELEASE_TIME
+            # What the watchdog has taken away must not be given again.
+            if left <= 0.0 or (self._watchdog is not None and self._watchdog.fired):
                 return
-            self._device.write(scale(force, smooth(1.0 - k / steps)))
-        clock.sleep_until(start + steps * self._period)
+            self._watched(partial(self._device.write, scale(force, smooth(left))))
+
+    def _try(self, call: Callable[[], None]) -> None:
+        with contextlib.suppress(Exception):
+            self._watched(call)
+
+    def _watched(self, call: Callable[[], None]) -> None:
+        if self._watchdog is not None:
+            self._watchdog.begin()
+        try:
+            call()
+        finally:
+            if self._watchdog is not None:
+                self._watchdog.end()

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import Final, Protocol, runtime_checkable
 
 from cohaptic.clock import Clock
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 
 LOOK: Final = 0.005  # s between looks at the loop: a quarter of `SafetyLimits.stall`
 GIVE_UP: Final = 2.0  # s; twice what a driver may reasonably wait for a USB transfer to time out
@@ -66,6 +67,14 @@ class Watchdog:
         """Look no more."""
         self._stopped = True
 
+    def begin(self) -> None:
+        """From now on the time of a call of the device counts."""
+        self.since = self._clock.now()
+
+    def end(self) -> None:
+        """The call is over."""
+        self.since = math.inf
+
     def look(self) -> None:
         """Release the device if the loop hangs; end the process if it has for too long."""
         hung = self._clock.now() - self.since
@@ -73,12 +82,20 @@ class Watchdog:
             return
         if not self.fired:
             self.fired = True  # first: the loop must not give the old force again
-            with contextlib.suppress(Exception):
-                self._device.release()
+            # In a thread of its own: it may wait for the very transfer that the loop waits for.
+            releasing = threading.Thread(target=self._release, name="release", daemon=True)
+            releasing.start()
+            releasing.join(LOOK)
         elif hung > GIVE_UP:
             self._end(HELD)
 
+    def _release(self) -> None:
+        with contextlib.suppress(Exception):
+            self._device.release()
+
     def _run(self) -> None:
+        # Before the loop's own: one that spins at its priority would keep this thread from looking.
+        prefer_this_process(LOOP_PRIORITY + 1)
         while not self._stopped:
             self._clock.sleep_until(self._clock.now() + LOOK)
             self.look()

@@ -74,6 +74,7 @@ class HaplyEmulator:
         given: Time, device and force of each command, in order.
         silent: Set: messages are not answered until it is cleared.
         instead: Sent in place of each answer; empty for the true one.
+        grips: Whether the button of each is held, by its id; that of any arm holds the first.
     """
 
     def __init__(self, arms: list[EmulatedArm], clock: Clock | None = None) -> None:
@@ -82,6 +83,7 @@ class HaplyEmulator:
         self.given: list[tuple[float, str, Vec3]] = []
         self.silent = threading.Event()
         self.instead = ""
+        self.grips = {"61548": False}
         self.connections: list[ServerConnection] = []
         self.lock = threading.Lock()
         self._advanced = clock.now() if clock else 0.0
@@ -148,9 +150,14 @@ class HaplyEmulator:
 
     def _message(self, *, full: bool) -> str:
         arms = [arm.message(full=full) for arm in self.arms.values() if arm.plugged]
-        buttons = {"a": any(arm.button for arm in self.arms.values()), "b": False}
-        grip = {"device_id": "61548", "state": {"buttons": buttons}}
-        return json.dumps({"session_id": 7, "inverse3": arms, "wireless_verse_grip": [grip]})
+        held = dict(self.grips)
+        if any(arm.button for arm in self.arms.values()):
+            held["61548"] = True
+        grips = [
+            {"device_id": name, "state": {"buttons": {"a": button, "b": False}}}
+            for name, button in held.items()
+        ]
+        return json.dumps({"session_id": 7, "inverse3": arms, "wireless_verse_grip": grips})
 
 
 def xyz(v: Vec3) -> dict[str, float]:

@@ -10,7 +10,7 @@ import pytest
 
 from cohaptic.vec import ZERO, Vec3, cross, dot, norm
 from cohaptic_client.devices.device import Device, DeviceSample
-from cohaptic_client.devices.haply.exchange import GIVE_UP, SILENCE
+from cohaptic_client.devices.haply.exchange import GIVE_UP, LONGEST_CLOSE, SILENCE
 from tests.client.devices.haply.emulator import REST, EmulatedArm
 from tests.client.devices.haply.haply_bench import CLOCK, PUSH, Bench
 from tests.client.devices.until import until
@@ -79,6 +79,35 @@ def test_a_grips_button_is_the_switch(bench: Bench) -> None:
     settled(device, lambda s: s.buttons == 1)
     bench.arm.button = False
     settled(device, lambda s: s.buttons == 0)
+
+
+def test_the_grip_of_another_hand_is_not_the_switch(bench: Bench) -> None:
+    bench.emulator.grips = {"61548": False, "70001": False}
+    told = "haply: there are several grips: 61548, 70001; name one: haply:grip=ID"
+    assert bench.complaint("grip=yes") == told
+    assert bench.complaint("clutch=1") == told
+    assert "there is no grip 5; the service has: 61548, 70001" in bench.complaint("grip=5")
+    device = bench.open("grip=70001")
+    assert device.info.switch
+    bench.emulator.grips["61548"] = True  # it comes with the answers to come
+    answers = len(bench.emulator.given) + 20
+    settled(device, lambda s: s.buttons == 1 or len(bench.emulator.given) > answers)
+    assert device.read(CLOCK.now()).buttons == 0
+    bench.emulator.grips["70001"] = True
+    settled(device, lambda s: s.buttons == 1)
+    del bench.emulator.grips["70001"]  # out of reach: let go
+    settled(device, lambda s: s.buttons == 0)
+
+
+def test_a_grip_that_is_wanted_has_to_be_there(bench: Bench) -> None:
+    bench.emulator.grips.clear()
+    assert "the service sees no grip; switch it on" in bench.complaint("grip=yes")
+    assert "there is no grip 61548; switch it on" in bench.complaint("grip=61548")
+    assert not bench.open().info.switch
+
+
+def test_closing_waits_for_an_answer_that_does_not_come_and_the_farewells_after_it() -> None:
+    assert LONGEST_CLOSE > GIVE_UP + 2 * SILENCE
 
 
 def test_closing_leaves_no_force(bench: Bench) -> None:
@@ -163,11 +192,14 @@ def test_a_short_stall_is_survived_and_the_force_comes_back_slowly(bench: Bench)
     bench.press(device)
     bench.emulator.silent.set()
     until(lambda: not device.read(0.0).fresh)
+    for k in range(1, 31):  # longer than the force takes to go
+        device.read(0.001 * k)
     bench.emulator.silent.clear()
-    until(lambda: device.read(0.0).fresh)
+    until(lambda: device.read(0.03).fresh)
     device.write(PUSH)  # at the very time of the stall
     until(lambda: bench.arm.force == ZERO)
-    device.read(0.1)
+    for k in range(4, 14):
+        device.read(0.01 * k)
     device.write(PUSH)
     until(lambda: bench.arm.force[2] == pytest.approx(0.2 * PUSH[2]))
 

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -12,7 +15,7 @@ from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
-from cohaptic_client.devices.placing.placed import RETURN_TIME, Placed
+from cohaptic_client.devices.placing.placed import LOSS_TIME, RETURN_TIME, Placed, return_time
 from cohaptic_client.devices.placing.workspace import Workspace
 from tests.client.plane import CONFIG
 from tests.strategies import vectors
@@ -28,9 +31,8 @@ motion = st.lists(st.tuples(vectors(0.2), st.booleans()), min_size=1, max_size=2
 class Arm:
     """A raw device that is where a test puts it."""
 
-    info = INFO
-
     def __init__(self) -> None:
+        self.info = INFO
         self.position, self.buttons, self.fresh = ZERO, 0, True
         self.force, self.closed = ZERO, False
 
@@ -106,23 +108,68 @@ def test_the_clutch_waits_until_the_hand_feels_nothing() -> None:
     assert held[0].position == held[1].position
 
 
+def forces(placed: Placed, arm: Arm, times: Iterable[float]) -> list[float]:
+    """Sizes of the force on the hand at some times, while the loop asks for `PUSH`."""
+    sizes: list[float] = []
+    for now in times:
+        placed.read(now)
+        placed.write(PUSH)
+        sizes.append(norm(arm.force))
+    return sizes
+
+
 def test_a_silent_device_gets_no_force_and_it_returns_slowly() -> None:
     arm = Arm()
     placed = Placed(arm, Workspace(ZERO, ZERO))
-    played(placed, arm, [(ZERO, False)], PUSH)
-    assert arm.force == PUSH
+    assert forces(placed, arm, [0.0]) == [norm(PUSH)]
     arm.fresh = False
-    assert not played(placed, arm, [(ZERO, False)], PUSH)[0].fresh
-    assert arm.force == ZERO
+    gone = [norm(PUSH), *forces(placed, arm, (PERIOD * k for k in range(1, 30)))]
+    assert gone[-1] == 0.0
+    # Without a jerk, as after a fault.
+    assert all(a - b <= norm(PUSH) * PERIOD / LOSS_TIME + TIGHT for a, b in pairwise(gone))
     arm.fresh = True
-    steps = round(RETURN_TIME / PERIOD)
-    before = ZERO
-    for k in range(steps + 2):
-        placed.read(PERIOD * k)
-        placed.write(PUSH)
-        assert norm(sub(arm.force, before)) <= norm(PUSH) * PERIOD / RETURN_TIME + TIGHT
-        before = arm.force
+    steps = round(RETURN_TIME / PERIOD) + 2
+    back = forces(placed, arm, (PERIOD * (30 + k) for k in range(steps)))
+    most = norm(PUSH) * PERIOD / RETURN_TIME
+    assert all(0.0 <= b - a <= most + TIGHT for a, b in pairwise([0.0, *back]))
     assert arm.force == pytest.approx(PUSH)
+
+
+@pytest.mark.parametrize("period", [0.0195, 0.021, 0.2])
+def test_after_a_stall_of_the_loop_the_force_comes_back_slowly(period: float) -> None:
+    """The driver has taken it away meanwhile: the loop's next force would come in one step."""
+    arm = Arm()
+    arm.info = replace(INFO, lets_go=0.02)
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    assert forces(placed, arm, [5.0, 5.001])[-1] == norm(PUSH)  # the first reading is no stall
+    assert forces(placed, arm, [5.001 + period]) == [0.0]
+    later = forces(placed, arm, [5.001 + period + PERIOD])
+    assert later == pytest.approx([norm(PUSH) * PERIOD / RETURN_TIME])
+
+
+@pytest.mark.parametrize(("lets_go", "period"), [(math.inf, 0.2), (0.1, 0.05), (0.02, 0.01)])
+def test_a_force_that_nothing_took_away_is_left_to_the_safety_layer(
+    lets_go: float, period: float
+) -> None:
+    """To take it away here would be the very step that the layer's ramp avoids."""
+    arm = Arm()
+    arm.info = replace(INFO, lets_go=lets_go)
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    assert forces(placed, arm, [0.0, period]) == [norm(PUSH)] * 2
+
+
+def test_a_late_period_takes_no_force_away_in_one_step() -> None:
+    arm = Arm()
+    placed = Placed(arm, Workspace(ZERO, ZERO))
+    forces(placed, arm, [0.0])
+    arm.fresh = False
+    assert forces(placed, arm, [0.05]) >= [0.9 * norm(PUSH)]
+
+
+@given(st.floats(0.1, 40.0))
+def test_the_force_of_no_device_comes_back_faster_than_20_newtons_a_second(most: float) -> None:
+    assert most / return_time(most) <= 20.0 + TIGHT
+    assert return_time(most) >= RETURN_TIME
 
 
 def config(options: str = "") -> DeviceConfig:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +15,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
-from cohaptic_client.devices.woodenhaptics.serial_link import may_be_board
+from cohaptic_client.devices.woodenhaptics.serial_link import NeverWaiting, may_be_board
 from tests.client.devices.until import until
 from tests.client.plane import CONFIG
 
@@ -51,19 +52,18 @@ class Bench:
         assert "\n" not in str(caught.value)
         return str(caught.value)
 
-    def press(self, device: Device, board: SerialBoard) -> None:
-        def given() -> bool:
-            device.read(CLOCK.now())
-            device.write(PUSH)
-            return norm(board.currents) > 100.0
+    def step(self, device: Device) -> bool:
+        device.read(CLOCK.now())
+        device.write(PUSH)
+        return True
 
-        until(given)
+    def press(self, device: Device, board: SerialBoard) -> None:
+        until(lambda: self.step(device) and norm(board.currents) > 100.0)
 
     def end_of(self, device: Device) -> str:
         def ended() -> bool:
             try:
-                device.read(CLOCK.now())
-                device.write(PUSH)
+                self.step(device)
             except DeviceError as error:
                 told.append(str(error))
             return bool(told)
@@ -165,8 +165,8 @@ def test_a_board_that_stalls_is_not_fresh_and_then_gone(bench: Bench) -> None:
     bench.press(device, board)
     board.silent = True
     until(lambda: not device.read(CLOCK.now()).fresh)
-    device.write(PUSH)  # of which nothing reaches a hand that is not seen
-    until(lambda: board.currents == ZERO)
+    # A hand that is not seen is let go.
+    until(lambda: bench.step(device) and board.currents == ZERO)
     assert "its board has been silent" in bench.end_of(device)
 
 
@@ -246,6 +246,35 @@ def test_a_port_that_another_program_has(bench: Bench) -> None:
     board = bench.board()
     bench.open(board)
     assert f"{board.path} is used by another program; quit that program" in bench.complaint(board)
+
+
+def test_a_port_that_is_full_is_not_waited_for() -> None:
+    """pyserial's own `write` would try for ever, in the loop and in its watchdog."""
+    boards, ours = os.pipe()
+    os.set_blocking(ours, False)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: ours))
+    while port.write(bytes(4096)):
+        pass
+    assert port.write(b"[0,0,0]\n") == 0
+    for end in (boards, ours):
+        os.close(end)
+
+
+def test_a_command_that_was_cut_off_is_ended_before_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sent, room = list[bytes](), [3, 100, 100]
+
+    def write(_number: int, data: bytes) -> int:
+        sent.append(data[: room.pop(0)])
+        return len(sent[-1])
+
+    monkeypatch.setattr(os, "write", write)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: 0))
+    for _ in range(3):
+        port.write(b"[1,2,3]\n")
+    monkeypatch.undo()
+    assert b"".join(sent) == b"[1,\n[1,2,3]\n[1,2,3]\n"
 
 
 def test_no_port(bench: Bench) -> None:

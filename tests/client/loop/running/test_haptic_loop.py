@@ -160,6 +160,30 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
     assert "the loop stood still for" in str(parent.status()["fault"])
 
 
+def test_force_waits_for_the_switch_of_the_device_that_was_opened(parent: Parent) -> None:
+    """The configuration asks for it before anybody knows whether the board has one."""
+    parent.config = replace(parent.config, limits=replace(LIMITS, dead_man=True))
+    without = Rig(parent.stop_after(100))
+    parent.run(without)
+    assert max(norm(force) for force in without.forces) > 0.0
+    rig = Rig(lambda reads: parent.command(stop=reads >= 100))
+    rig.info = replace(Rig.info, switch=True)  # and nobody holds it
+    parent.command(stop=False)
+    parent.run(rig)
+    assert set(rig.forces) == {ZERO}
+
+
+def test_a_fault_of_the_loop_before_keeps_the_force_off(parent: Parent) -> None:
+    limits = replace(LIMITS, latch=True)
+    parent.config = replace(parent.config, limits=limits, fault="the loop stood still")
+    rig = Rig(parent.stop_after(100))
+    _, rows = parent.run(rig)
+    assert set(rig.forces) == {ZERO}
+    assert {row.fault for row in rows} == {2.0}
+    status = parent.status()
+    assert (status["mode"], status["fault"]) == ("fault", "the loop stood still")
+
+
 @given(st.text(max_size=400), st.text(max_size=20))
 @example("\U0001f635" * 400, "\x00" * 20)  # the most bytes
 def test_any_report_fits_its_slot(error: str, other: str) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -8,7 +9,8 @@ import pytest
 from cohaptic.errors import DeviceError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.loop.running.letting_go import LONGEST_RELEASE, ZEROS, Release
+from cohaptic_client.loop.running.letting_go import ZEROS, Release
+from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME
 from tests.client.loop.running.rigs import Rig
 
@@ -54,10 +56,55 @@ def test_without_a_force_there_is_no_ramp() -> None:
         assert took == 0.0
 
 
-def test_a_slow_device_is_at_zero_within_the_stated_time() -> None:
-    rig, took = released(lambda _: 0.008)
+@pytest.mark.parametrize("takes", [0.002, 0.004, 0.008, 0.05])
+def test_a_slow_device_is_at_zero_no_later_than_a_fast_one(takes: float) -> None:
+    """But for the write that is under way."""
+    rig, took = released(lambda _: takes)
     assert rig.log[-1 - ZEROS :] == [ZERO] * ZEROS + ["close"]
-    assert took <= LONGEST_RELEASE + (1 + ZEROS) * 0.008 + PERIOD
+    assert took <= FAULT_RELEASE_TIME + (1 + ZEROS) * takes + PERIOD
+    # Each force is the one of its time on the ramp.
+    sizes = [norm(force) for force in rig.forces[:-ZEROS]]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+class Watched(Slow):
+    """A slow device that another thread may release, which looks while each write is under way."""
+
+    def __init__(self, clock: ManualClock, each: Callable[[int], float]) -> None:
+        super().__init__(clock, each)
+        self.dog = Watchdog(self, clock, 0.02, lambda _: None)
+
+    def write(self, force: Vec3) -> None:
+        super().write(force)
+        self.dog.look()
+
+    def release(self) -> None:
+        self.log.append("release")
+
+
+def test_a_write_that_hangs_in_the_ramp_is_the_last_with_a_force() -> None:
+    clock = ManualClock()
+    rig = Watched(clock, lambda writes: 0.03 if writes == 4 else 0.0)
+    Release(rig, clock, PERIOD, rig.dog)(FORCE)
+    at = rig.log.index("release")
+    assert sum(force != ZERO for force in rig.forces) == 4
+    assert rig.log[at + 1 :] == [ZERO] * ZEROS + ["close"]
+    assert rig.dog.since == math.inf
+
+
+def test_many_short_writes_are_no_hang() -> None:
+    clock = ManualClock()
+    rig = Watched(clock, lambda _: 0.012)
+    Release(rig, clock, PERIOD, rig.dog)(FORCE)
+    assert "release" not in rig.log
+
+
+def test_what_the_watchdog_has_taken_away_is_not_given_again() -> None:
+    clock = ManualClock()
+    rig = Watched(clock, lambda _: 0.0)
+    rig.dog.fired = True
+    Release(rig, clock, PERIOD, rig.dog)(FORCE)
+    assert rig.log == [ZERO] * ZEROS + ["close"]
 
 
 @pytest.mark.parametrize("fails", [1, 7])

@@ -1,0 +1,103 @@
+"""Lines of a terminal, of a program and of nobody."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import pytest
+
+from cohaptic_client import enter_key
+from cohaptic_client.enter_key import EnterKey
+
+if sys.platform == "win32":
+    pytest.skip("there are no pseudo-terminals", allow_module_level=True)
+
+pytestmark = pytest.mark.patient
+PATIENCE = 30.0  # s
+
+
+@pytest.fixture
+def ends(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, int]]:
+    """A pseudo-terminal that is standard input: the user's end and the process's."""
+    user, process = os.openpty()
+    monkeypatch.setattr(enter_key, "AGAIN", 0.001)
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(fileno=lambda: process))
+    yield user, process
+    for end in (user, process):
+        try:
+            os.close(end)
+        except OSError:
+            pass  # a test has closed it
+
+
+async def eventually(heard: asyncio.Event) -> None:
+    await asyncio.wait_for(heard.wait(), PATIENCE)
+
+
+def test_each_line_is_heard_until_it_is_stopped(ends: tuple[int, int]) -> None:
+    async def listen() -> None:
+        heard = asyncio.Event()
+        key = EnterKey(heard.set)
+        for _ in range(2):
+            os.write(ends[0], b"\n")
+            await eventually(heard)
+            heard.clear()
+        assert key.listening()
+        key.stop()
+        os.write(ends[0], b"\n")
+        while key.listening():
+            await asyncio.sleep(0.001)
+        assert not heard.is_set()
+
+    asyncio.run(listen())
+
+
+def test_a_process_that_was_in_the_background_hears_again(
+    ends: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There a terminal answers with an error to who reads and ignores its signal."""
+    read, refusals = os.read, [5] * 3
+
+    def refused(source: int, size: int) -> bytes:
+        if source == ends[1] and refusals:
+            raise OSError(refusals.pop(), "Input/output error")
+        return read(source, size)
+
+    async def listen() -> None:
+        monkeypatch.setattr(os, "read", refused)
+        heard = asyncio.Event()
+        key = EnterKey(heard.set)
+        os.write(ends[0], b"\n")
+        await eventually(heard)
+        assert not refusals
+        assert key.listening()
+        key.stop()
+        os.write(ends[0], b"\n")  # lets the thread end
+
+    asyncio.run(listen())
+
+
+def test_where_nobody_is_there_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def over(key: EnterKey) -> None:
+        while key.listening():
+            await asyncio.sleep(0.001)
+
+    async def listen() -> None:
+        monkeypatch.setattr(sys, "stdin", None)
+        assert not EnterKey(lambda: None).listening()
+        with open(os.devnull) as nothing:
+            monkeypatch.setattr(sys, "stdin", nothing)
+            await asyncio.wait_for(over(EnterKey(lambda: None)), PATIENCE)
+        user, process = os.openpty()
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(fileno=lambda: process))
+        key = EnterKey(lambda: None)
+        assert key.listening()
+        os.close(user)  # the terminal is closed
+        await asyncio.wait_for(over(key), PATIENCE)
+        os.close(process)
+
+    asyncio.run(listen())

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_client.client import Client
+from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.loop.safety import NOT_HELD
+from cohaptic_client.news import (
+    FAULT_NEWS,
+    FaultNews,
+    fault_in_words,
+    is_real_time,
+    scheduling_in_words,
+)
+from cohaptic_client.settings import ClientSettings
+
+
+@pytest.mark.parametrize(
+    ("fault", "held", "heard", "words"),
+    [
+        ("why", True, True, "force off: why; press Enter, then lift off the object to go on"),
+        ("why", True, False, "force off: why; nobody can press Enter here, so end this and start"),
+        ("why", False, False, "force off: why; lift off the object to go on"),
+        (NOT_HELD, False, True, "not held; hold it, and lift off the object to go on"),
+    ],
+)
+def test_a_fault_is_told_with_what_ends_it(fault: str, held: bool, heard: bool, words: str) -> None:
+    assert words in fault_in_words(fault, held=held, heard=heard)
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 1.0), st.sampled_from(["", "a", "b", "c"])), max_size=60))
+def test_no_more_than_one_fault_is_told_in_its_time_and_none_that_stays_is_left_out(
+    way: list[tuple[float, str]],
+) -> None:
+    news, now, told = FaultNews(), 0.0, list[float]()
+    for passed, fault in way:
+        now += passed
+        if news.is_new(fault, now):
+            assert fault
+            told.append(now)
+    assert all(b - a >= FAULT_NEWS for a, b in pairwise(told))
+    if any(fault for _, fault in way):
+        assert told
+    # One that stays is told in the end, and once.
+    later = [news.is_new("stays", now + k * FAULT_NEWS) for k in range(1, 5)]
+    assert later == [True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("scheduling", "well"),
+    [
+        ("real-time (SCHED_FIFO 5), memory locked", True),
+        ("high priority class, 1 ms timer", True),
+        ("normal, memory not locked (Operation not permitted)", False),
+        ("nice -10", False),
+    ],
+)
+def test_a_refusal_of_real_time_is_told_with_what_to_do(scheduling: str, well: bool) -> None:
+    assert is_real_time(scheduling) is well
+    assert ("cohaptic doctor" in scheduling_in_words(scheduling)) is not well
+
+
+def test_nothing_is_told_before_the_loop_has_told_it() -> None:
+    assert scheduling_in_words("") == ""
+
+
+class Loop:
+    """Stands for the haptic side of a client, with a fault and a scheduling that a test sets."""
+
+    holds_fault, running = True, True
+
+    def __init__(self, *_: object) -> None:
+        self.status = {"scheduling": "normal"}
+
+    def beat(self) -> str:
+        return "why"
+
+
+@pytest.mark.parametrize(
+    ("device", "heard", "count"), [("simulated", True, 1), ("haply", True, 2), ("haply", False, 2)]
+)
+def test_a_client_tells_its_fault_and_a_refusal_once(
+    monkeypatch: pytest.MonkeyPatch, device: str, heard: bool, count: int
+) -> None:
+    monkeypatch.setattr("cohaptic_client.client.Haptics", Loop)
+    monkeypatch.setattr("cohaptic_client.client.HEARTBEAT", 0.0)
+    told = list[str]()
+    settings = ClientSettings("ws://127.0.0.1:1", "left", device=DeviceChoice(device))
+    client = Client(settings, tell=told.append, keep=None)
+    client.hears = lambda: heard
+    for _ in range(5):
+        client._beat()  # pyright: ignore[reportPrivateUsage]
+    assert len(told) == count
+    assert ("press Enter, then" in told[0]) is heard
+    assert ("cohaptic doctor" in told[-1]) is (device != "simulated")
