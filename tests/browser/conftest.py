@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.browser.chromium import open_browser
-from tests.browser.room import SOON, Room
+from tests.browser.room import SEAT, Room
 from tests.browser.visitor import CLOCK, SMALL, Look, Visitor, visitor_of
 
 Open = Callable[..., Visitor]
@@ -68,10 +69,13 @@ def shared_room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
 @pytest.fixture
 def room(shared_room: Room) -> Room:
     """A server that allows everything, with nobody on its body."""
-    deadline = CLOCK.now() + SOON
-    while shared_room.users():
-        assert CLOCK.now() < deadline, "those of the test before are still here"
-    return shared_room
+    deadline = CLOCK.now() + SEAT
+    with contextlib.closing(shared_room.scenes()) as scenes:
+        for users in scenes:
+            if not users:
+                return shared_room
+            assert CLOCK.now() < deadline, "those of the test before are still here"
+    raise AssertionError("the server has ended")
 
 
 @pytest.fixture(scope="package")

@@ -12,6 +12,7 @@ from pathlib import Path
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
@@ -23,6 +24,8 @@ from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
 
 SOON = 10.0  # s; a scene comes at once
+# s; a seat is kept so long for a page that was closed without a word, and nothing is news till then
+SEAT = 20.0
 _LOG = itertools.count()
 
 
@@ -60,6 +63,11 @@ class Room:
 
     def users(self) -> dict[int, UserRecord]:
         """Who is on the body now, as the server tells those who watch."""
+        with contextlib.closing(self.scenes()) as scenes:
+            return next(scenes)
+
+    def scenes(self) -> Generator[dict[int, UserRecord]]:
+        """The same again and again, of one who watches: each who comes counts at the door."""
         with connect(
             self.url,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
@@ -71,14 +79,15 @@ class Room:
             ws.send(encode_control(watch))
             mesh: RestMesh | None = None
             while True:
-                data = ws.recv(SOON)
+                data = ws.recv(SEAT)
                 if isinstance(data, str):
                     continue
                 if mesh is None:
                     mesh = RestMesh.decode(data)
                     continue
                 scene = Scene.decode(data, Traversal.of(len(mesh.vertices), mesh.faces))
-                return {user.user: user for user in scene.users}
+                ws.send(Ack(scene.tick).encode())
+                yield {user.user: user for user in scene.users}
 
 
 class NativeHand:
