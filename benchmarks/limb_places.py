@@ -24,11 +24,13 @@ from cohaptic_server.world.rims import is_met_squarely
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _HALVED = 3  # times at the most
+# m/N; on what is softer, 1 N/m, a press of 5 mm is 5 mN, and no hand knows of it
+_FELT = 1.0
 _BESIDE = 6.0  # contact radii from the first hand within which the second one stands
 
 
 def place_on_limb(body: Body, held: npt.NDArray[np.bool_]) -> Placement:
-    """Two hands: one on the softest place that a finger reaches, one beside it on another side.
+    """Two hands: one on the softest place that a finger reaches and feels, one beside it.
 
     Args:
         body: The body at rest.
@@ -42,6 +44,7 @@ def place_on_limb(body: Body, held: npt.NDArray[np.bool_]) -> Placement:
     under, soft = depth_under(mesh, candidates), vertex_compliance(body)[candidates]
     fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, width_of_hand(mesh))
     fit &= supported(mesh, candidates, held, 2.0 * radius) & (under > 0.0) & (soft > MIN_COMPLIANCE)
+    fit &= soft <= _FELT
     fit[fit] = is_met_squarely(body, candidates[fit])
     x, normals = mesh.vertices[candidates], mesh.normals[candidates]
     for first in np.flatnonzero(fit)[np.argsort(-soft[fit], kind="stable")].tolist():

@@ -87,11 +87,10 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     away = fit
     for radii in _FROM_HELD:
         away = fit & supported(mesh, candidates, held, radii * body.contact_radius)
+        away[away] = is_met_squarely(body, candidates[away])
         if away.sum() >= users:
             break
-    fit = away
-    fit[fit] = is_met_squarely(body, candidates[fit])
-    admissible = candidates[fit]
+    admissible = candidates[away]
     if len(admissible) < users:
         raise BodyError(
             f"{body.name}: there is no place for {users} hands: {len(admissible)} of"
@@ -103,7 +102,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     ratio = C_ij / C_ii[:, None]
     gap = np.linalg.norm(mesh.vertices[admissible][None] - mesh.vertices[pressed][:, None], axis=2)
     score = np.minimum(np.where(ratio < 0.0, -_OUTWARD_WEIGHT * ratio, ratio), _MAX_COUPLING)
-    score = score * (gap >= apart) * np.median(C_ii) / (C_ii[:, None] + soft[fit])
+    score = score * (gap >= apart) * np.median(C_ii) / (C_ii[:, None] + soft[away])
     found: list[Placement] = []
     for first in np.argsort(-np.sort(score, axis=1)[:, -(users - 1)], kind="stable").tolist():
         chosen: list[int] = [int(pressed[first])]

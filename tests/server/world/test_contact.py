@@ -142,3 +142,24 @@ def test_a_contact_may_be_seen_on_another_surface(small_balloon: Balloon) -> Non
     assert seen.normal == pytest.approx(turn @ contact.normal)
     assert seen.vertices is contact.vertices
     assert seen.weights is contact.weights
+
+
+@pytest.mark.parametrize("depth", [5e-4, 1e-3, 2e-3])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_contact_of_a_shallow_press_is_as_near_as_its_depth_asks(
+    balloon: Balloon, depth: float, seed: int
+) -> None:
+    """On a crumpled surface an offset along it is one of the depth, too; 60 um are 6 % of 1 mm."""
+    rng = np.random.default_rng(seed)
+    mesh, radius = balloon.mesh, balloon.contact_radius
+    free = rng.uniform(-0.003, 0.003, mesh.vertices.shape)
+    out = np.array([1.0, 0.0, 0.0])
+    far = locate(mesh, 0.1 * out, free, radius=radius, tolerance=1e-7)
+    tip = far.moved(free) - depth * far.normal
+    hint = locate(mesh, tip, free, radius=radius)
+    for _ in range(20):
+        tip = tip + rng.normal(size=3) * 2e-5  # a hand that trembles
+        hint = locate(mesh, tip, free, radius=radius, hint=hint)
+        exact = locate(mesh, tip, free, radius=radius, hint=hint, tolerance=1e-7)
+        there, sought = (float(c.normal @ (c.moved(free) - tip)) for c in (hint, exact))
+        assert there == pytest.approx(sought, abs=0.001 * depth)

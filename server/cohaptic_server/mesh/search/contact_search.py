@@ -16,6 +16,11 @@ from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
+# m; where facets or others tilt the surface, an offset along it is one of the depth, too: a press
+# less deep than this has its contact so much nearer, by the square of the share, as both the offset
+# and its part of the force count. At 2 mm the force on one limb was 4 % off without.
+_DEEP = 0.01
+_FINEST = 1e-6  # m; beyond it nobody asks
 MIN_SLOPE = 0.1  # lower bound of a contact's slope; keeps the stopping distance positive
 # Each iteration shortens the offset by depth / radius of curvature; two follow a moving hand.
 _MAX_ITERATIONS = 20
@@ -135,7 +140,9 @@ class ContactSearch:
                 if factor > 0.0:
                     slope = min(1.0, max(MIN_SLOPE, (1.0 - ratio) / factor))
             # With a small slope the contact is further from its solution than the offset says.
-            if max(abs(ox), max(abs(oy), abs(oz))) < limit * slope:
+            share = min(1.0, abs(height) / _DEEP)
+            near = min(limit, max(_FINEST, limit * share * share))
+            if max(abs(ox), max(abs(oy), abs(oz))) < near * slope:
                 break
             state, limit = MOVED, tolerance
             # Aitken extrapolation of a linearly converging step.
