@@ -17,6 +17,7 @@ RELEASED = 5  # of 255; a trigger that nobody touches may rest a little off zero
 FASTEST = 0.5  # m/s of the tip by the trigger: slammed shut it would be a hand that breaks limits
 _SMOOTH = 0.004  # s; the pad tells of its trigger as often, and the tip goes on in between
 _DEAD_BAND = 0.1  # of full scale; a stick that nobody touches rests a few counts off its centre
+_AT_REST = 1e-4  # m; of the press; less than the tip goes for one step of the trigger
 SPEED = 0.15  # m/s of the tip by a stick, along each axis, at full deflection
 
 
@@ -87,7 +88,9 @@ def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -
     """
     side, side_speed = _bounded(cursor.side, _rate(held.left[0]), dt, -room.reach, room.reach)
     up, up_speed = _bounded(cursor.up, _rate(held.left[1]), dt, -room.reach, room.reach)
-    rate, released = _rate(held.right[1]), held.pull <= RELEASED
+    rate = _rate(held.right[1])
+    # While it follows a trigger that was let go of quickly, the tip leaves the object by itself.
+    released = held.pull <= RELEASED and cursor.press <= _AT_REST
     blocked = rate > 0.0 and (cursor.blocked or (contact and released))
     if released and contact:
         rate = -SPEED
@@ -110,6 +113,11 @@ def position(cursor: Cursor, axes: Axes) -> Vec3:
 def velocity(cursor: Cursor, axes: Axes) -> Vec3:
     """Of the tip, in the device's frame [m/s]."""
     return _along(axes, cursor.velocity)
+
+
+def pull_of(cursor: Cursor, room: Room) -> int:
+    """Pull at which the trigger would hold the tip where it is, 0 to 255."""
+    return round(RELEASED + (MOST - RELEASED) * cursor.press / room.depth)
 
 
 def _along(axes: Axes, v: Vec3) -> Vec3:

@@ -9,17 +9,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cohaptic.vec import ZERO, Vec3, dot, is_finite, lerp, norm, sub
+from cohaptic.vec import ZERO, Vec3, dot, lerp, norm, sub
 from cohaptic_client.devices.dualsense.reports import MOST, OFF, Effects
 
 # s; what changes faster than this is rumble, what changes slower is not.
-_MEMORY = 0.05
+_MEMORY = 0.02
 # A change by this share of the full force runs the motors fully. ASSUMPTION: nobody has felt it.
 _LOUD = 0.25
 _QUIET = 0.08  # share of full rumble below which there is none: motors that weak do not turn
 # N; forces below it are no contact. The law's own rounding is far smaller, a fingertip's
 # threshold somewhat larger.
 CONTACT = 0.02
+_MOST_FORCE = 1e3  # N; above all that the safety layer lets pass
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +50,13 @@ def felt(
 
     Args:
         before: After the last one.
-        force: On the hand [N]; one that is not finite counts as none.
-        pull: Of the trigger, 0 to 255.
+        force: On the hand [N]; one that cannot be counts as none.
+        pull: Of the trigger at which the tip is where it is, 0 to 255.
         inward: Direction in which a pull moves the tip; a unit vector.
         full: Force that full resistance stands for [N].
         now: Time [s].
     """
-    if not is_finite(force):
+    if not norm(force) < _MOST_FORCE:  # NaN too, which would stay in the memory for ever
         force = ZERO
     against = -dot(force, inward)
     start = None

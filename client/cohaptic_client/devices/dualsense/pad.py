@@ -7,7 +7,14 @@ from typing import Protocol
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices.dualsense.cursor import Cursor, Room, moved, position, velocity
+from cohaptic_client.devices.dualsense.cursor import (
+    Cursor,
+    Room,
+    moved,
+    position,
+    pull_of,
+    velocity,
+)
 from cohaptic_client.devices.dualsense.feeling import CONTACT, NOTHING_FELT, felt
 from cohaptic_client.devices.dualsense.link import LEAST_GAP, SILENCE
 from cohaptic_client.devices.dualsense.reports import MOST, NAME, Effects, Held
@@ -93,7 +100,7 @@ class Pad:
         self._feeling = felt(
             self._feeling,
             force,
-            pull=self._held.pull,
+            pull=pull_of(self._cursor, self._room),
             inward=self._room.axes.inward,
             full=self._full,
             now=self._now or 0.0,

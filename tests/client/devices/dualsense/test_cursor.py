@@ -16,6 +16,7 @@ from cohaptic_client.devices.dualsense.cursor import (
     Room,
     moved,
     position,
+    pull_of,
     velocity,
 )
 from cohaptic_client.devices.dualsense.reports import Held
@@ -92,6 +93,19 @@ def test_with_the_trigger_released_it_goes_back_off_the_object() -> None:
     assert going(forward, 0.1, back).base == back.base
     again = going(forward, 0.1, going(REST, 0.01, back))
     assert again.base > back.base
+
+
+def test_a_quick_release_out_of_a_contact_leaves_the_way_of_the_trigger_where_it_was() -> None:
+    pulled = going(Held((0.0, 0.0), (0.0, 0.0), 255), 0.2)
+    leaving = going(REST, 0.02, pulled, contact=True)
+    assert leaving.press > 0.01
+    assert leaving.base == START.base
+
+
+def test_the_tip_is_where_the_trigger_would_have_put_it() -> None:
+    for pull in (0, 6, 100, 255):
+        there = going(Held((0.0, 0.0), (0.0, 0.0), pull), 0.2)
+        assert pull_of(there, ROOM) == (pull if pull > 5 else 5)
 
 
 def test_the_stick_does_not_push_into_a_contact() -> None:

@@ -72,6 +72,13 @@ def test_a_sudden_force_rumbles_in_whatever_direction() -> None:
         assert 0 < weak < 100
 
 
+def test_a_force_that_cannot_be_leaves_nothing_behind() -> None:
+    for number in (1e308, -1e308, 1e200, math.inf, math.nan):
+        wild = after([((number, number, -number), 100)] * 3)
+        assert wild.effects == OFF
+        assert after([(ZERO, 0)], wild).effects == OFF
+
+
 def test_a_force_that_is_none_counts_as_none() -> None:
     assert after([((math.nan, -1.0, 0.0), 100)]).effects == OFF
     assert after([((0.0, -math.inf, 0.0), 100)]).effects == OFF

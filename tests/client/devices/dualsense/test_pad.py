@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -10,9 +11,13 @@ from hypothesis import strategies as st
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, is_finite, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.devices.dualsense.cursor import FRONT, Room
+from cohaptic_client.devices.dualsense.cursor import FRONT, TOP, Room
 from cohaptic_client.devices.dualsense.pad import Pad
 from cohaptic_client.devices.dualsense.reports import OFF, Effects, Held
+from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.step import step
+from tests.client.loop.loop_cases import SETTINGS, engaged
+from tests.client.plane import PLANE
 
 ROOM = Room(FRONT, depth=0.03, reach=0.2)
 REST = Held((0.0, 0.0), (0.0, 0.0), 0)
@@ -80,13 +85,47 @@ def test_a_force_against_the_pull_resists_from_where_it_began() -> None:
     pad = pad_on(link)
     played(pad, link, Held((0.0, 0.0), (0.0, 0.0), 100), 0.1)
     played(pad, link, PULLED, 0.5, force=(0.0, -1.5, 0.0), begin=0.1)
-    # The contact began at the first force, with the trigger where it was told of by then.
-    assert link.given[-1] == Effects(255, 128, 0)
+    # The contact began where the tip was at the first force, 0.5 mm and 4 steps after 100; the
+    # trigger was ahead of it.
+    assert link.given[-1] == Effects(104, 128, 0)
     played(pad, link, Held((0.0, 0.0), (0.0, 0.0), 90), 0.1, force=(0.0, -3.0, 0.0), begin=0.6)
     assert link.given[-1].start == 90
     assert link.given[-1].resistance == 255
     played(pad, link, REST, 0.5, begin=0.7)
     assert link.given[-1] == OFF
+
+
+def test_in_the_loop_it_presses_a_plane_and_lifts_off_it() -> None:
+    link, depths = FakeLink(), list[float]()
+    room = Room(TOP, depth=0.03, reach=0.2)
+    pad = Pad(link, REST, room, start=-0.01, full=FULL)
+    limits = replace(SETTINGS.limits, max_force=FULL, stale=0.008)
+    settings = replace(SETTINGS, limits=limits)
+    now = 10.0
+    state = engaged(PLANE, settings, now)
+    for k in range(900):
+        pull = (0, 150, 255, 0, 150, 0)[k // 150]
+        if k % 4 == 0:
+            link.told = replace(REST, pull=pull)
+        if k % 16 == 0:
+            state = receive(state, replace(PLANE, tick=2 + k), now, settings)
+        sample = pad.read(now)
+        state, output = step(state, sample, now, settings)
+        pad.write(output.force)
+        depths.append(-sample.position[2])
+        now += PERIOD
+        assert state.safety.fault == ""
+    felt = link.given
+    # 10 mm above the plane; 30 mm over 250 steps of the trigger, from the fifth on.
+    assert depths[299] == pytest.approx(0.0074, abs=1e-4)
+    weak, strong = felt[299], felt[449]
+    assert 0 < weak.resistance < strong.resistance == 255
+    contact = 5 + 250 * 10 / 30
+    assert weak.start == strong.start == pytest.approx(contact, abs=5)
+    assert weak.rumble == strong.rumble == 0
+    assert max(e.rumble for e in felt[150:200]) > 100
+    assert felt[599] == OFF == felt[899]
+    assert [depths[599], depths[899]] == pytest.approx([-0.01, -0.01], abs=1e-5)
 
 
 def test_released_it_goes_off_the_object() -> None:
