@@ -27,7 +27,7 @@ _PLACES = {"front": FRONT, "top": TOP}
 _OUTSIDE = 1.1  # of the body's radius, where the tip starts: just off the body
 _REACH = 2.0  # of the body's radius, as far as the sticks move the tip
 _MOST_PADS = 16
-_FIRST_REPORT = 1.0  # s
+FIRST_REPORT = 1.0  # s
 
 
 def open_dualsense(config: DeviceConfig, clock: Clock | None = None) -> Placed:
@@ -85,7 +85,7 @@ def _chosen(entries: list[Entry], choice: DeviceChoice) -> Entry:
 
 
 def _first_report(link: PadLink, clock: Clock) -> Held:
-    end = clock.now() + _FIRST_REPORT
+    end = clock.now() + FIRST_REPORT
     try:
         while clock.now() < end:
             told = link.poll()

@@ -62,28 +62,31 @@ class ScriptedPad:
         at: When [s].
     """
 
-    def __init__(self, script: list[bytes | str], clock: ManualClock, loop: bool = True) -> None:
+    def __init__(self, script: list[bytes], clock: ManualClock, loop: int = 10**9) -> None:
         self.told: list[Effects] = []
         self.at: list[float] = []
         self.link: PadLink | None = None
         self.made, self.over = threading.Event(), threading.Event()
         self.given: deque[Effects] = deque()
+        self.flood = 0  # reports that are there at once, beside those of the script
         self._script, self._clock, self._loop = list(script), clock, loop
-        self._broken, self._drained = False, True
+        self._broken = False
 
     def read(self, size: int, wait: int = 0) -> list[int]:
         assert self.made.wait(30.0)
         assert self.link is not None
         if wait == 0:
-            return []
+            self.flood -= 1
+            return list(GOOD) if self.flood >= 0 else []
         if not self._script:
             self._broken = True
             raise OSError("read error")
         each = self._script.pop(0)
         self._clock.sleep_until(self._clock.now() + (0.001 if each else 0.004))
-        if self._loop:
+        self._loop -= 1
+        if self._loop >= 0:
             self.link.give(self.given.popleft() if self.given else FELT)
-        return list(cast(bytes, each))[:size]
+        return list(each)[:size]
 
     def write(self, data: bytes) -> int:
         self.told.append(understood(data))
@@ -95,11 +98,16 @@ class ScriptedPad:
 
 
 def told_by(
-    script: list[bytes | str], *, loop: bool = True, given: list[Effects] | None = None
+    script: list[bytes],
+    *,
+    loop: int = 10**9,
+    given: list[Effects] | None = None,
+    flood: int = 0,
 ) -> tuple[ScriptedPad, DeviceError]:
     clock = ManualClock()
     pad = ScriptedPad(script, clock, loop)
     pad.given.extend(given or [])
+    pad.flood = flood
     pad.link = PadLink(cast(HidDevice, pad), RIGHT, clock)
     pad.made.set()
     assert pad.over.wait(30.0)
@@ -136,27 +144,39 @@ def test_what_changes_all_the_time_is_told_at_most_250_times_a_second() -> None:
 
 
 def test_a_loop_that_gives_nothing_gets_nothing_felt() -> None:
-    pad, _ = told_by([GOOD] * 40, loop=False)
+    pad, _ = told_by([GOOD] * 40, loop=0)
     assert set(pad.told) == {OFF}
+    stopped, _ = told_by([GOOD] * 60, loop=10)
+    assert stopped.told == [FELT, OFF, OFF, OFF]
+    soon_over, _ = told_by([GOOD] * 25, loop=10)
+    assert soon_over.told == [FELT, OFF, OFF]
 
 
 @pytest.mark.parametrize(("silence", "felt_all_the_time"), [(4, True), (8, False)])
 def test_a_pad_that_is_silent_for_long_gets_nothing_felt(
     silence: int, felt_all_the_time: bool
 ) -> None:
-    pad, _ = told_by([*[GOOD] * 10, *[""] * silence, *[GOOD] * 10])
+    pad, _ = told_by([*[GOOD] * 10, *[b""] * silence, *[GOOD] * 10])
     assert (OFF not in pad.told[:-2]) is felt_all_the_time
     assert pad.told[-3] == FELT
 
 
 @pytest.mark.parametrize("garbage", [b"\x01" * 63, b"\x01" * 10, b"\x02" * 64, bytes(64)])
 def test_garbage_counts_as_silence_and_a_lot_of_it_as_another_device(garbage: bytes) -> None:
-    few, error = told_by([GOOD, *[garbage] * 19, GOOD])
+    few, error = told_by([GOOD, *[garbage] * 19, GOOD, *[garbage] * 19, GOOD])
     assert "unplugged" in str(error)
     assert OFF not in few.told[:-2]
     many, error = told_by([*[GOOD] * 10, *[garbage] * 25, GOOD])
     assert "what comes from it is no report of a DualSense" in str(error)
     assert many.told[-2:] == [OFF, OFF]
+    slow, _ = told_by([*[GOOD] * 10, *[garbage, b""] * 8, *[GOOD] * 10])
+    assert slow.told == [FELT, OFF, FELT, OFF, OFF]
+
+
+def test_a_pad_that_never_stops_talking_is_still_told() -> None:
+    pad, _ = told_by([GOOD] * 10, flood=2000)
+    assert pad.flood >= 2000 - 10 * 128
+    assert pad.told == [FELT, OFF, OFF]
 
 
 def test_a_pad_on_bluetooth_is_told_in_one_sentence() -> None:

@@ -22,6 +22,8 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.dualsense import dualsense_kind
+from cohaptic_client.devices.dualsense import pad as pad_module
 from cohaptic_client.devices.dualsense.dualsense_kind import find_pads
 from cohaptic_client.devices.dualsense.reports import OFF, Effects
 from cohaptic_client.devices.pulse import pulse
@@ -184,7 +186,18 @@ def others(pad: MockPad) -> dict[str, str]:
     return seen
 
 
+def bluetooth(pad: MockPad) -> str:
+    """What is said of a pad whose reports are those of Bluetooth; older ones may come first."""
+    pad.report = b"\x31" * 64
+    device: list[Device] = []
+    told = sentence_of(lambda: device.append(opened(pad)))
+    return told or end_of(device[0])
+
+
 def main() -> None:
+    # A machine that is busy with other tests; `test_pad.py` has that it is a quarter of a second.
+    pad_module.GIVE_UP = 2.0
+    dualsense_kind.FIRST_REPORT = 3.0
     testbed, directory = load_umockdev().Testbed.new(), Path(sys.argv[1])
     seen: dict[str, object] = {"before": sentence_of(opened)}
     one = MockPad(testbed, directory, 0)
@@ -211,8 +224,7 @@ def main() -> None:
     one.unplug()
     seen["unplugged"] = end_of(device)
     device.close()
-    two.report = b"\x31" * 64
-    seen["bluetooth"] = sentence_of(lambda: opened(two))
+    seen["bluetooth"] = bluetooth(two)
     two.unplug()
     seen["after"] = sentence_of(opened)
     print(json.dumps(seen))
