@@ -61,7 +61,8 @@ class Pad:
         self._feeling = NOTHING_FELT
         self._force = ZERO
         self._now: float | None = None
-        self._heard = 0.0
+        # s; of the pad, while this object was read: a process that stood still heard nothing.
+        self._silent = 0.0
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
@@ -73,15 +74,17 @@ class Pad:
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
         told = self._link.poll()
-        if told is not None or self._now is None:
-            self._held, self._heard = told or self._held, now
         dt = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
-        self._now, silent = now, now - self._heard
-        if silent > GIVE_UP:
-            problem = f"it has been silent for {1e3 * silent:.0f} ms"
+        self._now = now
+        if told is not None:
+            self._held, self._silent = told, 0.0
+        else:
+            self._silent += dt
+        if self._silent > GIVE_UP:
+            problem = f"it has been silent for {1e3 * self._silent:.0f} ms"
             raise DeviceError(NAME, problem, "see to its cable")
-        axes, fresh = self._room.axes, silent <= SILENCE
-        if not fresh:
+        axes = self._room.axes
+        if self._silent > SILENCE:
             where = position(self._cursor, axes)
             return DeviceSample(where, ZERO, buttons=self._held.buttons, fresh=False)
         contact = norm(self._force) > CONTACT

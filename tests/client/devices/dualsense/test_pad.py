@@ -69,6 +69,13 @@ def played(
     return samples
 
 
+def silent_for(pad: Pad, seconds: float, *, begin: float) -> DeviceSample:
+    """The last sample of a pad that tells nothing."""
+    for k in range(round(seconds / PERIOD)):
+        sample = pad.read(begin + k * PERIOD)
+    return sample
+
+
 def test_the_tip_follows_the_trigger_without_a_jump_between_reports() -> None:
     link = FakeLink()
     samples = played(pad_on(link), link, PULLED, 0.2)
@@ -146,9 +153,9 @@ def test_a_silent_pad_stands_is_told_as_stale_and_then_as_gone() -> None:
     assert not stale.fresh
     assert stale.velocity == ZERO
     assert stale.position == last.position
-    assert pad.read(0.3).position == last.position
+    assert silent_for(pad, 0.2, begin=0.131).position == last.position
     with pytest.raises(DeviceError, match=r"it has been silent for 2\d\d ms; see to its cable"):
-        pad.read(0.36)
+        silent_for(pad, 0.05, begin=0.331)
     again = pad_on(link)
     played(again, link, moving, 0.1)
     again.read(0.13)
@@ -156,6 +163,16 @@ def test_a_silent_pad_stands_is_told_as_stale_and_then_as_gone() -> None:
     back = again.read(0.2)
     assert back.fresh
     assert norm(sub(back.position, last.position)) < 0.15 * 0.02 + 1e-9
+
+
+def test_a_process_that_stood_still_does_not_take_the_pad_for_a_silent_one() -> None:
+    """Its thread stood still as well, and has nothing to tell yet."""
+    link = FakeLink()
+    pad = pad_on(link)
+    last = played(pad, link, PULLED, 0.1)[-1]
+    assert pad.read(5.0).position == last.position
+    link.told = REST
+    assert pad.read(5.001).fresh
 
 
 def test_trouble_of_the_link_is_that_of_the_device() -> None:
