@@ -71,9 +71,7 @@ def played(
 
 def silent_for(pad: Pad, seconds: float, *, begin: float) -> DeviceSample:
     """The last sample of a pad that tells nothing."""
-    for k in range(round(seconds / PERIOD)):
-        sample = pad.read(begin + k * PERIOD)
-    return sample
+    return [pad.read(begin + k * PERIOD) for k in range(round(seconds / PERIOD))][-1]
 
 
 def test_the_tip_follows_the_trigger_without_a_jump_between_reports() -> None:
