@@ -15,6 +15,7 @@ from cohaptic_client.devices.kind import DeviceKind
 # The module that has the `KIND` of each name. The next device is one line here.
 _HOMES = {
     "simulated": "cohaptic_client.devices.simulated_kind",
+    "dualsense": "cohaptic_client.devices.dualsense.dualsense_kind",
     "forcedimension": "cohaptic_client.devices.vendor.forcedimension",
     "haply": "cohaptic_client.devices.haply.inverse3",
     "spacemouse": "cohaptic_client.devices.spacemouse",

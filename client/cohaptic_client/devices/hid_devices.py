@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable
-from typing import Protocol, TypedDict, cast
+from typing import NotRequired, Protocol, TypedDict, cast
 
 from cohaptic.errors import DeviceError
 from cohaptic_client.devices.kind import Found
@@ -21,6 +21,7 @@ class Entry(TypedDict):
     usage_page: int
     usage: int
     interface_number: int
+    bus_type: NotRequired[int]  # 1 is USB, 2 is Bluetooth
 
 
 class HidDevice(Protocol):

@@ -1,0 +1,123 @@
+"""Reports of a DualSense over USB: bytes in, what is held; what is to be felt, bytes out. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from cohaptic.errors import DeviceError
+
+NAME = "dualsense"
+SIZE = 64  # bytes of a report of the pad
+OUTPUT_SIZE = 48  # bytes of one to it; the kernel sends 63, and the pad takes both
+MOST = 255  # of every byte with a share in it
+
+_USB, _BLUETOOTH = 0x01, 0x31  # ids of reports of the pad
+_OUTPUT = 0x02
+_RUMBLE = 0x01 | 0x02  # flags: rumble, and that the motors do it
+_RIGHT_MOTOR, _LEFT_MOTOR = 3, 4  # bytes: the small one, the big one
+_OFF, _RESISTANCE = 0x05, 0x01  # modes of a trigger
+_CENTRE = 128  # of a stick, about
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """A trigger in the reports.
+
+    Args:
+        name: For people.
+        analog: Byte of the pad's report that tells how far it is pulled.
+        flag: By which a report to the pad says that it changes this trigger.
+        block: First byte of its effect in a report to the pad.
+    """
+
+    name: str
+    analog: int
+    flag: int
+    block: int
+
+
+SIDES = {
+    "right": Side("right", analog=6, flag=0x04, block=11),
+    "left": Side("left", analog=5, flag=0x08, block=22),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What the hands do with the pad.
+
+    Args:
+        left: Stick, to the right and up, each -1 to 1.
+        right: Stick, to the right and up, each -1 to 1.
+        pull: Of the trigger, 0 to 255.
+        buttons: A bit for each that is held: square, cross, circle, triangle, then those of the
+            two bytes after them.
+    """
+
+    left: tuple[float, float]
+    right: tuple[float, float]
+    pull: int
+    buttons: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """What the pad does to the hands.
+
+    Args:
+        start: Pull at which the trigger begins to resist, 0 to 255.
+        resistance: Of the trigger from there on, 0 to 255; nobody has measured it in newtons.
+        rumble: Of both motors, 0 to 255.
+    """
+
+    start: int = 0
+    resistance: int = 0
+    rumble: int = 0
+
+
+OFF = Effects()
+
+
+def decode(report: Iterable[int], side: Side) -> Held | None:
+    """Contents of a report; None for one that is unknown, truncated or not made of bytes.
+
+    Raises:
+        DeviceError: The report is one that the pad sends over Bluetooth.
+    """
+    try:
+        data = bytes(report)
+    except ValueError:  # a number that is not a byte
+        return None
+    if data and data[0] == _BLUETOOTH:
+        raise wireless()
+    if len(data) != SIZE or data[0] != _USB:
+        return None
+    buttons = data[8] >> 4 | data[9] << 4 | (data[10] & 0b111) << 12
+    left, right = (_share(data[1]), -_share(data[2])), (_share(data[3]), -_share(data[4]))
+    return Held(left, right, data[side.analog], buttons)
+
+
+def encode(effects: Effects, side: Side) -> bytes:
+    """The report that has the pad do this; the other trigger and the lights stay as they are."""
+    data = bytearray(OUTPUT_SIZE)
+    data[0], data[1] = _OUTPUT, _RUMBLE | side.flag
+    data[_RIGHT_MOTOR] = data[_LEFT_MOTOR] = _byte(effects.rumble)
+    resistance = _byte(effects.resistance)
+    data[side.block] = _RESISTANCE if resistance else _OFF
+    if resistance:
+        data[side.block + 1 : side.block + 3] = bytes([_byte(effects.start), resistance])
+    return bytes(data)
+
+
+def wireless() -> DeviceError:
+    """What is said of a pad on Bluetooth, whose reports are others and carry a checksum."""
+    return DeviceError(NAME, "it is connected by Bluetooth", "connect it by cable")
+
+
+def _share(raw: int) -> float:
+    return max(-1.0, min(1.0, (raw - _CENTRE) / (MOST - _CENTRE)))
+
+
+def _byte(value: int) -> int:
+    return max(0, min(MOST, value))

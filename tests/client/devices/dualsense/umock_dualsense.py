@@ -1,0 +1,234 @@
+"""Gamepads made by umockdev, and the driver on them; prints the events as JSON.
+
+Run by `test_link.py` as `umockdev-wrapper python umock_dualsense.py DIRECTORY`. The device end is a
+stream of bytes: the pad here takes reports by their length.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import DeviceError
+from cohaptic.vec import Vec3
+from cohaptic_client.devices.catalogue import open_device, read_device
+from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.dualsense import dualsense_kind
+from cohaptic_client.devices.dualsense import pad as pad_module
+from cohaptic_client.devices.dualsense.dualsense_kind import find_pads
+from cohaptic_client.devices.dualsense.reports import OFF, Effects
+from cohaptic_client.devices.pulse import pulse
+from tests.client.devices.dualsense.pad_reports import pad_report, understood
+from tests.client.devices.umock import MockHid, load_umockdev, plug_in
+from tests.client.devices.until import until
+from tests.client.plane import CONFIG
+
+CLOCK = SystemClock()
+PUSH: Vec3 = (0.0, -1.5, 0.0)  # N; half of the full force, against the pull
+# A gamepad with an input report 1 of 63 bytes and an output report 2 of 47.
+DESCRIPTOR = bytes.fromhex(
+    "05 01 09 05 a1 01 15 00 26 ff 00 75 08"
+    "85 01 09 30 95 3f 81 02  06 00 ff 85 02 09 21 95 2f 91 02 c0"
+)
+
+
+class MockPad:
+    """A pad on a mocked node: it sends a report every 4 ms, and keeps what it is told.
+
+    It is silent while no program has it open: nobody would take what it sends.
+    """
+
+    def __init__(self, testbed: Any, directory: Path, number: int, product: int = 0x0CE6) -> None:
+        name, serial = "DualSense Wireless Controller", f"00:00:0{number}"
+        mock = MockHid(0x054C, product, "Sony", name, DESCRIPTOR, number, serial)
+        self.raw = plug_in(testbed, directory, mock)
+        self.report = pad_report()
+        self.silent = True
+        self.told: list[Effects] = []
+        self._testbed = testbed
+        self._end: int = testbed.get_dev_fd(mock.node)
+        self._ends = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    @property
+    def last(self) -> Effects | None:
+        return self.told[-1] if self.told else None
+
+    def unplug(self) -> None:
+        self._ends.set()
+        self._thread.join()
+        os.close(self._end)
+        self._testbed.remove_device(self.raw)
+
+    def _run(self) -> None:
+        waiting, due = b"", CLOCK.now()
+        while not self._ends.is_set():
+            if select.select([self._end], [], [], 0.001)[0]:
+                with contextlib.suppress(OSError):
+                    waiting += os.read(self._end, 4096)
+            while len(waiting) >= 48:
+                report, waiting = waiting[:48], waiting[48:]
+                block = 22 if report[1] & 0x08 else 11
+                self.told.append(understood(report, block))
+            if CLOCK.now() >= due and not self.silent:
+                due = CLOCK.now() + 0.004
+                os.write(self._end, self.report)
+
+
+def opened(pad: MockPad | None = None, options: str = "") -> Device:
+    if pad is not None:
+        pad.silent = False
+    choice = read_device(f"dualsense:{options}".removesuffix(":"))
+    return open_device(replace(CONFIG.device, choice=choice))
+
+
+def close(device: Device, pad: MockPad) -> None:
+    pad.silent = True
+    device.close()
+    until(lambda: pad.last == OFF)
+
+
+def sentence_of(action: Callable[[], object]) -> str:
+    try:
+        action()
+    except DeviceError as error:
+        return str(error)
+    return ""
+
+
+def end_of(device: Device) -> str:
+    told: list[str] = []
+
+    def ended() -> bool:
+        told.append(sentence_of(lambda: device.read(CLOCK.now())))
+        return told[-1] != ""
+
+    until(ended)
+    return told[-1]
+
+
+def press(device: Device, pad: MockPad, strength: int = 128) -> Effects:
+    """Pull the trigger and write a force until all of it is felt at the pad."""
+    pad.report = pad_report(r2=155, l2=155)
+    until(lambda: device.read(CLOCK.now()).position[1] > -0.0925)  # 30 mm * 150/250, from 110 mm
+
+    def given() -> bool:
+        device.read(CLOCK.now())
+        device.write(PUSH)
+        last = pad.last
+        return last is not None and last.resistance == strength and last.rumble == 0
+
+    until(given)
+    assert pad.last is not None
+    return pad.last
+
+
+def shaken(device: Device, pad: MockPad) -> float:
+    """Reports to the pad for each of its periods, under a force that changes all the time."""
+    start, before, k = CLOCK.now(), len(pad.told), 0
+    while CLOCK.now() < start + 0.4:
+        k += 1
+        device.read(CLOCK.now())
+        device.write((0.0, -0.5 - 0.01 * (k % 100), 0.0))
+        CLOCK.sleep_until(CLOCK.now() + 0.001)
+    return (len(pad.told) - before) * 0.004 / (CLOCK.now() - start)
+
+
+def stalled(device: Device, pad: MockPad) -> dict[str, object]:
+    pad.silent = True
+    until(lambda: not device.read(CLOCK.now()).fresh)
+    first = device.read(CLOCK.now())
+    seen: dict[str, object] = {"velocity": first.velocity, "end": end_of(device)}
+    until(lambda: pad.last == OFF)
+    return seen
+
+
+def two_pads(one: MockPad, two: MockPad) -> dict[str, object]:
+    seen: dict[str, object] = {"found": [each.choice for each in find_pads()]}
+    rest, first = len(one.told), opened(two, "serial=00:00:01")
+    press(first, two)
+    close(first, two)
+    second = opened(two, "left,number=2")
+    seen["left"] = press(second, two).resistance
+    close(second, two)
+    seen["other_rests"] = len(one.told) == rest
+    seen["none"] = sentence_of(lambda: opened(None, "number=3"))
+    seen["unknown"] = sentence_of(lambda: opened(None, "serial=7"))
+    two.told.clear()
+    pulse(opened(two, "number=2"), CLOCK)
+    two.silent = True
+    until(lambda: two.last == OFF)
+    seen["knock"] = [max(e.rumble for e in two.told), max(e.resistance for e in two.told)]
+    return seen
+
+
+def others(pad: MockPad) -> dict[str, str]:
+    """What is said of what has the pad's ids and is something else."""
+    seen = dict[str, str]()
+    device = opened(pad)
+    press(device, pad)
+    pad.report = b"\x09" * 64
+    seen["garbage"] = end_of(device)
+    close(device, pad)
+    seen["mute"] = sentence_of(opened)
+    seen["wrong"] = sentence_of(lambda: opened(pad))
+    pad.silent, pad.report = True, pad_report()
+    return seen
+
+
+def bluetooth(pad: MockPad) -> str:
+    """What is said of a pad whose reports are those of Bluetooth; older ones may come first."""
+    pad.report = b"\x31" * 64
+    device: list[Device] = []
+    told = sentence_of(lambda: device.append(opened(pad)))
+    return told or end_of(device[0])
+
+
+def main() -> None:
+    # A machine that is busy with other tests; `test_pad.py` has that it is a quarter of a second.
+    pad_module.GIVE_UP = 2.0
+    dualsense_kind.FIRST_REPORT = 3.0
+    testbed, directory = load_umockdev().Testbed.new(), Path(sys.argv[1])
+    seen: dict[str, object] = {"before": sentence_of(opened)}
+    one = MockPad(testbed, directory, 0)
+    device = opened(one)
+    seen["rest"] = device.read(CLOCK.now()).position
+    seen["first"] = [one.last is None or one.last == OFF]
+    pressed = press(device, one)
+    seen["pressed"] = [pressed.start, pressed.resistance]
+    until(lambda: one.last == OFF)  # nobody wrote for a while
+    seen["share_of_periods"] = shaken(device, one)
+    seen["stalled"] = stalled(device, one)
+    device.close()
+
+    device = opened(one)
+    press(device, one)
+    close(device, one)
+    seen["closed"] = sentence_of(lambda: device.read(CLOCK.now()))
+
+    two = MockPad(testbed, directory, 1, 0x0DF2)
+    seen["two"] = two_pads(one, two)
+    seen["others"] = others(one)
+    device = opened(one)
+    press(device, one)
+    one.unplug()
+    seen["unplugged"] = end_of(device)
+    device.close()
+    seen["bluetooth"] = bluetooth(two)
+    two.unplug()
+    seen["after"] = sentence_of(opened)
+    print(json.dumps(seen))
+
+
+if __name__ == "__main__":
+    main()
