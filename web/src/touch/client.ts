@@ -18,6 +18,7 @@ const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
 const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
+const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: who waits for a seat hears its place every two seconds, behind a slow line later
 const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
@@ -75,7 +76,8 @@ export class TouchClient {
     if (this.ended) return;
     const now = this.world.now();
     this.run(now);
-    if (this.socket !== null && now - this.heard_at > GIVEN_UP) this.lost(this.socket, ABNORMAL, "the server does not answer");
+    const patience = this.connection.phase === "joined" ? GIVEN_UP : GIVEN_UP_OUTSIDE;
+    if (this.socket !== null && now - this.heard_at > patience) this.lost(this.socket, ABNORMAL, "the server does not answer");
     if (now >= this.ends_at || (this.ends_at < Infinity && this.engine.free)) {
       this.end("");
       return;
@@ -141,7 +143,7 @@ export class TouchClient {
     try {
       const answer = this.engine.hear(data, now);
       if (answer !== null) socket.send(answer);
-      if (typeof data === "string" && !this.engine.waits) this.connection = { phase: "joined", reason: "", code: 0 };
+      if (typeof data === "string") this.connection = { phase: this.engine.waits ? "connecting" : "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
       else if (error instanceof AnotherObject) this.comeBack(socket);

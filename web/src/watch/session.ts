@@ -32,6 +32,11 @@ export class WatchSession {
   private found: Traversal | null = null;
   private tick = 0;
 
+  /** Whether the server has taken this page in, and the mesh at rest has not come yet. */
+  get awaitsMesh(): boolean {
+    return this.state === "await_mesh";
+  }
+
   /** First message of the connection. */
   static greeting(encoding: Encoding, rate: number, token?: string): string {
     const more = token === undefined ? {} : { token };

@@ -160,6 +160,34 @@ describe("a client", () => {
     expect(browser.state).toMatchObject({ phase: "joined", doing: "waiting" });
   });
 
+  test("waits for a seat as long as the server repeats its place, though nothing else is said, and gives a dead one up", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    for (let i = 0; i < 10; i += 1) {
+      browser.line.say({ type: "place", place: 2, of: 3 });
+      browser.run(i % 2 === 0 ? 2 : 7, false);
+    }
+    expect(browser.lines.length).toBe(1);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [2, 3], reason: "" });
+    browser.run(3.1 + 0.6, false);
+    expect(browser.lines.length).toBe(2);
+    expect(browser.lines[0]?.closed).not.toBeNull();
+    expect(browser.state.reason).toContain("the server does not answer");
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 3, of: 3 });
+    browser.run(0.1, false);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [3, 3], reason: "" });
+  });
+
+  test("that is in the room gives up a server that says nothing for five seconds", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.run(4.9, false);
+    expect(browser.lines.length).toBe(1);
+    browser.run(0.8, false);
+    expect(browser.lines.length).toBe(2);
+  });
+
   test("leaves a sample out while the one before is not out yet", () => {
     const browser = new Browser();
     browser.join();

@@ -290,4 +290,30 @@ describe("silence", () => {
     expect(isLive(browser.watch.status)).toBe(true);
     expect(browser.watch.status.silent).toBe(0);
   });
+
+  test("of a line that is slow is no reason to ask anew while the resting mesh is on its way", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.sleep(8);
+    browser.line.say(WATCHING);
+    browser.sleep(31); // a server takes a page for too slow after 30 s
+    expect(browser.lines.length).toBe(1);
+    browser.line.frame(meshFrame(MESH));
+    expect(browser.watch.status.phase).toBe("watching");
+    browser.sleep(4.9);
+    expect(browser.lines.length).toBe(1);
+    browser.sleep(1);
+    expect(browser.lines.length).toBe(2);
+  });
+
+  test("before the first word, and in the middle of the mesh, ends a connection as well", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.sleep(11);
+    expect(browser.lines.length).toBe(2);
+    browser.line.onopen?.();
+    browser.line.say(WATCHING);
+    browser.sleep(37);
+    expect(browser.lines.length).toBe(3);
+  });
 });

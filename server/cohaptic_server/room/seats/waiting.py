@@ -16,6 +16,10 @@ from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
 
+# s after which a place is told again: a client that hears nothing cannot tell a server that lets it
+# wait from one that is gone.
+REPEAT = 2.0
+
 
 @dataclass(eq=False, slots=True)
 class _Waiter:
@@ -26,12 +30,19 @@ class _Waiter:
         session: Of it.
         hello: With which it came.
         told: Its place and their number, as it knows them; None before it was told any.
+        told_at: When it was told [s].
     """
 
     peer: Peer
     session: ServerSession
     hello: Hello
     told: tuple[int, int] | None = None
+    told_at: float = 0.0
+
+    def is_due(self, place: tuple[int, int], now: float) -> bool:
+        """Whether it is to be told; what it does not take is not said twice."""
+        repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
+        return self.told != place or repeated
 
     @property
     def claim(self) -> Claim:
@@ -117,8 +128,8 @@ class Waiting:
             self._call(self._waiters[number], outcome)
         for number, place in self._room.queue.told().items():
             waiter = self._waiters[number]
-            if waiter.told != place:
-                waiter.told = place
+            if waiter.is_due(place, now):
+                waiter.told, waiter.told_at = place, now
                 waiter.session.send(Place(place=place[0], of=place[1]))
                 outcome.flush.append(waiter.peer)
 

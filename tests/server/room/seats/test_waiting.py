@@ -22,6 +22,7 @@ from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.seats.names import SEAT_KEPT_FOR
 from cohaptic_server.room.seats.wait_queue import TURN
+from cohaptic_server.room.seats.waiting import REPEAT
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello
 from tests.server.room.test_lobby import connect, join, lobby, news, say
@@ -82,6 +83,22 @@ def test_who_waits_is_told_its_place_is_called_in_turn_and_comes_in(
     assert len(there.room.queue) == 1
 
 
+def test_a_place_is_told_again_as_a_sign_of_life_but_not_to_who_takes_nothing(
+    small_balloon: Balloon,
+) -> None:
+    there, _ = full(small_balloon)
+    hears, deaf = wait(there, "hears"), wait(there, "deaf")
+    news(hears)
+    news(deaf)
+    there.serve(0.99 * REPEAT)
+    assert news(hears) == []
+    for k in range(1, 100):
+        there.serve(k * REPEAT)
+        assert news(hears) == [Place(place=1, of=2)]
+    assert news(deaf) == [Place(place=2, of=2)]
+    assert deaf.session.close is None
+
+
 def test_the_seat_of_a_lost_connection_is_not_free_until_it_is_kept_no_longer(
     small_balloon: Balloon,
 ) -> None:
@@ -96,7 +113,7 @@ def test_the_seat_of_a_lost_connection_is_not_free_until_it_is_kept_no_longer(
     there.tick(200.0)
     there.disconnect(back, "")
     there.serve(200.0 + 0.99 * SEAT_KEPT_FOR)
-    assert news(waiting) == []
+    assert news(waiting) == [Place(place=1, of=1)]  # as before
     there.serve(200.0 + 1.01 * SEAT_KEPT_FOR)
     assert news(waiting) == [Called(within=TURN)]
     # It comes back too late: its name is kept, and its seat is somebody else's.
