@@ -76,8 +76,9 @@ export class Page {
   private written = 0;
   private did: TouchState["doing"] | undefined;
   private letGo = false;
-  private wish = false;
+  private wish: "touch" | "wait" | null = null;
   private seen = false;
+  private pressed = false;
   private live = false;
 
   constructor({ address, openStore, startTouch, prepareTouch }: PageSettings) {
@@ -175,14 +176,14 @@ export class Page {
       this.touch(true);
     }
     const pressed = this.own.press(origin, direction, performance.now() / 1000);
-    if (pressed) this.ghost.learned();
+    this.pressed ||= pressed;
     return pressed;
   }
 
   /** @param wait For a place, where the room is full. */
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
-    this.wish = on && this.store.info === null;
+    this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
     if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
     else this.own.stop();
     if (!on) this.rumble.still();
@@ -210,16 +211,21 @@ export class Page {
   private rename(text: string): void {
     this.name = usableName(text, this.name);
     keep(NAME, this.name);
-    if (this.own.handle === null) return;
-    // A name is said on the way in.
-    this.own.stop();
-    this.touch(true);
+    this.own.rename(this.name);
+  }
+
+  /** The name that the room knows, where it did not give the one that was asked for. */
+  private takeName({ name, name_refused }: TouchState): void {
+    if (name_refused === "" || name === this.name) return;
+    this.name = name;
+    keep(NAME, name);
+    this.dock.setName(name);
   }
 
   private body(): void {
     this.sceneView?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
-    if (this.wish && this.store.info !== null) this.touch(true);
+    if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
     if (this.store.mesh !== null) this.prepareTouch();
     this.upload.allow(this.store.info?.allow_upload === true);
     this.dock.allowTouch(this.store.info?.can_touch !== false);
@@ -264,6 +270,7 @@ export class Page {
     this.root.classList.toggle("stale", this.seen && !this.live);
     const own = this.own.state;
     this.did = own?.doing;
+    if (own !== null) this.takeName(own);
     this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
     this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
@@ -273,7 +280,9 @@ export class Page {
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint());
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
-    this.ghost.show(this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
+    // Who pressed before a full room has learned nothing yet.
+    if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
+    this.ghost.show(!this.own.pressing && this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
     this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));

@@ -63,6 +63,9 @@ export class TouchClient {
       case "law":
         this.engine.setLaw(message.law, message.fixed);
         break;
+      case "name":
+        this.engine.setName(message.name);
+        break;
       case "friction":
         this.engine.setFriction(message.mu);
         break;
@@ -93,8 +96,9 @@ export class TouchClient {
 
   private run(now: number): void {
     this.joinAnew();
-    const law = this.engine.lawRequest();
-    if (law !== null) this.socket?.send(law);
+    for (const request of [this.engine.nameRequest(), this.engine.lawRequest()]) {
+      if (request !== null) this.socket?.send(request);
+    }
     const sample = this.engine.advance(now);
     // Newest wins: the next sample is one period away.
     if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);

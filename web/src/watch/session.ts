@@ -25,6 +25,8 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   closed: [],
 };
 
+const FOR_HANDS = ["welcome", "place", "called", "named"];
+
 /** One connection to a server, seen from the page that watches. */
 export class WatchSession {
   private state: State = "await_watching";
@@ -58,9 +60,9 @@ export class WatchSession {
   private decode(data: string | Uint8Array): WatchEvent {
     if (typeof data === "string") {
       const message = decodeServerControl(data);
-      if (message.type === "welcome" || message.type === "place" || message.type === "called") throw new ProtocolError("message", message.type, "watching, after a watch");
+      if (FOR_HANDS.includes(message.type)) throw new ProtocolError("message", message.type, "watching, after a watch");
       this.check(message.type);
-      return message;
+      return message as WatchEvent;
     }
     if (kindOf(data) === Kind.rest_mesh) {
       this.check("rest_mesh");

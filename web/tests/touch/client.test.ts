@@ -179,6 +179,43 @@ describe("a client", () => {
     expect(browser.state).toMatchObject({ phase: "connecting", place: [3, 3], reason: "" });
   });
 
+  test("goes by another name without leaving, in the room and in the queue, and keeps its own where it cannot", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 1, of: 1 });
+    browser.client.obey({ type: "name", name: "ann" });
+    browser.run(0.01, false);
+    expect(browser.line.texts.slice(1)).toEqual([{ type: "set_name", name: "ann" }]);
+    browser.line.say({ type: "named", name: "ann", reason: "" });
+    browser.run(0.1, false);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [1, 1], name: "ann", name_refused: "" });
+    browser.line.say({ ...WELCOME, name: "ann" });
+    browser.run(0.5);
+    browser.client.obey({ type: "name", name: "bob" });
+    browser.run(0.1);
+    expect(browser.line.texts.at(-1)).toEqual({ type: "set_name", name: "bob" });
+    browser.line.say({ type: "named", name: "ann", reason: "name is 'bob'; expected one that is free" });
+    browser.run(0.1);
+    expect(browser.state).toMatchObject({ phase: "joined", name: "ann", name_refused: "name is 'bob'; expected one that is free" });
+    expect(browser.lines.length).toBe(1);
+    // It comes back by the name that it has.
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", name: "ann" }]);
+  });
+
+  test("comes back to the queue with the session that its first place brought", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 1, of: 1, session: "a.session.token" });
+    browser.line.say({ type: "place", place: 1, of: 2 });
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", token: "a.session.token" }]);
+  });
+
   test("that is in the room gives up a server that says nothing for five seconds", () => {
     const browser = new Browser();
     browser.join();

@@ -86,6 +86,33 @@ describe("one who watches", () => {
     expect(heard).toBe(before + 3);
   });
 
+  test("hears another name of one who is there", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.line.say({ type: "latency", user: 1, delay: 0.125, jitter: 0 });
+    browser.line.say({ type: "user_joined", user: 1, name: "anna" });
+    expect(browser.watch.roster).toEqual([{ user: 1, name: "anna" }]);
+    expect(browser.watch.events.at(-1)).toMatchObject({ kind: "renamed", name: "ana", detail: "goes by the name anna now." });
+    browser.line.frame(sceneFrame(5, 100, [record(1)], 0));
+    expect(browser.watch.at(browser.time)?.users[0]).toMatchObject({ name: "anna", latency: { delay: 0.125 } });
+  });
+
+  test("shows a surface that stays where it is through signs of life without one", () => {
+    for (const encoding of ["frames", "forces"] as const) {
+      const browser = new Browser(encoding);
+      browser.join();
+      browser.line.frame(sceneFrame(5, 100, [record(1)], 100));
+      expect(browser.watch.at(browser.time + 1)?.positions[0]).toBeCloseTo(0.101, 6);
+      for (let i = 1; i < 10; i += 1) {
+        browser.time += 0.5;
+        browser.line.frame(sceneFrame(5 + i, 100 + 0.5 * i, [record(1)], null));
+        const view = browser.watch.at(browser.time);
+        expect(view?.positions[0]).toBeCloseTo(0.101, 6);
+        expect(view?.moved).toBe(false);
+      }
+    }
+  });
+
   test("asks for another view, and for latency", () => {
     const browser = new Browser();
     browser.join();
