@@ -105,6 +105,19 @@ describe("the tour", () => {
     expect(goBack(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state.index).toBe(0);
   });
 
+  it("says nothing that was not measured, or that the server did not allow", () => {
+    const text = (id: string): string => STEPS.find((step) => step.id === id)?.text ?? "";
+    // Shown also where no delay was added, and where no law was another one before.
+    expect(text("ours")).not.toMatch(/ocean|returns/);
+    // Hands that hardly couple are stable by the rule for one as well: whether they swing, the claim says.
+    expect(text("coupled")).not.toMatch(/it is outside|your gain is inside/);
+    expect(text("paper")).not.toMatch(/now has to/);
+    const claim = STEPS.find((step) => step.id === "paper")?.claim;
+    expect(claim?.({ ...ALL, lag: 0.12 })).toBe("The object takes its time: it answers the others in 0.12 s now.");
+    expect(claim?.({ ...ALL, lag: 0.03 })).toBe("Here it does not take long: it answers the others in 0.03 s.");
+    expect(claim?.({ ...ALL, lag: 0 })).toBe("Here it does not: it answers the others at once.");
+  });
+
   it("stands while it is paused", () => {
     const held = pause(tick(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state, true);
     expect(tick(STEPS, held, ALL, 999).state.index).toBe(0);
