@@ -256,6 +256,7 @@ export class TourRunner {
     const mine = users.find((user) => user.user === own?.user);
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
+      coming: (this.wantsPartner && this.hands.own.handle !== null) || this.partner.coming,
       allowLatency: store.info?.allow_latency === true,
       allowFixedGains: store.info?.allow_fixed_gains === true,
       touching: own?.phase === "joined",

@@ -10,7 +10,7 @@ const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
 
 const alone = (facts: Facts): string | null =>
-  facts.others > 0 ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
+  facts.others > 0 || facts.coming ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
 
 /** What the paper's rule would do to these very hands; said otherwise where it would do nothing. */
 export function ruleClaim({ rehearsed }: Facts): string {

@@ -16,7 +16,7 @@ import {
 import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
 
 const ALL: Facts = {
-  others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
+  others: 2, coming: false, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
   loopDelay: 2.2 * OCEAN, law: "predictive", paper: false, swing: { size: 0.001, hz: 0 }, rehearsed: { size: 3, hz: 1.7 },
 };
 
@@ -95,6 +95,14 @@ describe("the tour", () => {
     expect(seen).not.toContain("feel");
     expect(seen).not.toContain("paper");
     expect(seen).toContain("ocean");
+  });
+
+  it("leaves nothing out for want of a partner who is on the way in", () => {
+    const early = { ...ALL, others: 0, coming: true, fromOthers: 0 };
+    const state = goNext(STEPS, goNext(STEPS, start(STEPS, early, 0).state, early, 1).state, early, 2).state;
+    expect(stepOf(state)).toBe("feel");
+    expect(state.skipped).toEqual([]);
+    expect(waits(STEPS, tick(STEPS, state, early, 3).state)).toBe(true);
   });
 
   it("goes back over skipped steps, and not before the beginning", () => {
