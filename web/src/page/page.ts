@@ -4,7 +4,7 @@ import { socketUrl } from "../address";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
-import { HelpPlace } from "../ui/help_place";
+import { LazyDialog } from "../ui/lazy_dialog";
 import { Ghost } from "../ui/ghost";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
@@ -28,7 +28,7 @@ import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
 import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
-import { UploadDesk } from "./upload_desk";
+import { UploadPlace } from "./upload_place";
 
 const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
@@ -41,6 +41,8 @@ export interface PageSettings {
   readonly startTouch: StartTouch;
   /** Have ready what the first touch needs, once there is something to touch. */
   readonly prepareTouch: () => void;
+  /** Whether this visitor came by an invitation: so must others. */
+  readonly invited: () => boolean;
 }
 
 export class Page {
@@ -49,9 +51,9 @@ export class Page {
   readonly own: OwnHand;
   readonly tour: Tour;
   readonly dock: Dock;
-  readonly help = new HelpPlace();
+  readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
   private readonly ghost = new Ghost();
-  readonly upload: UploadDesk;
+  readonly upload: UploadPlace;
   readonly panel: Panel;
   /** Null until the graphics are there, and without WebGL: everything else goes on. */
   stage: Stage | null = null;
@@ -81,17 +83,18 @@ export class Page {
   private pressed = false;
   private live = false;
 
-  constructor({ address, openStore, startTouch, prepareTouch }: PageSettings) {
+  constructor({ address, openStore, startTouch, prepareTouch, invited }: PageSettings) {
     this.address = address;
     this.prepareTouch = prepareTouch;
     // The largest part of the page; socket, words and buttons are there before it.
     const graphics = import("../view/scene_view");
     this.store = openStore();
     this.own = new OwnHand(startTouch);
-    this.upload = new UploadDesk(address);
+    this.upload = new UploadPlace(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); });
+    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); });
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
@@ -125,7 +128,7 @@ export class Page {
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.dialog.root,
+      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.root, share: share.root,
     });
     this.root = layout.root;
     this.host = layout.host;

@@ -135,7 +135,7 @@ export class TouchEngine {
       this.pacer = reported(this.pacer, t_client, sample_wait, WORKER_WAIT);
       this.timing = measured(this.timing, event.patch, now);
     } else if (event.type === "place") {
-      if (event.session !== undefined) this.token = event.session;
+      this.token = event.session ?? this.token;
     } else if (event.type === "named") {
       this.requests.named(event.name, event.reason);
       if (this.welcome !== null) this.welcome = { ...this.welcome, name: event.name };
@@ -224,24 +224,14 @@ export class TouchEngine {
   report(now: number, connection: Connection): TouchState {
     const seconds = now - this.reported_at;
     const state = reportOf({
-      connection,
-      settings: this.asked,
-      welcome: this.welcome,
-      place: this.session.place,
-      name_refused: this.requests.nameRefused,
-      loop: this.loop,
-      output: this.output,
-      cursor: this.cursor,
-      timing: this.timing,
-      leaving: this.leaving,
+      connection, settings: this.asked, welcome: this.welcome, place: this.session.place, name_refused: this.requests.nameRefused,
+      loop: this.loop, output: this.output, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
       loop_hz: seconds > 0 ? this.periods / seconds : 0,
       missed: this.schedule.missed,
       trace: Float64Array.from(this.trace),
       now,
     });
-    this.trace = [];
-    this.periods = 0;
-    this.reported_at = now;
+    [this.trace, this.periods, this.reported_at] = [[], 0, now];
     return state;
   }
 

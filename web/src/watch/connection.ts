@@ -215,8 +215,7 @@ export class Watch implements SceneStore {
     const patience = this.phase === "watching" ? GIVEN_UP : this.session.awaitsMesh ? GIVEN_UP_ON_THE_MESH : GIVEN_UP_AT_THE_DOOR;
     const left = patience - (this.world.now() - Math.max(this.heard_at ?? 0, this.opened_at));
     if (left <= 0) this.lost(socket, "the server does not answer", ABNORMAL);
-    // Meanwhile the patience may become a shorter one.
-    else this.world.later(Math.min(left, GIVEN_UP), () => { this.watchOver(socket); });
+    else this.world.later(Math.min(left, GIVEN_UP), () => { this.watchOver(socket); }); // the patience may become a shorter one
   }
 
   /** Body and room are known: scenes follow. */
