@@ -31,8 +31,8 @@ from cohaptic_server.monitoring.reporting import run_reported
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.door import machine_addresses
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.interfaces import machine_addresses
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer

@@ -34,9 +34,9 @@ from cohaptic_server.http.routes import (
     text,
 )
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.door import machine_addresses
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.green_blocks import GreenBlocks
-from cohaptic_server.shell.interfaces import machine_addresses
 from cohaptic_server.shell.wire import Wire
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out

@@ -47,7 +47,7 @@ export function layOut(parts: Parts): Layout {
     parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", {}, parts.help, parts.upload, parts.share), live);
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share), live);
   return { root, host, live };
 }
 
