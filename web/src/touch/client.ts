@@ -35,6 +35,7 @@ export interface World {
 export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: WebSocket | null = null;
+  private former: WebSocket | null = null; // holds the seat until the new connection has it
   private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
@@ -104,12 +105,26 @@ export class TouchClient {
     if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);
   }
 
-  /** Friction is asked for in the hello: a hand that wants it now, or no longer, leaves and comes in again. */
+  /**
+   * Friction is asked for in the hello: a hand that wants it now, or no longer, comes in again. With a secret the new
+   * connection takes the old one's seat, which might be somebody else's after a goodbye.
+   */
   private joinAnew(): void {
     const bye = this.engine.toJoinAnew();
     if (bye === null || this.socket === null) return;
-    this.socket.send(bye);
-    this.leaves = true;
+    if (this.settings.key === undefined) {
+      this.socket.send(bye);
+      this.leaves = true;
+    } else {
+      this.former ??= this.socket;
+      this.connect();
+    }
+  }
+
+  /** The server has let go of the connection before this one, or is to do so. */
+  private leaveFormer(): void {
+    this.former?.close(NORMAL);
+    this.former = null;
   }
 
   private tell(now: number): void {
@@ -147,6 +162,7 @@ export class TouchClient {
     try {
       const answer = this.engine.hear(data, now);
       if (answer !== null) socket.send(answer);
+      if (typeof data === "string" && !this.engine.waits) this.leaveFormer();
       if (typeof data === "string") this.connection = { phase: this.engine.waits ? "connecting" : "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
@@ -212,6 +228,7 @@ export class TouchClient {
     const now = this.world.now();
     const socket = this.socket;
     this.socket = null;
+    this.leaveFormer();
     if (socket?.readyState === OPEN) {
       for (const message of this.engine.farewell(now)) socket.send(message);
     }

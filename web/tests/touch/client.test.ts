@@ -105,6 +105,39 @@ describe("a client", () => {
     expect(browser.line.texts.length).toBe(1);
   });
 
+  test("that is to have friction keeps its seat where it has a secret: the new connection takes the old one's place", () => {
+    const browser = new Browser("a".repeat(16));
+    browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    const [before, old] = [Math.hypot(...browser.state.force), browser.line];
+    browser.client.obey({ type: "friction", mu: 0.4 });
+    browser.run(0.03, false);
+    // To leave first would give the seat to whoever waits for one.
+    expect(old.texts.filter(({ type }) => type === "bye")).toEqual([]);
+    expect(old.closed).toBeNull();
+    expect(browser.lines.length).toBe(2);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", friction: true, name: "page", key: "a".repeat(16) }]);
+    old.say({ type: "error", code: 4400, message: "user is 'page'; expected its only connection" });
+    old.break(4400);
+    browser.line.say(WELCOME);
+    browser.run(0.5);
+    expect(browser.state).toMatchObject({ phase: "joined", reason: "", doing: "touching" });
+    expect(Math.hypot(...browser.state.force)).toBeCloseTo(before, 1);
+    expect(browser.lines.length).toBe(2);
+  });
+
+  test("that ends meanwhile leaves none of its connections open", () => {
+    const browser = new Browser("a".repeat(16));
+    browser.join();
+    browser.client.obey({ type: "friction", mu: 0.4 });
+    browser.run(0.03, false);
+    browser.client.obey({ type: "close" });
+    browser.run(0.1, false);
+    expect(browser.lines.map(({ closed }) => closed)).toEqual([1000, 1000]);
+  });
+
   test.each([
     ["told", (line: Line) => { line.say({ type: "error", code: 4410, message: "there is another object now" }); }],
     ["closed", (line: Line) => { line.break(4410, "there is another object now"); }],
