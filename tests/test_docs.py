@@ -26,6 +26,7 @@ from cohaptic.protocol import (
     watch_messages,
 )
 from cohaptic.protocol.control.message import ControlMessage
+from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 
 ROOT = Path(__file__).parents[1]
@@ -156,6 +157,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
     ("title", "message"),
     [
         ("hello,", messages.Hello),
+        ("set_name,", SetName),
         ("bye,", messages.Bye),
         ("welcome,", messages.Welcome),
         ("user_joined,", messages.UserJoined),

@@ -16,7 +16,7 @@ import pytest
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.test_watch import picture
-from tests.browser.visitor import Visitor
+from tests.browser.visitor import Look, Visitor
 
 pytestmark = pytest.mark.patient
 
@@ -53,6 +53,8 @@ def looks_dead(visitor: Visitor) -> None:
     assert forces
     assert set(forces) == {"\u2013"}
     assert colour(visitor) < GREY
+    cut = visitor.page.locator(".dock canvas")
+    assert "grayscale(1)" in cut.evaluate("node => getComputedStyle(node).filter")
 
 
 @pytest.mark.parametrize("quiet", [False, True], ids=["in motion", "at rest"])
@@ -127,7 +129,8 @@ def test_a_hand_behind_a_network_that_swallows_everything_comes_back(
     visitors: Open, room: Room
 ) -> None:
     with network(room.port) as (port, swallows):
-        ann = visitors()
+        # So large that the dock of who takes part does not stand before the middle of the body.
+        ann = visitors(Look(1024, 720))
         ann.visit(f"http://127.0.0.1:{port}/")
         ann.take_part("ann")
         ann.press(right=0.3)

@@ -86,7 +86,7 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     assert "--scale 1.2" in ann.text(".upload-words")
     ann.page.locator(".upload-foot .primary", has_text="Touch it").click()
     ann.until(ann.watches, "the page to come back")
-    if not look.phone:
+    if look is DESKTOP:  # a narrower stage has no room for it
         ann.until(lambda: ann.text(".room").startswith("my-block-"), "the new object's name")
     ann.take_part("ann")
 

@@ -219,9 +219,14 @@ class Visitor:
 
     def force_of(self, name: str) -> float:
         """On somebody's hand, as that one's panel shows it [N]."""
-        for card in self.page.locator(".card[data-user]").all():
-            if card.locator(".card-name").inner_text() == name:
-                return _number(rf"{_NUMBER} N", card.locator(".card-force").inner_text())
+        # All at once: whoever leaves between two questions would be waited for.
+        found: list[list[str]] = self.page.locator(".card[data-user]").evaluate_all(
+            """(cards) => cards.map((card) => [".card-name", ".card-force"]
+              .map((part) => card.querySelector(part)?.innerText ?? ""))"""
+        )
+        for whose, force in found:
+            if whose == name:
+                return _number(rf"{_NUMBER} N", force)
         return math.nan
 
     def steady_force(self) -> float:

@@ -16,4 +16,5 @@ new Page({
   openStore: () => openWatch(address, "forces", 30, invitation),
   startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
   prepareTouch,
+  invited: () => invitation.token !== undefined,
 });

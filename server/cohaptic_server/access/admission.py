@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cohaptic_server.access.denied import Denied, forbidden
 from cohaptic_server.access.grants import OPEN, Grants
@@ -33,6 +33,8 @@ class Guest:
         session: Name of its session; empty for one without a token.
         invitation: Name of the invitation that it began with; empty for none.
         since: When the session began, Unix time [s].
+        spends: Until when its token for one time is remembered as used, once it has a seat or a
+            place; Unix time [s]. None for one that spends nothing.
     """
 
     grants: Grants = OPEN
@@ -40,6 +42,7 @@ class Guest:
     session: str = ""
     invitation: str = ""
     since: float = 0.0
+    spends: float | None = field(default=None, compare=False)
 
 
 ANYBODY = Guest()
@@ -82,7 +85,7 @@ class Admission:
             self._used.recall(used.jti, used.ends)
 
     def admit(self, token: str | None, room: str, now: float) -> Guest:
-        """Who has this token.
+        """Who has this token; one for one time is not used up by it alone, but by `begin`.
 
         Args:
             token: Of the first message; None without one.
@@ -109,13 +112,24 @@ class Admission:
             if now >= session.began + SESSION_LIFE:
                 raise Denied(f"the session began more than {SESSION_LIFE / 3600:g} hours ago")
             return Guest(grants, claims.sub, session.sid, session.invitation, session.began)
-        # Last, so that no token is used up by one who may not come in.
+        spends = None
         if self._used is not None:
-            ends = claims.exp + LEEWAY
-            self._used.use(claims.jti, ends, now)
-            if self.keep is not None:
-                self.keep(Used(jti=claims.jti, ends=ends))
-        return Guest(grants, claims.sub, self._draw(), claims.jti, now)
+            self._used.check(claims.jti, now)
+            spends = claims.exp + LEEWAY
+        return Guest(grants, claims.sub, self._draw(), claims.jti, now, spends)
+
+    def begin(self, guest: Guest, now: float) -> None:
+        """Use up the token of one who was just admitted and has found what it came for.
+
+        Args:
+            guest: Who it is.
+            now: Unix time [s].
+        """
+        if self._used is None or guest.spends is None:
+            return
+        self._used.use(guest.invitation, guest.spends, now)
+        if self.keep is not None:
+            self.keep(Used(jti=guest.invitation, ends=guest.spends))
 
     def session_token(self, guest: Guest, now: float) -> str | None:
         """With which a guest comes back; None for one who needs none."""

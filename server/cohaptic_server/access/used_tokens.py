@@ -34,7 +34,17 @@ class UsedTokens:
             now: Time [s].
 
         Raises:
-            Denied: It was used before, or too many are remembered.
+            Denied: As for `check`.
+        """
+        self.check(jti, now)
+        self._ends[jti] = ends
+
+    def check(self, jti: str, now: float) -> None:
+        """Raise Denied where a token was used before, or too many are remembered.
+
+        Args:
+            jti: Its name.
+            now: Time [s].
         """
         if self._ends.get(jti, now) > now:
             raise Denied("the token was used before, and it is good for one time")
@@ -43,4 +53,3 @@ class UsedTokens:
         if len(self._ends) >= self._most:
             later = "try again later"
             raise Denied(f"{self._most} tokens for one time are in use, the limit", later)
-        self._ends[jti] = ends

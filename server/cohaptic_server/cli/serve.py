@@ -24,12 +24,14 @@ from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, w
 from cohaptic_server.cli.rooms import serve_rooms
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
 from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort, admin_address
 from cohaptic_server.monitoring.logs import LogFormat, LogStyle, set_up_log
 from cohaptic_server.monitoring.reporting import run_reported
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.door import machine_addresses
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
@@ -221,13 +223,17 @@ async def _run(
     """Say where the server is, tick until interrupted, then say how that went."""
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)
+    hosts = hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
+    others = addresses_for_others(url, hosts)
     logging.info(
         "%s at %g Hz; touch it with: cohaptic touch %s --name NAME",
         settings.body,
         settings.simulation_hz,
-        url,
+        others[0] if others else url,
     )
     logging.info("page %s", page_address(url))
+    for address in others:
+        logging.info("page for other machines %s", page_address(address))
     if not is_complete("kernels"):
         logging.info("ticks take longer than they need: %s", describe("kernels"))
     if settings.allow_upload:

@@ -79,6 +79,10 @@ class Entrance:
         peer.guest = guest
         return self.check(peer, first.name if isinstance(first, Hello) else "", now, to_wall)
 
+    def begin(self, peer: Peer, now: float, to_wall: float) -> None:
+        """Count the invitation of one who was let in just now, and has a seat or a place."""
+        self.admission.begin(peer.guest, now + to_wall)
+
     def check(self, peer: Peer, name: str, now: float, to_wall: float) -> str | None:
         """Let somebody in whose `guest` is known: one who comes, or who has waited for a seat.
 

@@ -7,6 +7,7 @@ messages themselves, and the closing of a connection, wait in the session of eac
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
@@ -17,6 +18,7 @@ from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.reception import Reception, tell_others
 from cohaptic_server.room.room import Room
+from cohaptic_server.room.seats.renaming import rename
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.set_latency import latencies, refusal, set_latency
 from cohaptic_server.room.watch.audience import Audience
@@ -201,8 +203,9 @@ class Lobby:
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
             outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
-        elif self.reception.waiting.leave(peer):
-            outcome.say("waits_no_more", f"one who waited left: {reason}", peer.source)
+        elif (name := self.reception.waiting.leave(peer, self._ticked)) is not None:
+            told = f"{name} waits no more: {reason}"
+            outcome.say("waits_no_more", told, peer.source, user=name)
         elif peer.user is None:
             outcome.say("refused", f"a client was refused: {reason}", peer.source)
         else:
@@ -242,10 +245,19 @@ class Lobby:
                     self.reception.come(peer, session, now, to_wall, outcome)
                 case Watch():
                     self.reception.watch(peer, event, now, to_wall, outcome)
+                case SetName():
+                    self._rename(peer, event, now, outcome)
                 case SetLaw() if peer.user is not None:
                     self._set_law(peer, peer.user, event)
                 case _:
                     pass
+
+    def _rename(self, peer: Peer, wish: SetName, now: float, outcome: Outcome) -> None:
+        room, waiting = self.room, self.reception.waiting
+        try:
+            rename(room, waiting, self.entrance, self.peers, peer, wish, now, outcome)
+        except ProtocolError as error:
+            peer.session.fail(error)
 
     def _set_law(self, peer: Peer, user: int, change: SetLaw) -> None:
         try:

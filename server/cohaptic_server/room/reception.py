@@ -11,6 +11,7 @@ from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.moderation import administers, tell_put_out, tell_restraints
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
+from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.waiting import Waiting
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
@@ -58,16 +59,21 @@ class Reception:
         """
         try:
             session_token = self.entrance.enter(peer, hello, now, to_wall)
+            claim = Claim(hello.key, peer.source, peer.guest.session)
+            self.waiting.check_name(hello.name, claim)
             try:
                 joined = self.room.join(hello, now, peer.source, peer.guest)
             except ProtocolError as error:
                 if error.code is not CloseCode.ROOM_FULL or not hello.wait:
                     raise
-                self.waiting.enter(peer, session, hello, outcome)
+                self.waiting.enter(peer, session, hello, session_token, now, outcome)
+                self.entrance.begin(peer, now, to_wall)
                 return
         except ProtocolError as error:
             session.fail(error)
             return
+        self.entrance.begin(peer, now, to_wall)
+        self.waiting.take_in(hello.name, outcome)
         self._seat(peer, session, hello, joined, to_wall, session_token, outcome)
 
     def come(
@@ -123,6 +129,7 @@ class Reception:
         try:
             session_token = self.entrance.enter(peer, watch, now, to_wall)
             self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
+            self.entrance.begin(peer, now, to_wall)
             if self.room.restrains:
                 watcher.send(self.room.restraints)
             if administers(peer):

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from pydantic import TypeAdapter, ValidationError
+
+from cohaptic.protocol.control.message import Name
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.denied import forbidden
 from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Removal
 
+_NAME: TypeAdapter[str] = TypeAdapter(Name)
 KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why
 
 
@@ -83,8 +87,13 @@ class Removed:
         return True
 
     def names(self, now: float) -> tuple[str, ...]:
-        """By which those touched who may not come back yet, each once, the newest last."""
-        return tuple(dict.fromkeys(one.name for one, until in self._removals if until > now))
+        """By which those touched who may not come back yet, each once, the newest last.
+
+        What is no name is left out: a journal may have it of another version, or of a person's own
+        hand, and nothing could carry it.
+        """
+        names = (one.name for one, until in self._removals if until > now)
+        return tuple(dict.fromkeys(name for name in names if _is_name(name)))
 
     def _add(self, removal: Removal, until: float, now: float) -> None:
         counting = [one for one in self._removals if one[1] > now]
@@ -109,6 +118,14 @@ class Removed:
                     raise forbidden("you were banned from this room")
                 wait = f"you may come back in {until - now:.0f} s"
                 raise forbidden("you were put out of this room", wait)
+
+
+def _is_name(text: str) -> bool:
+    try:
+        _NAME.validate_python(text)
+    except ValidationError:
+        return False
+    return True
 
 
 def _is_same(one: Removal, guest: Guest, name: str, source: str) -> bool:

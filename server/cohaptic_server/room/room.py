@@ -60,6 +60,7 @@ class Room:
         seats, watch_seats: Of users, and of watchers.
         queue: Who waits for a seat.
         muted: Whom an administrator has muted.
+        kept: Names of those whose connections were lost.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -78,7 +79,7 @@ class Room:
         self.queue = WaitQueue(settings.max_waiting, settings.limits.waiting)
         self.watch_seats = Seating(settings.max_watchers, "watchers")
         self.muted = Muted()
-        self._kept = KeptNames()
+        self.kept = KeptNames()
         self.frozen = False
         self.left_alone: float | None = None
         self.force_budget: float | None = None
@@ -118,18 +119,18 @@ class Room:
         claim = Claim(hello.key, source, guest.session)
         own = False
         if holder is None:
-            self._kept.check(hello.name, claim, now)
-            own = self._kept.has_seat(hello.name, now)
+            self.kept.check(hello.name, claim, now)
+            own = self.kept.has_seat(hello.name, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
             names = ", ".join(sorted(m.hello.name for m in self.members.values()))
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
         if holder is None:
-            kept = self._kept.seats(now) - own
+            kept = self.kept.seats(now) - own
             promised = self.queue.called if own or called else len(self.queue)
             self.seats.check(len(self.members), kept, promised)
-            self._kept.forget(hello.name)
+            self.kept.forget(hello.name)
         else:
             self.leave(holder.user)
         user = self.next_user
@@ -219,16 +220,16 @@ class Room:
             return None
         if lost is not None:
             since = member.joined if seat else None
-            self._kept.keep(member.hello.name, member.claim, lost, since=since)
+            self.kept.keep(member.hello.name, member.claim, lost, since=since)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def seated(self, now: float) -> int:
         """How many seats are taken: of users, of those who may be about to come back or come in."""
-        return len(self.members) + self._kept.seats(now) + self.queue.called
+        return len(self.members) + self.kept.seats(now) + self.queue.called
 
     def call(self, now: float) -> tuple[int, ...]:
         """Keep seats that are free for those who wait; returns who is called."""
-        taken = len(self.members) + self._kept.seats(now)
+        taken = len(self.members) + self.kept.seats(now)
         self.queue, called = self.queue.call(self.seats.limit - taken, now)
         return called
 

@@ -19,15 +19,8 @@ from enum import Enum
 from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import ControlMessage
-from cohaptic.protocol.messages import (
-    Bye,
-    Come,
-    Error,
-    Hello,
-    SetLaw,
-    Welcome,
-    encode_control,
-)
+from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.messages import Bye, Come, Error, Hello, SetLaw, Welcome, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
@@ -46,14 +39,14 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Hello | Watch | Come | SetLaw | ContactSample | Bye
+Event = Hello | Watch | Come | SetName | SetLaw | ContactSample | Bye
 
 # Messages that a client may send in each state; all others violate the protocol.
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_HELLO: (Hello, Watch),
     State.GREETED: (),
-    State.QUEUED: (Come, Bye),
-    State.JOINED: (ContactSample, SetLaw, Bye),
+    State.QUEUED: (Come, SetName, Bye),
+    State.JOINED: (ContactSample, SetName, SetLaw, Bye),
     State.WATCHES: (),
     State.CLOSED: (),
 }

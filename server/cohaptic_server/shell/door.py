@@ -24,6 +24,16 @@ _REFUSED_AT_ONCE = 32
 # records. A download over 250 ms of round trip then still has 0.25 to 0.5 MB/s; without a bound
 # the kernel keeps 4 MB and more for one who does not read.
 KERNEL_BUFFER = 64 * 1024
+# Nothing is sent there: the system says from which address it would. The first stands for the rest
+# of the world, the others for networks that are not its way there (RFC 5737, 1918, 3849).
+_TARGETS = (
+    (socket.AF_INET, "192.0.2.1"),
+    (socket.AF_INET, "192.168.255.254"),
+    (socket.AF_INET, "10.255.255.254"),
+    (socket.AF_INET, "172.31.255.254"),
+    (socket.AF_INET6, "2001:db8::1"),
+)
+_PORT = 9
 
 
 class Door(socket.socket):
@@ -148,3 +158,16 @@ def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) ->
         connection.send(head.encode() + text)
         connection.shutdown(socket.SHUT_WR)
     connection.close()
+
+
+def machine_addresses() -> tuple[str, ...]:
+    """Each once, the one on the way to the world first; none without a network."""
+    found: list[str] = []
+    for family, target in _TARGETS:
+        try:
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect((target, _PORT))
+                found.append(str(probe.getsockname()[0]))
+        except OSError:
+            continue  # no such network here
+    return tuple(dict.fromkeys(found))

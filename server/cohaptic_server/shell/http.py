@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -21,6 +22,7 @@ from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
 from cohaptic_server.http.page_files import load_page
+from cohaptic_server.http.reachable import PATH, hosts_for_others
 from cohaptic_server.http.routes import (
     Answer,
     BlockNeeded,
@@ -28,9 +30,11 @@ from cohaptic_server.http.routes import (
     Site,
     green_block,
     moved,
+    page,
     text,
 )
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.door import machine_addresses
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.shell.wire import Wire
@@ -148,6 +152,9 @@ class Web:
                 query = request.path.partition("?")[1:]
                 return response(moved(plain_request, f"{room}/{''.join(query)}"))
             plain_request = replace(plain_request, target=path)
+        if plain_request.target == PATH and self._is_of_this_machine(connection, request):
+            body = json.dumps({"hosts": self._hosts_for_others()}).encode()
+            return response(page(plain_request, "application/json", body))
         # The library waits this long for the peer to take the whole response.
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
@@ -159,6 +166,21 @@ class Web:
             gone = block is None and self._site.answer(plain_request, ticking=ticking)
             answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
         return self._counted(connection, plain_request, answer)
+
+    def _hosts_for_others(self) -> tuple[str, ...]:
+        settings = self._settings
+        # Asked for each time: a machine that travels has another address.
+        return hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
+
+    def _is_of_this_machine(self, connection: Wire, request: HttpRequest) -> bool:
+        """Whether it is the server's own page, on the machine of the server."""
+        origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
+        return may_upload(
+            origins[0] if origins else None,
+            hosts[0] if len(hosts) == 1 else None,
+            connection.source,
+            allowed=(),
+        )
 
     def _refuse_upload(
         self,

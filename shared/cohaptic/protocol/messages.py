@@ -1,7 +1,7 @@
 """Handshake and control messages: rare, as JSON text; events in order, never dropped.
 
-client -> server    hello, come, set_law, bye
-server -> client    place, called, welcome, user_joined, user_left, restraints, error
+client -> server    hello, come, set_name, set_law, bye
+server -> client    place, called, welcome, named, user_joined, user_left, restraints, error
 
 The further messages of a connection that only watches are in `watch_messages.py`.
 """
@@ -20,6 +20,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
 from cohaptic.protocol.control.capabilities import Capabilities
 from cohaptic.protocol.control.message import SECRETS, ControlMessage, Name, WithSecrets
+from cohaptic.protocol.control.naming import Named, SetName
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
@@ -159,12 +160,20 @@ class Welcome(WithSecrets):
     session: Token | None = Field(default=None, repr=False)
 
 
-class Place(ControlMessage):
-    """Where a client is among those who wait for a seat, from 1; at each change."""
+class Place(WithSecrets):
+    """Where a client is among those who wait for a seat: at each change, and every 2 s.
+
+    Args:
+        place: From 1.
+        of: How many wait.
+        session: As in a welcome, with the first: an invitation may be good for one connection,
+            and who loses this one wants to come back. Not on the wire where there is none.
+    """
 
     type: Literal["place"] = "place"
     place: int = Field(ge=1)
     of: int = Field(ge=1)
+    session: Token | None = Field(default=None, repr=False)
 
 
 class Called(ControlMessage):
@@ -175,7 +184,7 @@ class Called(ControlMessage):
 
 
 class UserJoined(ControlMessage):
-    """Another user has joined."""
+    """Another user has joined, or goes by another name from now on."""
 
     type: Literal["user_joined"] = "user_joined"
     user: int
@@ -212,8 +221,8 @@ class Error(ControlMessage):
     message: str
 
 
-ClientControl = Hello | Come | SetLaw | Bye
-ServerControl = Place | Called | Welcome | UserJoined | UserLeft | Restraints | Error
+ClientControl = Hello | Come | SetName | SetLaw | Bye
+ServerControl = Place | Called | Welcome | Named | UserJoined | UserLeft | Restraints | Error
 
 _CLIENT: TypeAdapter[ClientControl] = TypeAdapter(
     Annotated[ClientControl, Field(discriminator="type")]

@@ -15,6 +15,7 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter
 
 from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
+from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
@@ -201,7 +202,7 @@ class PutOut(ControlMessage):
     names: Annotated[tuple[Name, ...], Field(max_length=MOST_PUT_OUT)]
 
 
-ClientMessage = Hello | Come | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
+ClientMessage = Hello | Come | SetName | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
 WatchControl = Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | PutOut | Error
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(

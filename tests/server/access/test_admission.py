@@ -45,6 +45,7 @@ def test_one_who_may_not_join_is_refused() -> None:
 def test_a_session_comes_back_when_its_invitation_has_ended_or_was_for_one_time() -> None:
     door = admission(single_use=True)
     guest = door.admit(token(), "main", NOW)
+    door.begin(guest, NOW)
     session = door.session_token(guest, NOW)
     assert session is not None
     with pytest.raises(Denied, match="used before"):
@@ -95,4 +96,8 @@ def test_a_token_for_one_time_is_not_used_up_by_one_who_may_not_come_in() -> Non
     door = admission(single_use=True)
     with pytest.raises(Denied, match="this is other"):
         door.admit(token(), "other", NOW)
+    # Nor by one for whom there was no seat.
     assert door.admit(token(), "main", NOW).sub == "anna"
+    door.begin(door.admit(token(), "main", NOW), NOW)
+    with pytest.raises(Denied, match="used before"):
+        door.admit(token(), "main", NOW)

@@ -7,7 +7,15 @@ from typing import Any
 import pytest
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol.messages import Error, Hello, Welcome, decode_server_control, encode_control
+from cohaptic.protocol.messages import (
+    Come,
+    Error,
+    Hello,
+    Place,
+    Welcome,
+    decode_server_control,
+    encode_control,
+)
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import SetLatency, Watch, Watching, decode_watch_control
 from cohaptic_server.access.admission import Admission
@@ -36,7 +44,10 @@ def lobby(body: Balloon, door: Admission | None = None, **settings: Any) -> Lobb
 
 
 def say(
-    there: Lobby, said: Hello | Watch | SetLatency, peer: Peer | None = None, source: str = ""
+    there: Lobby,
+    said: Hello | Come | Watch | SetLatency,
+    peer: Peer | None = None,
+    source: str = "",
 ) -> Peer:
     """What somebody says first, or next."""
     if peer is None:
@@ -56,6 +67,12 @@ def watch(**said: Any) -> Watch:
 def welcome(peer: Peer) -> Welcome:
     message = decode_server_control(str(peer.session.take(clear=True)[0]))
     assert isinstance(message, Welcome)
+    return message
+
+
+def place(peer: Peer) -> Place:
+    (message,) = [decode_server_control(str(data)) for data in peer.session.take(clear=True)]
+    assert isinstance(message, Place)
     return message
 
 
@@ -175,6 +192,41 @@ def test_watch_and_touch_of_a_page_are_one_session_with_a_token_for_one_time(
     toucher = say(there, hello(token=session))
     assert toucher.guest == watcher.guest
     assert "used before" in refused(say(there, watch(token=token())), CloseCode.UNAUTHENTICATED)
+
+
+def test_a_full_room_uses_up_no_token_for_one_time(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    user = say(there, hello("first", token=token(jti="first")))
+    refused(say(there, hello(token=token())), CloseCode.ROOM_FULL)
+    refused(say(there, hello("first", token=token())), CloseCode.NAME_TAKEN)
+    there.disconnect(user, "bye")
+    welcome(say(there, hello(token=token())))
+
+
+def test_who_drops_out_of_the_queue_comes_back_with_a_token_for_one_time(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    user = say(there, hello("first", token=token(jti="first")))
+    waiting = say(there, hello(token=token(), wait=True))
+    there.serve(0.0)
+    first = place(waiting)
+    assert first.session is not None
+    assert first.session not in repr(first)
+    # Told once: a place is news, the session is none.
+    second = say(there, hello("second", token=token(jti="second"), wait=True))
+    there.serve(0.0)
+    assert (place(waiting).session, place(second).place) == (None, 2)
+    there.disconnect(waiting, "")
+    refused(say(there, hello(token=token(), wait=True)), CloseCode.UNAUTHENTICATED)
+    again = say(there, hello(token=first.session, wait=True))
+    assert again.guest.session == waiting.guest.session
+    there.disconnect(second, "")
+    there.disconnect(user, "bye")
+    there.serve(0.1)
+    say(there, Come(), again)
+    messages = [decode_server_control(str(data)) for data in again.session.take(clear=True)]
+    assert isinstance(messages[-1], Welcome)
 
 
 def test_a_key_that_was_taken_out_lets_nobody_in_and_puts_nobody_out(

@@ -116,6 +116,22 @@ def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> 
     welcome(say(after, hello("honest", token=token(jti="honest"))))
 
 
+def test_a_name_of_the_journal_that_is_none_is_not_told(small_balloon: Balloon) -> None:
+    """Of another version, or written by hand: an administrator watches all the same."""
+    there = lobby(small_balloon)
+    for name in ("x" * 33, "", "two\nlines", "left"):
+        line = encode(
+            Removal(session="s", invitation="i", name=name, source="", at=0.0, until=None)
+        )
+        record = decode(line)
+        assert record is not None
+        there.entrance.recall([record], 0.0, NOW)
+    assert len(there.entrance.removed) == 4
+    admin = say(there, watch(token=token(ADMIN, jti="admin")))
+    messages = [_decode(str(data)) for data in admin.session.take(clear=True)]
+    assert messages[1:] == [PutOut(names=("left",))]
+
+
 def test_who_was_banned_may_come_back_once_an_administrator_says_so(
     small_balloon: Balloon,
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import http.client
+import json
 import threading
 from urllib.parse import urlsplit
 
@@ -102,3 +103,24 @@ def test_each_request_is_answered_though_the_body_is_another(small_balloon: Ball
             assert "there is no such model here" in await second
 
     asyncio.run(happen())
+
+
+@pytest.mark.parametrize("listens_on", ["127.0.0.1", "0.0.0.0"])
+def test_only_this_machines_own_page_hears_where_others_reach_the_server(
+    small_balloon: Balloon, listens_on: str
+) -> None:
+    async def ask(headers: dict[str, str]) -> tuple[int, str]:
+        async with asyncio.timeout(PATIENCE):
+            async with serving(
+                small_balloon, host=listens_on, allow_hosts=("lab.example",)
+            ) as served:
+                return await asyncio.to_thread(status, served.url, "/v1/hosts", headers)
+
+    code, answer = asyncio.run(ask({"Host": "localhost:8765"}))
+    hosts = json.loads(answer)["hosts"]
+    if listens_on == "127.0.0.1":
+        assert (code, hosts) == (200, [])
+    else:
+        assert (code, hosts[0]) == (200, "lab.example")
+        assert not {"0.0.0.0", "127.0.0.1"} & set(hosts)
+    assert asyncio.run(ask({"Host": "lab.example:8765"}))[0] == 404

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cohaptic.control.law import Law
+from cohaptic.protocol.control.naming import Named, SetName
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
@@ -39,7 +40,10 @@ CONTROL: dict[str, Any] = {
     ),
     "come": Come(),
     "place": Place(place=2, of=3),
+    "place with a session": Place(place=3, of=3, session="eyJh.eyJz.c2Vz"),
     "called": Called(within=5.0),
+    "set_name": SetName(name="far left"),
+    "named": Named(name="left", reason="name is 'up'; expected one that is free"),
     "set_law": SetLaw(law=Law.PI),
     "bye": Bye(),
     "welcome": Welcome.model_validate(

@@ -13,13 +13,8 @@ import pytest
 
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.messages import (
-    Bye,
-    Come,
-    Hello,
-    SetLaw,
-    decode_server_control,
-)
+from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.messages import Bye, Come, Hello, SetLaw, decode_server_control
 from cohaptic.protocol.patch import (
     Patch,
 )
@@ -118,7 +113,8 @@ def test_the_written_control_messages_are_those_we_send_and_understand() -> None
 
 def decoder(message: object) -> Callable[[str], object]:
     """Who reads a message of this type."""
-    if isinstance(message, Hello | Come | SetLaw | Bye | Watch | SetView | SetLatency | Moderate):
+    from_client = Hello | Come | SetName | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
+    if isinstance(message, from_client):
         return decode_client_message
     return (
         decode_watch_control

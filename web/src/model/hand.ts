@@ -54,6 +54,8 @@ export interface TouchState {
   /** Number and name in the room; 0 before the welcome. */
   readonly user: number;
   readonly name: string;
+  /** Why it does not go by the name that was asked for last; empty for no reason. */
+  readonly name_refused: string;
   /** Time of the report on the page's clock [s]. */
   readonly t: number;
   /** Cursor: the target position of the hand [m]. */
@@ -112,6 +114,8 @@ export interface TouchHandle {
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
   setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;
+  /** Go by another name, without leaving; where it cannot be had, the state says why. */
+  setName(name: string): void;
   /** Set mu. Between zero and above zero the hand leaves the room for a moment, since the hello announces friction. */
   setFriction(mu: number): void;
   /** Notifies of each report. */

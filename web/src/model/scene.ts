@@ -127,7 +127,7 @@ export interface WatchStatus {
 /** An event in the room, for people. */
 export interface RoomEvent {
   readonly at: number;
-  readonly kind: "joined" | "left" | "latency" | "restraint" | "error";
+  readonly kind: "joined" | "left" | "renamed" | "latency" | "restraint" | "error";
   readonly user: number;
   readonly name: string;
   /** The reason, or the values, as text. */

@@ -10,6 +10,8 @@ export function spoken(event: RoomEvent): string {
       return `${who} touches the object.`;
     case "left":
       return `${who} has left.`;
+    case "renamed":
+      return `${who} ${event.detail}`;
     case "error":
       return event.detail;
     case "restraint":

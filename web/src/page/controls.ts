@@ -1,6 +1,6 @@
 /** Pointers and keys: translates their events into actions of the page. */
 
-import type { HelpPlace } from "../ui/help_place";
+import type { LazyDialog } from "../ui/lazy_dialog";
 import { actionOf, type KeyAction } from "../ui/keyboard";
 import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
@@ -17,8 +17,7 @@ export interface PageActions {
   readonly stage: Stage | null;
   readonly own: OwnHand;
   readonly tour: Pick<Tour, "running" | "yield">;
-  readonly help: HelpPlace;
-  readonly upload: { readonly dialog: { readonly root: HTMLDialogElement } };
+  readonly help: LazyDialog;
   /** Press where a ray meets the object, and come into the room for that; false where there is nothing to press. */
   press(origin: Vec3, direction: Vec3): boolean;
   /** Bring the visitor's hand into the room, or take it out. */
@@ -36,7 +35,8 @@ export function attachKeys(page: PageActions): void {
     const target = event.target instanceof HTMLElement ? event.target : null;
     const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
-    if (action === null || page.upload.dialog.root.open || (page.help.open && action !== "help")) return;
+    const dialog = document.querySelector("dialog[open]") !== null;
+    if (action === null || (dialog && !(page.help.open && action === "help"))) return;
     if (event.repeat && action === "press") {
       event.preventDefault();
       return;

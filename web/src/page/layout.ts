@@ -13,6 +13,7 @@ export interface Parts {
   readonly ghost: HTMLElement;
   readonly help: HTMLElement;
   readonly upload: HTMLElement;
+  readonly share: HTMLElement;
 }
 
 export interface Layout {
@@ -46,7 +47,7 @@ export function layOut(parts: Parts): Layout {
     parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, parts.help, parts.upload, live);
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share), live);
   return { root, host, live };
 }
 

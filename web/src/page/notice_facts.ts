@@ -22,6 +22,7 @@ export function noticeFacts(
     letGo: page.letGo,
     touch: own !== null && own.phase !== "joined" ? own.reason : "",
     touchCode: own?.code ?? 0,
+    nameRefused: own?.phase === "closed" ? "" : (own?.name_refused ?? ""),
     muted: own?.phase === "joined" && store.restraints.muted.includes(own.user),
     frozen: own?.phase === "joined" && store.restraints.frozen,
   };

@@ -124,6 +124,11 @@ export class OwnHand {
     if (law !== "paper") this.handle?.setLaw(wire, null);
   }
 
+  /** Seat, force and place in the queue stay. */
+  rename(name: string): void {
+    this.handle?.setName(name);
+  }
+
   setFriction(mu: number): void {
     this.friction = mu;
     this.handle?.setFriction(mu);

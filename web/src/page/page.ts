@@ -4,7 +4,7 @@ import { socketUrl } from "../address";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
-import { HelpPlace } from "../ui/help_place";
+import { LazyDialog } from "../ui/lazy_dialog";
 import { Ghost } from "../ui/ghost";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
@@ -28,7 +28,7 @@ import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
 import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
-import { UploadDesk } from "./upload_desk";
+import { UploadPlace } from "./upload_place";
 
 const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
@@ -41,6 +41,8 @@ export interface PageSettings {
   readonly startTouch: StartTouch;
   /** Have ready what the first touch needs, once there is something to touch. */
   readonly prepareTouch: () => void;
+  /** Whether this visitor came by an invitation: so must others. */
+  readonly invited: () => boolean;
 }
 
 export class Page {
@@ -49,9 +51,9 @@ export class Page {
   readonly own: OwnHand;
   readonly tour: Tour;
   readonly dock: Dock;
-  readonly help = new HelpPlace();
+  readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
   private readonly ghost = new Ghost();
-  readonly upload: UploadDesk;
+  readonly upload: UploadPlace;
   readonly panel: Panel;
   /** Null until the graphics are there, and without WebGL: everything else goes on. */
   stage: Stage | null = null;
@@ -76,21 +78,23 @@ export class Page {
   private written = 0;
   private did: TouchState["doing"] | undefined;
   private letGo = false;
-  private wish = false;
+  private wish: "touch" | "wait" | null = null;
   private seen = false;
+  private pressed = false;
   private live = false;
 
-  constructor({ address, openStore, startTouch, prepareTouch }: PageSettings) {
+  constructor({ address, openStore, startTouch, prepareTouch, invited }: PageSettings) {
     this.address = address;
     this.prepareTouch = prepareTouch;
     // The largest part of the page; socket, words and buttons are there before it.
     const graphics = import("../view/scene_view");
     this.store = openStore();
     this.own = new OwnHand(startTouch);
-    this.upload = new UploadDesk(address);
+    this.upload = new UploadPlace(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); });
+    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); });
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.name, {
       touch: (on) => { this.touch(on); },
@@ -124,7 +128,7 @@ export class Page {
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.dialog.root,
+      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.root, share: share.root,
     });
     this.root = layout.root;
     this.host = layout.host;
@@ -175,14 +179,14 @@ export class Page {
       this.touch(true);
     }
     const pressed = this.own.press(origin, direction, performance.now() / 1000);
-    if (pressed) this.ghost.learned();
+    this.pressed ||= pressed;
     return pressed;
   }
 
   /** @param wait For a place, where the room is full. */
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
-    this.wish = on && this.store.info === null;
+    this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
     if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
     else this.own.stop();
     if (!on) this.rumble.still();
@@ -210,16 +214,21 @@ export class Page {
   private rename(text: string): void {
     this.name = usableName(text, this.name);
     keep(NAME, this.name);
-    if (this.own.handle === null) return;
-    // A name is said on the way in.
-    this.own.stop();
-    this.touch(true);
+    this.own.rename(this.name);
+  }
+
+  /** The name that the room knows, where it did not give the one that was asked for. */
+  private takeName({ name, name_refused }: TouchState): void {
+    if (name_refused === "" || name === this.name) return;
+    this.name = name;
+    keep(NAME, name);
+    this.dock.setName(name);
   }
 
   private body(): void {
     this.sceneView?.setBody(this.store.mesh, this.store.info);
     this.own.setBody(this.store.mesh, this.store.info);
-    if (this.wish && this.store.info !== null) this.touch(true);
+    if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
     if (this.store.mesh !== null) this.prepareTouch();
     this.upload.allow(this.store.info?.allow_upload === true);
     this.dock.allowTouch(this.store.info?.can_touch !== false);
@@ -264,6 +273,7 @@ export class Page {
     this.root.classList.toggle("stale", this.seen && !this.live);
     const own = this.own.state;
     this.did = own?.doing;
+    if (own !== null) this.takeName(own);
     this.own.tidy();
     this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
     this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
@@ -273,7 +283,9 @@ export class Page {
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint());
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
-    this.ghost.show(this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
+    // Who pressed before a full room has learned nothing yet.
+    if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
+    this.ghost.show(!this.own.pressing && this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
     this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));

@@ -29,6 +29,11 @@ export class Partner {
     return this.handle?.state?.user ?? 0;
   }
 
+  /** Whether it is in the room, or on the way. */
+  get coming(): boolean {
+    return this.handle !== null;
+  }
+
   /** @param towards From the middle of the body. */
   come(url: string, names: readonly string[], mesh: RestMesh, info: WatchInfo, towards: Vec3): void {
     if (this.handle !== null) return;

@@ -4,6 +4,7 @@ import type { TouchState } from "../model/hand";
 import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
 import { norm, sub, unit, type Vec3 } from "../model/vec";
 import { TourCard } from "../tour/card";
+import { Delays } from "../tour/delays";
 import {
   type Action,
   type Facts,
@@ -59,7 +60,7 @@ export class TourRunner {
   private state: TourState | null = null;
   private readonly hands: Hands;
   private touched = false;
-  private delayed = false;
+  private delays = new Delays();
   private direction: Vec3 | null = null;
   /** ContactForce again until the hand is there to press. */
   private pressing: number | null = null;
@@ -107,6 +108,7 @@ export class TourRunner {
       this.pressing = null;
     }
     this.bring();
+    this.delay();
     if (this.wantsRehearsal && this.heardOcean() && this.measured.rehearse(this.hands.view(), own, this.hands.store().info?.simulation_period ?? 1 / 60)) {
       this.wantsRehearsal = false;
     }
@@ -134,7 +136,7 @@ export class TourRunner {
 
   /** Whether the delays that the tour asked for are in the loops that it measures. */
   private heardOcean(): boolean {
-    if (!this.delayed) return true;
+    if (this.delays.wanted === 0) return true;
     const hands = [this.hands.own.state?.user ?? 0, this.partner.user];
     const users = this.hands.view()?.users.filter(({ user }) => user > 0 && hands.includes(user)) ?? [];
     return users.every(({ loop_delay }) => loop_delay > 1.8 * OCEAN);
@@ -168,7 +170,8 @@ export class TourRunner {
     this.partner.leave();
     this.trace.root.hidden = true;
     this.card.update(STEPS, null, null, 0);
-    this.delay(0);
+    this.delays.wanted = 0;
+    this.delay();
     this.hands.law("predictive");
     this.hands.measure("coupled");
     this.hands.own.release();
@@ -201,7 +204,8 @@ export class TourRunner {
         this.hands.law(action.law);
         break;
       case "delay":
-        this.delay(action.delay);
+        this.delays.wanted = action.delay;
+        this.delay();
         break;
       case "measure":
         this.hands.measure(action.by);
@@ -215,11 +219,12 @@ export class TourRunner {
     }
   }
 
-  private delay(delay: number): void {
-    const user = this.hands.own.state?.user ?? 0;
-    if (user === 0 || (delay === 0 && !this.delayed)) return;
-    this.delayed = delay > 0;
-    for (const hand of [user, this.partner.user]) if (hand > 0) this.hands.store().setLatency(hand, { delay, jitter: 0 });
+  /** Ask for the delay of each hand of the tour that has another one: one of them may come later than the wish. */
+  private delay(): void {
+    if (this.hands.store().status.phase !== "watching") return; // it would be lost
+    for (const { user, delay } of this.delays.due([this.hands.own.state?.user ?? 0, this.partner.user])) {
+      this.hands.store().setLatency(user, { delay, jitter: 0 });
+    }
   }
 
   private look(at: "stage" | "hand" | "plots" | "area" | "room"): void {
@@ -251,6 +256,7 @@ export class TourRunner {
     const mine = users.find((user) => user.user === own?.user);
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
+      coming: (this.wantsPartner && this.hands.own.handle !== null) || this.partner.coming,
       allowLatency: store.info?.allow_latency === true,
       allowFixedGains: store.info?.allow_fixed_gains === true,
       touching: own?.phase === "joined",

@@ -1,8 +1,8 @@
 /**
  * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
  *
- * client -> server    hello, come, set_law, bye; a watcher: watch, set_view, set_latency, moderate
- * server -> client    place, called, welcome, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated, put_out
+ * client -> server    hello, come, set_name, set_law, bye; a watcher: watch, set_view, set_latency, moderate
+ * server -> client    place, called, welcome, named, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated, put_out
  */
 
 import type { BodyInfo } from "../model/body";
@@ -61,6 +61,7 @@ export type ClientControl =
       readonly wait?: true;
     }
   | { readonly type: "come" }
+  | { readonly type: "set_name"; readonly name: string }
   | { readonly type: "set_law"; readonly law: LawName; readonly fixed_gains: FixedGains | null }
   | { readonly type: "bye" }
   | {
@@ -107,8 +108,9 @@ export interface Watching {
 export type ServerControl =
   | Welcome
   | Watching
-  | { readonly type: "place"; readonly place: number; readonly of: number }
+  | { readonly type: "place"; readonly place: number; readonly of: number; readonly session?: string }
   | { readonly type: "called"; readonly within: number }
+  | { readonly type: "named"; readonly name: string; readonly reason: string }
   | { readonly type: "user_joined"; readonly user: number; readonly name: string }
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number }
@@ -137,8 +139,9 @@ export function decodeServerControl(said: string): ServerControl {
 const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map([
   ["welcome", welcome],
   ["watching", watching],
-  ["place", (f: Fields): ServerControl => ({ type: "place", place: integer(f, "place"), of: integer(f, "of") })],
+  ["place", (f: Fields): ServerControl => ({ type: "place", place: integer(f, "place"), of: integer(f, "of"), ...session(f) })],
   ["called", (f: Fields): ServerControl => ({ type: "called", within: positive(f, "within", MAX_TURN) })],
+  ["named", (f: Fields): ServerControl => ({ type: "named", name: text(f, "name"), reason: text(f, "reason") })],
   ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name") })],
   [
     "user_left",

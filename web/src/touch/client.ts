@@ -18,6 +18,7 @@ const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
 const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
+const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: who waits for a seat hears its place every two seconds, behind a slow line later
 const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
@@ -34,6 +35,7 @@ export interface World {
 export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: WebSocket | null = null;
+  private former: WebSocket | null = null; // holds the seat until the new connection has it
   private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
@@ -62,6 +64,9 @@ export class TouchClient {
       case "law":
         this.engine.setLaw(message.law, message.fixed);
         break;
+      case "name":
+        this.engine.setName(message.name);
+        break;
       case "friction":
         this.engine.setFriction(message.mu);
         break;
@@ -75,7 +80,8 @@ export class TouchClient {
     if (this.ended) return;
     const now = this.world.now();
     this.run(now);
-    if (this.socket !== null && now - this.heard_at > GIVEN_UP) this.lost(this.socket, ABNORMAL, "the server does not answer");
+    const patience = this.connection.phase === "joined" ? GIVEN_UP : GIVEN_UP_OUTSIDE;
+    if (this.socket !== null && now - this.heard_at > patience) this.lost(this.socket, ABNORMAL, "the server does not answer");
     if (now >= this.ends_at || (this.ends_at < Infinity && this.engine.free)) {
       this.end("");
       return;
@@ -91,19 +97,34 @@ export class TouchClient {
 
   private run(now: number): void {
     this.joinAnew();
-    const law = this.engine.lawRequest();
-    if (law !== null) this.socket?.send(law);
+    for (const request of [this.engine.nameRequest(), this.engine.lawRequest()]) {
+      if (request !== null) this.socket?.send(request);
+    }
     const sample = this.engine.advance(now);
     // Newest wins: the next sample is one period away.
     if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);
   }
 
-  /** Friction is asked for in the hello: a hand that wants it now, or no longer, leaves and comes in again. */
+  /**
+   * Friction is asked for in the hello: a hand that wants it now, or no longer, comes in again. With a secret the new
+   * connection takes the old one's seat, which might be somebody else's after a goodbye.
+   */
   private joinAnew(): void {
     const bye = this.engine.toJoinAnew();
     if (bye === null || this.socket === null) return;
-    this.socket.send(bye);
-    this.leaves = true;
+    if (this.settings.key === undefined) {
+      this.socket.send(bye);
+      this.leaves = true;
+    } else {
+      this.former ??= this.socket;
+      this.connect();
+    }
+  }
+
+  /** The server has let go of the connection before this one, or is to do so. */
+  private leaveFormer(): void {
+    this.former?.close(NORMAL);
+    this.former = null;
   }
 
   private tell(now: number): void {
@@ -141,7 +162,8 @@ export class TouchClient {
     try {
       const answer = this.engine.hear(data, now);
       if (answer !== null) socket.send(answer);
-      if (typeof data === "string" && !this.engine.waits) this.connection = { phase: "joined", reason: "", code: 0 };
+      if (typeof data === "string" && !this.engine.waits) this.leaveFormer();
+      if (typeof data === "string") this.connection = { phase: this.engine.waits ? "connecting" : "joined", reason: "", code: 0 };
     } catch (error) {
       if (error instanceof Refused) this.refused(socket, error);
       else if (error instanceof AnotherObject) this.comeBack(socket);
@@ -206,6 +228,7 @@ export class TouchClient {
     const now = this.world.now();
     const socket = this.socket;
     this.socket = null;
+    this.leaveFormer();
     if (socket?.readyState === OPEN) {
       for (const message of this.engine.farewell(now)) socket.send(message);
     }

@@ -67,7 +67,7 @@ export class TouchEngine {
   ) {
     this.cursor = initial.target;
     this.hand = initial.hand;
-    this.requests = new Requests(initial.law, initial.friction);
+    this.requests = new Requests(initial.name, initial.law, initial.friction);
     this.device = restAt(initial.target);
     this.schedule = { next: now, missed: 0 };
     this.reported_at = now;
@@ -134,6 +134,11 @@ export class TouchEngine {
       if (seq === 0 || this.pacer === null) return null;
       this.pacer = reported(this.pacer, t_client, sample_wait, WORKER_WAIT);
       this.timing = measured(this.timing, event.patch, now);
+    } else if (event.type === "place") {
+      this.token = event.session ?? this.token;
+    } else if (event.type === "named") {
+      this.requests.named(event.name, event.reason);
+      if (this.welcome !== null) this.welcome = { ...this.welcome, name: event.name };
     } else if (event.type === "called") {
       if (!this.leaving) return encodeControl({ type: "come" });
     } else if (event.type === "welcome") {
@@ -158,6 +163,10 @@ export class TouchEngine {
     if (this.settings !== null) this.settings = { ...this.settings, follow: fixed === null };
   }
 
+  setName(name: string): void {
+    this.requests.setName(name);
+  }
+
   setFriction(mu: number): void {
     this.requests.mu = mu;
   }
@@ -175,6 +184,11 @@ export class TouchEngine {
   /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
   lawRequest(): string | null {
     return this.pacer === null ? null : this.requests.lawRequest();
+  }
+
+  /** The name that the user wants, when the server knows this hand by another; null else, and where it does not know it at all. */
+  nameRequest(): string | null {
+    return this.pacer === null && !this.waits ? null : this.requests.nameRequest();
   }
 
   /** From now on the server counts as silent: the force fades before the end. */
@@ -210,23 +224,14 @@ export class TouchEngine {
   report(now: number, connection: Connection): TouchState {
     const seconds = now - this.reported_at;
     const state = reportOf({
-      connection,
-      settings: this.asked,
-      welcome: this.welcome,
-      place: this.session.place,
-      loop: this.loop,
-      output: this.output,
-      cursor: this.cursor,
-      timing: this.timing,
-      leaving: this.leaving,
+      connection, settings: this.asked, welcome: this.welcome, place: this.session.place, name_refused: this.requests.nameRefused,
+      loop: this.loop, output: this.output, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
       loop_hz: seconds > 0 ? this.periods / seconds : 0,
       missed: this.schedule.missed,
       trace: Float64Array.from(this.trace),
       now,
     });
-    this.trace = [];
-    this.periods = 0;
-    this.reported_at = now;
+    [this.trace, this.periods, this.reported_at] = [[], 0, now];
     return state;
   }
 
@@ -267,7 +272,7 @@ export class TouchEngine {
   /** The settings with the law and friction that the user asks for now. */
   private get asked(): TouchSettings {
     const token = this.token === undefined ? {} : { token: this.token };
-    return { ...this.initial, ...token, law: this.requests.law, friction: this.requests.mu };
+    return { ...this.initial, ...token, name: this.requests.name, law: this.requests.law, friction: this.requests.mu };
   }
 
   /** The settings with the friction of this period; zero until the server sends the compliance that friction needs. */

@@ -81,6 +81,9 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     setHand: (hand) => {
       say({ type: "hand", hand });
     },
+    setName: (name) => {
+      say({ type: "name", name });
+    },
     setFriction: (mu) => {
       say({ type: "friction", mu });
     },

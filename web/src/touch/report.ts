@@ -22,6 +22,7 @@ export interface Known {
   readonly settings: TouchSettings;
   readonly welcome: Welcome | null;
   readonly place: TouchState["place"];
+  readonly name_refused: string;
   readonly loop: LoopState;
   readonly output: Output | null;
   readonly cursor: Vec3;
@@ -49,6 +50,7 @@ export function reportOf(known: Known): TouchState {
     place: known.place,
     user: welcome?.user ?? 0,
     name: welcome?.name ?? settings.name,
+    name_refused: known.name_refused,
     t: now,
     target: known.cursor,
     probe,

@@ -14,6 +14,7 @@ export type ToWorker =
   | { readonly type: "point"; readonly target: Vec3 }
   | { readonly type: "law"; readonly law: LawName; readonly fixed: FixedGains | null }
   | { readonly type: "hand"; readonly hand: HandSettings }
+  | { readonly type: "name"; readonly name: string }
   | { readonly type: "friction"; readonly mu: number }
   | { readonly type: "close" };
 

@@ -11,6 +11,8 @@ import type { Swing } from "./swing";
 export interface Facts {
   /** Other users with a hand on the body. */
   readonly others: number;
+  /** Whether the tour's partner is on the way in. */
+  readonly coming: boolean;
   readonly allowLatency: boolean;
   readonly allowFixedGains: boolean;
   /** Whether the own hand is in the room. */

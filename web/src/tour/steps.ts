@@ -10,7 +10,7 @@ const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
 
 const alone = (facts: Facts): string | null =>
-  facts.others > 0 ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
+  facts.others > 0 || facts.coming ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
 
 /** What the paper's rule would do to these very hands; said otherwise where it would do nothing. */
 export function ruleClaim({ rehearsed }: Facts): string {
@@ -20,6 +20,13 @@ export function ruleClaim({ rehearsed }: Facts): string {
     return `Rehearsed with the stiffness, coupling and delay measured here: without the lag your force would swing by ${size}, ${fixed(rehearsed.hz, 1)} times a second.`;
   }
   return `Rehearsed with the stiffness, coupling and delay measured here, your force would not keep swinging (${size} are left): hands that couple so little would do without a lag.`;
+}
+
+/** How long the object takes; said otherwise where it does not. */
+export function lagClaim({ lag }: Facts): string {
+  const seconds = `${fixed(lag, 2)} s`;
+  if (lag > SLOW) return `The object takes its time: it answers the others in ${seconds} now.`;
+  return lag > 0 ? `Here it does not take long: it answers the others in ${seconds}.` : "Here it does not: it answers the others at once.";
 }
 
 /** What the own force does now; said otherwise where it does not rest. */
@@ -85,9 +92,9 @@ export const STEPS: readonly Step[] = [
     id: "paper",
     title: "The rule for one hand",
     text: "Here is the classic way: press on the surface as it came back, with a gain just below the stiffness of the object, "
-      + "K_h < K_o. For one hand that is stable at any delay. For yours, with others on the same object, the object now has to take "
-      + "its time.",
-    claim: (facts) => `The object answers the others in ${fixed(facts.lag, 2)} s now.`,
+      + "K_h < K_o. For one hand that is stable at any delay. For several on one object it is not always: where it is not, the object "
+      + "takes its time.",
+    claim: lagClaim,
     actions: [{ kind: "law", law: "paper" }, { kind: "press", depth: DEPTH }, { kind: "measure", by: "alone" }, { kind: "look", at: "room" }],
     until: (facts) => facts.paper && facts.lag > SLOW,
     waiting: "the object takes its time",
@@ -96,9 +103,9 @@ export const STEPS: readonly Step[] = [
   {
     id: "coupled",
     title: "Why it has to",
-    text: "Measured by your contact alone, your gain is inside the stable set. Measured with everybody\u2019s hands on the object "
-      + "it is outside: you press, they are pushed, they push back, and it all arrives late. A lag in the object keeps the forces "
-      + "from swinging, and everybody has to wait for it. The dashed line rehearses your hands without it.",
+    text: "The rule looks at your contact alone. The figure now counts everybody\u2019s hands: you press, they are pushed, they push "
+      + "back, and it all arrives late. The more they are coupled, the less gain is stable. Where the rule gives too much, a lag in the "
+      + "object keeps the forces from swinging, and everybody has to wait for it. The dashed line rehearses your hands without it.",
     actions: [{ kind: "measure", by: "coupled" }, { kind: "rehearse" }, { kind: "look", at: "area" }],
     until: (facts) => facts.rehearsed !== null,
     waiting: "your hands were measured",
@@ -117,9 +124,9 @@ export const STEPS: readonly Step[] = [
   {
     id: "ours",
     title: "Neither soft nor slow",
-    text: "Back to the predictive law: your hand has the object\u2019s own stiffness, at once and at any delay. The force returns to what "
-      + "hands on one object would feel in the same room, with the ocean still between them. Only where hands are coupled strongly "
-      + "does what the others do arrive a little later.",
+    text: "The predictive law again: your hand has the object\u2019s own stiffness, at once and at any delay. Once everybody holds still, "
+      + "the force is what hands on one object feel who are in the same room. Only where hands are coupled strongly does what the "
+      + "others do arrive a little later.",
     actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.law === "predictive" && facts.force > 0.3 && facts.swing !== null,
     waiting: "the predictive law runs",

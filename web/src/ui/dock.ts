@@ -106,6 +106,10 @@ export class Dock {
     show(this.hint, hint !== "");
   }
 
+  setName(name: string): void {
+    this.name.value = name;
+  }
+
   setLaw(law: LawChoice): void {
     this.laws.set(law);
   }

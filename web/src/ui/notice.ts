@@ -33,6 +33,8 @@ export interface NoticeFacts {
   /** Why the own hand is not in the room; empty for no reason. */
   readonly touch: string;
   readonly touchCode: number;
+  /** Why the own hand does not go by the name that was asked for; empty for no reason. */
+  readonly nameRefused: string;
   /** Whether an administrator has muted the own hand, or frozen the object while it is there. */
   readonly muted: boolean;
   readonly frozen: boolean;
@@ -58,6 +60,7 @@ export function notice(c: NoticeFacts): Notice | null {
   const watch = ofWatch(c);
   if (watch !== null) return watch;
   if (c.touch !== "") return ofTouch(c);
+  if (c.nameRefused !== "") return make(`name-${c.nameRefused}`, "info", "You keep your name", sentence(c.nameRefused), "dismiss");
   if (c.slept > 0) {
     const hand = c.letGo ? " Your hand was let go meanwhile." : "";
     return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",

@@ -33,6 +33,10 @@ const FINAL: readonly number[] = [BAD_MESSAGE, UNAUTHENTICATED, FORBIDDEN, WRONG
 const OPEN = 1; // of a socket
 /** A connection from which nothing has come for so long is given up for a new one [s]; signs of life come twice a second. */
 const GIVEN_UP = 5;
+/** The same before the first word [s]: a slow line carries the page's own files meanwhile. */
+const GIVEN_UP_AT_THE_DOOR = 10;
+/** The same while the resting mesh is on its way [s]: nothing is heard of a large message before its end. A server gives up after 30 s. */
+const GIVEN_UP_ON_THE_MESH = 35;
 
 /** The services of the browser. */
 export interface World {
@@ -208,9 +212,10 @@ export class Watch implements SceneStore {
   /** A server that stands still, or a network that swallows everything, ends no connection: its silence does. */
   private watchOver(socket: WebSocket): void {
     if (socket !== this.socket) return;
-    const left = GIVEN_UP - (this.world.now() - Math.max(this.heard_at ?? 0, this.opened_at));
+    const patience = this.phase === "watching" ? GIVEN_UP : this.session.awaitsMesh ? GIVEN_UP_ON_THE_MESH : GIVEN_UP_AT_THE_DOOR;
+    const left = patience - (this.world.now() - Math.max(this.heard_at ?? 0, this.opened_at));
     if (left <= 0) this.lost(socket, "the server does not answer", ABNORMAL);
-    else this.world.later(left, () => { this.watchOver(socket); });
+    else this.world.later(Math.min(left, GIVEN_UP), () => { this.watchOver(socket); }); // the patience may become a shorter one
   }
 
   /** Body and room are known: scenes follow. */

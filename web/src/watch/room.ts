@@ -39,10 +39,13 @@ export class Room {
         this.putOut = [];
         for (const { user, name } of event.users) this.names.set(user, name);
         break;
-      case "user_joined":
+      case "user_joined": {
+        const before = this.names.get(event.user);
         this.names.set(event.user, event.name);
-        this.say({ at, kind: "joined", user: event.user, name: event.name, detail: "" });
+        if (before === undefined) this.say({ at, kind: "joined", user: event.user, name: event.name, detail: "" });
+        else this.say({ at, kind: "renamed", user: event.user, name: before, detail: `goes by the name ${event.name} now.` });
         break;
+      }
       case "user_left":
         this.names.delete(event.user);
         this.latencies.delete(event.user);

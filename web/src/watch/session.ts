@@ -25,12 +25,19 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   closed: [],
 };
 
+const FOR_HANDS = ["welcome", "place", "called", "named"];
+
 /** One connection to a server, seen from the page that watches. */
 export class WatchSession {
   private state: State = "await_watching";
   private mesh: RestMesh = { vertices: new Float32Array(), faces: new Uint32Array() };
   private found: Traversal | null = null;
   private tick = 0;
+
+  /** Whether the server has taken this page in, and the mesh at rest has not come yet. */
+  get awaitsMesh(): boolean {
+    return this.state === "await_mesh";
+  }
 
   /** First message of the connection. */
   static greeting(encoding: Encoding, rate: number, token?: string): string {
@@ -53,9 +60,9 @@ export class WatchSession {
   private decode(data: string | Uint8Array): WatchEvent {
     if (typeof data === "string") {
       const message = decodeServerControl(data);
-      if (message.type === "welcome" || message.type === "place" || message.type === "called") throw new ProtocolError("message", message.type, "watching, after a watch");
+      if (FOR_HANDS.includes(message.type)) throw new ProtocolError("message", message.type, "watching, after a watch");
       this.check(message.type);
-      return message;
+      return message as WatchEvent;
     }
     if (kindOf(data) === Kind.rest_mesh) {
       this.check("rest_mesh");

@@ -4,7 +4,7 @@ import { type ClientControl, decodeServerControl, encodeControl } from "../../sr
 import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
-const fromClient = new Set(["hello", "hello with a token", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name"]);
+const fromClient = new Set(["hello", "hello with a token", "set_name", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name"]);
 const SENT: ClientControl[] = [
   {
     type: "hello",
@@ -24,6 +24,7 @@ const SENT: ClientControl[] = [
   },
   { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
   { type: "set_law", law: "pi", fixed_gains: null },
+  { type: "set_name", name: "far left" },
   { type: "come" },
   { type: "bye" },
   { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised" },

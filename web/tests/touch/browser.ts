@@ -45,8 +45,16 @@ export class Browser {
   private timers: { at: number; action: () => void }[] = [];
   readonly lines: Line[] = [];
   readonly posts: FromWorker[] = [];
-  readonly client = new TouchClient(
+  readonly client: TouchClient;
+
+  /** @param key The page's secret; every page has one. */
+  constructor(key?: string) {
+    this.client = this.begin(key);
+  }
+
+  private readonly begin = (key?: string): TouchClient => new TouchClient(
     {
+      ...(key === undefined ? {} : { key }),
       url: "ws://127.0.0.1:1/",
       name: "page",
       law: "predictive",

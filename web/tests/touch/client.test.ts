@@ -105,6 +105,39 @@ describe("a client", () => {
     expect(browser.line.texts.length).toBe(1);
   });
 
+  test("that is to have friction keeps its seat where it has a secret: the new connection takes the old one's place", () => {
+    const browser = new Browser("a".repeat(16));
+    browser.join();
+    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.run(2);
+    const [before, old] = [Math.hypot(...browser.state.force), browser.line];
+    browser.client.obey({ type: "friction", mu: 0.4 });
+    browser.run(0.03, false);
+    // To leave first would give the seat to whoever waits for one.
+    expect(old.texts.filter(({ type }) => type === "bye")).toEqual([]);
+    expect(old.closed).toBeNull();
+    expect(browser.lines.length).toBe(2);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", friction: true, name: "page", key: "a".repeat(16) }]);
+    old.say({ type: "error", code: 4400, message: "user is 'page'; expected its only connection" });
+    old.break(4400);
+    browser.line.say(WELCOME);
+    browser.run(0.5);
+    expect(browser.state).toMatchObject({ phase: "joined", reason: "", doing: "touching" });
+    expect(Math.hypot(...browser.state.force)).toBeCloseTo(before, 1);
+    expect(browser.lines.length).toBe(2);
+  });
+
+  test("that ends meanwhile leaves none of its connections open", () => {
+    const browser = new Browser("a".repeat(16));
+    browser.join();
+    browser.client.obey({ type: "friction", mu: 0.4 });
+    browser.run(0.03, false);
+    browser.client.obey({ type: "close" });
+    browser.run(0.1, false);
+    expect(browser.lines.map(({ closed }) => closed)).toEqual([1000, 1000]);
+  });
+
   test.each([
     ["told", (line: Line) => { line.say({ type: "error", code: 4410, message: "there is another object now" }); }],
     ["closed", (line: Line) => { line.break(4410, "there is another object now"); }],
@@ -158,6 +191,71 @@ describe("a client", () => {
     browser.line.say({ ...WELCOME, body: { ...WELCOME.body, name: "another" } });
     browser.run(0.5);
     expect(browser.state).toMatchObject({ phase: "joined", doing: "waiting" });
+  });
+
+  test("waits for a seat as long as the server repeats its place, though nothing else is said, and gives a dead one up", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    for (let i = 0; i < 10; i += 1) {
+      browser.line.say({ type: "place", place: 2, of: 3 });
+      browser.run(i % 2 === 0 ? 2 : 7, false);
+    }
+    expect(browser.lines.length).toBe(1);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [2, 3], reason: "" });
+    browser.run(3.1 + 0.6, false);
+    expect(browser.lines.length).toBe(2);
+    expect(browser.lines[0]?.closed).not.toBeNull();
+    expect(browser.state.reason).toContain("the server does not answer");
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 3, of: 3 });
+    browser.run(0.1, false);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [3, 3], reason: "" });
+  });
+
+  test("goes by another name without leaving, in the room and in the queue, and keeps its own where it cannot", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 1, of: 1 });
+    browser.client.obey({ type: "name", name: "ann" });
+    browser.run(0.01, false);
+    expect(browser.line.texts.slice(1)).toEqual([{ type: "set_name", name: "ann" }]);
+    browser.line.say({ type: "named", name: "ann", reason: "" });
+    browser.run(0.1, false);
+    expect(browser.state).toMatchObject({ phase: "connecting", place: [1, 1], name: "ann", name_refused: "" });
+    browser.line.say({ ...WELCOME, name: "ann" });
+    browser.run(0.5);
+    browser.client.obey({ type: "name", name: "bob" });
+    browser.run(0.1);
+    expect(browser.line.texts.at(-1)).toEqual({ type: "set_name", name: "bob" });
+    browser.line.say({ type: "named", name: "ann", reason: "name is 'bob'; expected one that is free" });
+    browser.run(0.1);
+    expect(browser.state).toMatchObject({ phase: "joined", name: "ann", name_refused: "name is 'bob'; expected one that is free" });
+    expect(browser.lines.length).toBe(1);
+    // It comes back by the name that it has.
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", name: "ann" }]);
+  });
+
+  test("comes back to the queue with the session that its first place brought", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "place", place: 1, of: 1, session: "a.session.token" });
+    browser.line.say({ type: "place", place: 1, of: 2 });
+    browser.line.break();
+    browser.run(0.6, false);
+    browser.line.onopen?.();
+    expect(browser.line.texts).toMatchObject([{ type: "hello", token: "a.session.token" }]);
+  });
+
+  test("that is in the room gives up a server that says nothing for five seconds", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.run(4.9, false);
+    expect(browser.lines.length).toBe(1);
+    browser.run(0.8, false);
+    expect(browser.lines.length).toBe(2);
   });
 
   test("leaves a sample out while the one before is not out yet", () => {

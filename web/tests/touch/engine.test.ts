@@ -243,7 +243,7 @@ describe("the engine", () => {
     early.opened();
     expect(() => {
       early.hear(new PlaneServer().patch(0), 0);
-    }).toThrow('message is "patch"; expected place or called or welcome or error');
+    }).toThrow('message is "patch"; expected place or called or welcome or named or error');
   });
 
   test("does not go on at another body", () => {

@@ -16,7 +16,7 @@ import {
 import { OCEAN, SLOW, STEPS } from "../../src/tour/steps";
 
 const ALL: Facts = {
-  others: 2, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
+  others: 2, coming: false, allowLatency: true, allowFixedGains: true, touching: true, force: 2, fromOthers: 0.5, lag: 0.01,
   loopDelay: 2.2 * OCEAN, law: "predictive", paper: false, swing: { size: 0.001, hz: 0 }, rehearsed: { size: 3, hz: 1.7 },
 };
 
@@ -97,12 +97,33 @@ describe("the tour", () => {
     expect(seen).toContain("ocean");
   });
 
+  it("leaves nothing out for want of a partner who is on the way in", () => {
+    const early = { ...ALL, others: 0, coming: true, fromOthers: 0 };
+    const state = goNext(STEPS, goNext(STEPS, start(STEPS, early, 0).state, early, 1).state, early, 2).state;
+    expect(stepOf(state)).toBe("feel");
+    expect(state.skipped).toEqual([]);
+    expect(waits(STEPS, tick(STEPS, state, early, 3).state)).toBe(true);
+  });
+
   it("goes back over skipped steps, and not before the beginning", () => {
     const strict = { ...ALL, allowLatency: false, allowFixedGains: false };
     let { state } = start(STEPS, strict, 0);
     while (stepOf(state) !== "soft") state = goNext(STEPS, state, strict, 0).state;
     expect(stepOf(goBack(STEPS, state, strict, 0).state)).toBe("sheet");
     expect(goBack(STEPS, start(STEPS, ALL, 0).state, ALL, 0).state.index).toBe(0);
+  });
+
+  it("says nothing that was not measured, or that the server did not allow", () => {
+    const text = (id: string): string => STEPS.find((step) => step.id === id)?.text ?? "";
+    // Shown also where no delay was added, and where no law was another one before.
+    expect(text("ours")).not.toMatch(/ocean|returns/);
+    // Hands that hardly couple are stable by the rule for one as well: whether they swing, the claim says.
+    expect(text("coupled")).not.toMatch(/it is outside|your gain is inside/);
+    expect(text("paper")).not.toMatch(/now has to/);
+    const claim = STEPS.find((step) => step.id === "paper")?.claim;
+    expect(claim?.({ ...ALL, lag: 0.12 })).toBe("The object takes its time: it answers the others in 0.12 s now.");
+    expect(claim?.({ ...ALL, lag: 0.03 })).toBe("Here it does not take long: it answers the others in 0.03 s.");
+    expect(claim?.({ ...ALL, lag: 0 })).toBe("Here it does not: it answers the others at once.");
   });
 
   it("stands while it is paused", () => {

@@ -3,7 +3,7 @@ import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, muted: false, frozen: false,
+  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, nameRefused: "", muted: false, frozen: false,
 };
 
 describe("notices", () => {
@@ -59,6 +59,12 @@ describe("notices", () => {
 
   it("welcome back from a pause, and say that the hand was let go", () => {
     expect(notice({ ...WELL, slept: 3700, letGo: true })?.text).toBe("The page was paused for 62 min and has caught up. Your hand was let go meanwhile.");
+  });
+
+  it("say why a name was not changed, while the hand goes on", () => {
+    expect(notice({ ...WELL, nameRefused: "name is 'bob'; expected one that is free" })).toMatchObject({
+      title: "You keep your name", text: "Name is 'bob'; expected one that is free.", action: "dismiss",
+    });
   });
 
   it("tell a hand why the object does not answer, and who was put out that it was", () => {

@@ -100,6 +100,12 @@ export class Browser {
     for (const { action } of due) action();
   }
 
+  /** Time passes in steps, so that what a timer begins has its timers in time. */
+  sleep(seconds: number): void {
+    const until = this.time + seconds;
+    while (this.time < until) this.run(Math.min(0.1, until - this.time));
+  }
+
   async answer(): Promise<void> {
     while (this.answers.length > 0) {
       for (const answer of this.answers.splice(0)) answer();

@@ -86,6 +86,17 @@ describe("one who watches", () => {
     expect(heard).toBe(before + 3);
   });
 
+  test("hears another name of one who is there", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.line.say({ type: "latency", user: 1, delay: 0.125, jitter: 0 });
+    browser.line.say({ type: "user_joined", user: 1, name: "anna" });
+    expect(browser.watch.roster).toEqual([{ user: 1, name: "anna" }]);
+    expect(browser.watch.events.at(-1)).toMatchObject({ kind: "renamed", name: "ana", detail: "goes by the name anna now." });
+    browser.line.frame(sceneFrame(5, 100, [record(1)], 0));
+    expect(browser.watch.at(browser.time)?.users[0]).toMatchObject({ name: "anna", latency: { delay: 0.125 } });
+  });
+
   test("asks for another view, and for latency", () => {
     const browser = new Browser();
     browser.join();
@@ -185,47 +196,6 @@ describe("a connection that is lost", () => {
   });
 });
 
-describe("a surface from forces", () => {
-  test("is had in frames until the blocks are here", async () => {
-    const browser = new Browser("forces");
-    browser.join();
-    browser.line.frame(sceneFrame(1, 100, [record(1)], null));
-    expect(browser.fetched[0]).toBe(`http://127.0.0.1:8765/room/v1/models/${WATCHING.model}/green/0`);
-    browser.watch.at(browser.time);
-    expect(browser.line.acks).toEqual([{ tick: 1, wants: 1 }]);
-    expect(browser.watch.status.encoding).toBe("frames");
-    browser.line.frame(sceneFrame(2, 100.01, [record(1)], -100));
-    expect(browser.watch.at(browser.time + 1)?.positions[0]).toBeCloseTo(0.099, 6);
-    await browser.answer();
-    browser.line.frame(sceneFrame(3, 100.02, [record(1)], null));
-    // 1 N on the hand is 1 N into the body, a millimetre per newton.
-    expect(browser.watch.at(browser.time + 2)?.positions[0]).toBeCloseTo(0.099, 6);
-    expect(browser.line.acks.at(-1)).toEqual({ tick: 3, wants: 0 });
-    expect(browser.watch.status).toMatchObject({ encoding: "forces", blocks_missing: 0 });
-  });
-
-  test("is shown as soon as the blocks come, without another frame", async () => {
-    const browser = new Browser("forces");
-    browser.join();
-    browser.line.frame(sceneFrame(1, 100, [record(1)], null));
-    expect(browser.watch.at(browser.time + 1)?.positions[0]).toBeCloseTo(0.1, 6);
-    await browser.answer();
-    const view = browser.watch.at(browser.time + 1);
-    expect(view?.positions[0]).toBeCloseTo(0.099, 6);
-    expect(view?.moved).toBe(true);
-  });
-
-  test("is in frames for ever where the body has no model", () => {
-    const browser = new Browser("forces");
-    browser.join({ ...WATCHING, model: null });
-    browser.line.frame(sceneFrame(1, 100, [record(1)], -100));
-    browser.watch.at(browser.time);
-    expect(browser.fetched).toEqual([]);
-    expect(browser.line.acks).toEqual([{ tick: 1, wants: 0 }]);
-    expect(browser.watch.status.encoding).toBe("frames");
-  });
-});
-
 describe("one who has an invitation", () => {
   function pass(): { token: string | undefined; kept: string[]; keep(session: string): void; forget(): boolean } {
     return {
@@ -289,5 +259,31 @@ describe("silence", () => {
     browser.join();
     expect(isLive(browser.watch.status)).toBe(true);
     expect(browser.watch.status.silent).toBe(0);
+  });
+
+  test("of a line that is slow is no reason to ask anew while the resting mesh is on its way", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.sleep(8);
+    browser.line.say(WATCHING);
+    browser.sleep(31); // a server takes a page for too slow after 30 s
+    expect(browser.lines.length).toBe(1);
+    browser.line.frame(meshFrame(MESH));
+    expect(browser.watch.status.phase).toBe("watching");
+    browser.sleep(4.9);
+    expect(browser.lines.length).toBe(1);
+    browser.sleep(1);
+    expect(browser.lines.length).toBe(2);
+  });
+
+  test("before the first word, and in the middle of the mesh, ends a connection as well", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.sleep(11);
+    expect(browser.lines.length).toBe(2);
+    browser.line.onopen?.();
+    browser.line.say(WATCHING);
+    browser.sleep(37);
+    expect(browser.lines.length).toBe(3);
   });
 });

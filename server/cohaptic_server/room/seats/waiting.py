@@ -16,6 +16,10 @@ from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
 
+# s after which a place is told again: a client that hears nothing cannot tell a server that lets it
+# wait from one that is gone.
+REPEAT = 2.0
+
 
 @dataclass(eq=False, slots=True)
 class _Waiter:
@@ -24,19 +28,34 @@ class _Waiter:
     Args:
         peer: Who it is.
         session: Of it.
-        hello: With which it came.
+        hello: With which it came; its name is another one after a `set_name`.
+        token: With which it comes back; None for one who needs none, and once it was told.
         told: Its place and their number, as it knows them; None before it was told any.
+        told_at: When it was told [s].
     """
 
     peer: Peer
     session: ServerSession
     hello: Hello
+    token: str | None = None
     told: tuple[int, int] | None = None
+    told_at: float = 0.0
 
     @property
     def claim(self) -> Claim:
         """To its name."""
         return Claim(self.hello.key, self.peer.source, self.peer.guest.session)
+
+    def tell(self, place: tuple[int, int], now: float, outcome: Outcome) -> None:
+        """Tell its place where it is another one, or was told a while ago."""
+        # What it does not take is not repeated.
+        repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
+        if self.told == place and not repeated:
+            return
+        self.told, self.told_at = place, now
+        self.session.send(Place(place=place[0], of=place[1], session=self.token))
+        self.token = None
+        outcome.flush.append(self.peer)
 
 
 class Waiting:
@@ -54,81 +73,127 @@ class Waiting:
     def __len__(self) -> int:
         return len(self._waiters)
 
-    def enter(self, peer: Peer, session: ServerSession, hello: Hello, outcome: Outcome) -> None:
+    def check_name(self, name: str, claim: Claim) -> None:
+        """Raise RemoteProtocolError where somebody else waits by a name.
+
+        Args:
+            name: That is wanted.
+            claim: To it.
+        """
+        number = self._by_name(name)
+        if number is not None and not self._waiters[number].claim.is_of(claim):
+            limit = "another one: somebody waits by that name"
+            raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
+
+    def has_name(self, name: str) -> bool:
+        """Whether anybody waits by a name."""
+        return self._by_name(name) is not None
+
+    def enter(
+        self,
+        peer: Peer,
+        session: ServerSession,
+        hello: Hello,
+        token: str | None,
+        now: float,
+        outcome: Outcome,
+    ) -> None:
         """Take a place for one who found the room full.
 
         Args:
             peer: Who it is.
             session: Of it.
-            hello: With which it came.
+            hello: With which it came; nobody else waits by its name.
+            token: With which it comes back; None for one who needs none.
+            now: Time [s].
             outcome: To which the tasks of the shell are added.
 
         Raises:
-            RemoteProtocolError: No place is left, or somebody waits by that name.
+            RemoteProtocolError: No place is left.
         """
-        waiter, number = _Waiter(peer, session, hello), self._next
-        before = next((k for k, w in self._waiters.items() if w.hello.name == hello.name), None)
+        waiter, number = _Waiter(peer, session, hello, token), self._next
+        before = self._by_name(hello.name)
         if before is None:
-            self._room.queue = self._room.queue.enter(number, peer.source)
+            self._room.queue = self._room.queue.enter(number, peer.source, now)
         else:
-            other = self._waiters[before]
-            if not other.claim.is_of(waiter.claim):
-                limit = "another one: somebody waits by that name"
-                raise RemoteProtocolError("name", hello.name, limit, CloseCode.NAME_TAKEN)
-            limit = "its only connection: it has come back with another"
-            other.session.fail(ProtocolError("user", hello.name, limit))
-            outcome.flush.append(other.peer)
             self._room.queue = self._room.queue.hand_on(before, number)
-            del self._waiters[before]
+            self._end(self._waiters.pop(before), outcome)
         self._next += 1
         self._waiters[number] = waiter
         session.queue()
         outcome.say("waits", f"{hello.name} waits for a place", peer.source, user=hello.name)
-        if before is not None and number not in self._room.queue.told():
-            self._call(waiter, outcome)  # as the connection before was
+        turn = self._room.queue.turn_of(number)
+        if turn is not None:
+            self._call(waiter, turn - now, outcome)  # as the connection before was
 
     def called(self, peer: Peer) -> Hello | None:
         """The hello of one who says that it comes, and whose turn it is; its place is free then."""
         number = self._number(peer)
-        if number is None or number in self._room.queue.told():
+        if number is None or self._room.queue.turn_of(number) is None:
             return None
-        return self._take_out(number).hello
+        self._room.queue = self._room.queue.come(number)
+        return self._waiters.pop(number).hello
 
-    def leave(self, peer: Peer) -> bool:
-        """Give up the place of a connection that has ended; returns whether it had one."""
+    def hello_of(self, peer: Peer) -> Hello | None:
+        """Of one who waits; None for who does not."""
         number = self._number(peer)
+        return None if number is None else self._waiters[number].hello
+
+    def rename(self, peer: Peer, name: str) -> None:
+        """Have one who waits go by another name, which nobody else has."""
+        for waiter in self._waiters.values():
+            if waiter.peer is peer:
+                waiter.hello = waiter.hello.model_copy(update={"name": name})
+
+    def take_in(self, name: str, outcome: Outcome) -> None:
+        """One who is in the room now waits there no more by a connection of before."""
+        number = self._by_name(name)
         if number is not None:
-            self._take_out(number)
-        return number is not None
+            self._room.queue = self._room.queue.come(number)
+            self._end(self._waiters.pop(number), outcome)
+
+    def leave(self, peer: Peer, now: float) -> str | None:
+        """Give up the place of a connection that has ended; returns the name of who had one."""
+        number = self._number(peer)
+        return None if number is None else self._take_out(number, now).hello.name
 
     def step(self, now: float, outcome: Outcome) -> None:
         """Call who has a seat now, end whose turn is over, and tell places; at every tick."""
         if not self._waiters:
             return
         for number in self._room.queue.late(now):
-            waiter = self._take_out(number)
+            waiter = self._take_out(number, now)
             limit = f"said within {TURN:g} s: the place went to the next"
             error = RemoteProtocolError("come", "not said", limit, CloseCode.ROOM_FULL)
             waiter.session.fail(error)
             outcome.flush.append(waiter.peer)
+            name = waiter.hello.name
+            told = f"{name} was called to a place and did not come"
+            outcome.say("missed_its_turn", told, waiter.peer.source, user=name)
         for number in [k for k, w in self._waiters.items() if w.session.close is not None]:
-            self._take_out(number)  # its connection has not ended yet
+            self._take_out(number, now)  # its connection has not ended yet
         for number in self._room.call(now):
-            self._call(self._waiters[number], outcome)
+            self._call(self._waiters[number], TURN, outcome)
         for number, place in self._room.queue.told().items():
-            waiter = self._waiters[number]
-            if waiter.told != place:
-                waiter.told = place
-                waiter.session.send(Place(place=place[0], of=place[1]))
-                outcome.flush.append(waiter.peer)
+            self._waiters[number].tell(place, now, outcome)
 
-    def _call(self, waiter: _Waiter, outcome: Outcome) -> None:
-        waiter.session.send(Called(within=TURN))
+    def _call(self, waiter: _Waiter, within: float, outcome: Outcome) -> None:
+        waiter.session.send(Called(within=max(within, 0.001)))
         outcome.flush.append(waiter.peer)
+        told = f"{waiter.hello.name} is called to a place"
+        outcome.say("called", told, waiter.peer.source, user=waiter.hello.name)
+
+    def _end(self, waiter: _Waiter, outcome: Outcome) -> None:
+        limit = "its only connection: it has come back with another"
+        waiter.session.fail(ProtocolError("user", waiter.hello.name, limit))
+        outcome.flush.append(waiter.peer)
+
+    def _by_name(self, name: str) -> int | None:
+        return next((k for k, w in self._waiters.items() if w.hello.name == name), None)
 
     def _number(self, peer: Peer) -> int | None:
         return next((k for k, w in self._waiters.items() if w.peer is peer), None)
 
-    def _take_out(self, number: int) -> _Waiter:
-        self._room.queue = self._room.queue.leave(number)
+    def _take_out(self, number: int, now: float) -> _Waiter:
+        self._room.queue = self._room.queue.leave(number, now)
         return self._waiters.pop(number)

@@ -22,6 +22,7 @@ from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.seats.names import SEAT_KEPT_FOR
 from cohaptic_server.room.seats.wait_queue import TURN
+from cohaptic_server.room.seats.waiting import REPEAT
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello
 from tests.server.room.test_lobby import connect, join, lobby, news, say
@@ -82,6 +83,22 @@ def test_who_waits_is_told_its_place_is_called_in_turn_and_comes_in(
     assert len(there.room.queue) == 1
 
 
+def test_a_place_is_told_again_as_a_sign_of_life_but_not_to_who_takes_nothing(
+    small_balloon: Balloon,
+) -> None:
+    there, _ = full(small_balloon)
+    hears, deaf = wait(there, "hears"), wait(there, "deaf")
+    news(hears)
+    news(deaf)
+    there.serve(0.99 * REPEAT)
+    assert news(hears) == []
+    for k in range(1, 100):
+        there.serve(k * REPEAT)
+        assert news(hears) == [Place(place=1, of=2)]
+    assert news(deaf) == [Place(place=2, of=2)]
+    assert deaf.session.close is None
+
+
 def test_the_seat_of_a_lost_connection_is_not_free_until_it_is_kept_no_longer(
     small_balloon: Balloon,
 ) -> None:
@@ -96,7 +113,7 @@ def test_the_seat_of_a_lost_connection_is_not_free_until_it_is_kept_no_longer(
     there.tick(200.0)
     there.disconnect(back, "")
     there.serve(200.0 + 0.99 * SEAT_KEPT_FOR)
-    assert news(waiting) == []
+    assert news(waiting) == [Place(place=1, of=1)]  # as before
     there.serve(200.0 + 1.01 * SEAT_KEPT_FOR)
     assert news(waiting) == [Called(within=TURN)]
     # It comes back too late: its name is kept, and its seat is somebody else's.
@@ -172,9 +189,61 @@ def test_another_connection_of_the_same_person_has_its_place(small_balloon: Ball
     leave(there, user, 0.2)
     assert news(again) == [Called(within=TURN)]
     third = wait(there, "ann", 0.3, key="a" * 16)  # its connection broke just when it was called
-    assert news(third) == [Called(within=TURN)]
+    assert news(third) == [Called(within=TURN - 0.1)]  # what is left of the turn
     say(there, third, COME, 0.4)
     assert [m.hello.name for m in there.room.members.values()] == ["ann"]
+
+
+def test_the_name_of_one_who_waits_is_nobody_elses(small_balloon: Balloon) -> None:
+    there, users = full(small_balloon, users=2)
+    ann = wait(there, "ann", key="a" * 16)
+    for user in users:
+        leave(there, user, 0.1)
+    assert news(ann)[-1] == Called(within=TURN)
+    # There is a seat for one more, but not by that name.
+    thief = join(there, "ann", 0.2)
+    code, reason = failed(thief)
+    assert (code, "somebody waits by that name" in reason) == (CloseCode.NAME_TAKEN.value, True)
+    say(there, ann, COME, 0.3)
+    assert [m.hello.name for m in there.room.members.values()] == ["ann"]
+
+
+def test_who_finds_a_seat_by_another_connection_waits_no_more(small_balloon: Balloon) -> None:
+    there, users = full(small_balloon, users=2)
+    first = wait(there, "ann", key="a" * 16)
+    for user in users:
+        leave(there, user, 0.1)
+    second = wait(there, "ann", 0.2, key="a" * 16)
+    assert "it has come back with another" in failed(first)[1]
+    assert isinstance(news(second)[0], Welcome)
+    assert len(there.room.queue) == len(there.reception.waiting) == 0
+
+
+def test_four_addresses_that_miss_their_turns_do_not_hold_the_queue(small_balloon: Balloon) -> None:
+    there, (user,) = full(small_balloon, max_waiting=4, limits=Limits(waiting=1))
+    hostile = [wait(there, f"bad{i}", source=f"bad{i}") for i in range(4)]
+    leave(there, user, 0.1)
+    for k in range(1, 5):
+        there.serve(k * (TURN + 0.1))
+    assert [failed(peer)[0] for peer in hostile] == 4 * [CloseCode.ROOM_FULL.value]
+    last = join(there, "last", 4.0 * TURN + 1.0)
+    assert last.session.close is None
+    for i in range(4):
+        again = wait(there, f"bad{i}", 4.0 * TURN + 2.0, source=f"bad{i}")
+        assert "since turns were missed there" in failed(again)[1]
+    guest = wait(there, "guest", 4.0 * TURN + 3.0, source="good")
+    assert news(guest) == [Place(place=1, of=1)]
+
+
+def test_the_log_says_who_waits_is_called_and_waits_no_more(small_balloon: Balloon) -> None:
+    there, (user,) = full(small_balloon)
+    wait(there, "first")
+    say(there, user, encode_control(Bye()), 0.1)
+    there.disconnect(user, "")
+    (line,) = there.serve(0.1).log
+    assert (line.event, line.text) == ("called", "first is called to a place")
+    late = there.serve(0.1 + TURN)
+    assert [line.text for line in late.log] == ["first was called to a place and did not come"]
 
 
 def test_without_a_queue_nobody_is_offered_to_wait(small_balloon: Balloon) -> None:

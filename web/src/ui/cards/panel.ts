@@ -46,6 +46,7 @@ export class Panel {
     setLatency: (user: number, latency: Latency) => void,
     setEncoding: (encoding: Encoding) => void,
     order: (order: Order, user?: number, name?: string) => void,
+    share: () => void,
   ) {
     this.order = order;
     this.roomOrders = new RoomOrders(order);
@@ -65,7 +66,8 @@ export class Panel {
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       this.sheet.root,
-      el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count), this.level.root),
+      el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count),
+        el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: share } }), this.level.root),
       this.roomOrders.root,
       this.time,
       this.empty,

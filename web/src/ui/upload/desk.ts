@@ -1,10 +1,10 @@
 /** Brings a visitor's object to the server: the dialog, the picture, the connection, and files that are dropped. */
 
-import { socketUrl } from "../address";
-import { UPLOAD_SUBPROTOCOL } from "../upload/messages";
-import { UploadDialog } from "../ui/upload/dialog";
-import { UploadClient, type UploadNews } from "../upload/client";
-import type { Preview } from "../view/preview";
+import { socketUrl } from "../../address";
+import { UPLOAD_SUBPROTOCOL } from "../../upload/messages";
+import { UploadDialog } from "./dialog";
+import { UploadClient, type UploadNews } from "../../upload/client";
+import type { Preview } from "../../view/preview";
 
 type Shown = Extract<UploadNews, { type: "shown" }>;
 
@@ -71,7 +71,7 @@ export class UploadDesk {
       return;
     }
     // Loaded for those who bring something; without it they go on without a picture.
-    import("../view/preview").then(
+    import("../../view/preview").then(
       ({ Preview }) => { if (this.newest === news) this.show(news, Preview); },
       () => { if (this.newest === news) this.dialog.news(news); },
     );

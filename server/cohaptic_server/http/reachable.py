@@ -1,0 +1,65 @@
+"""Under which names other machines reach a server: what people are given to share. No I/O."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Collection, Sequence
+
+# Listened on, and the versions of the internet protocol that come in there.
+ALL_INTERFACES = {"": (4, 6), "0.0.0.0": (4,), "::": (6,)}
+PATH = "/v1/hosts"
+
+
+def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
+    """Names and addresses of a server, the best to share first; none where no other reaches it.
+
+    Args:
+        host: That it listens on.
+        names: By which browsers reach it, as its owner has said.
+        found: Addresses of this machine.
+    """
+    bare = host.strip("[]")
+    if bare in ALL_INTERFACES:
+        named = [name for name in names if not _is_own(name.strip("[]"))]
+        versions = ALL_INTERFACES[bare]
+        addresses = sorted((a for a in found if _is_shared(a, versions)), key=lambda a: ":" in a)
+        hosts = (*named, *addresses)
+    else:
+        hosts = () if _is_own(bare) else (*names, bare)
+    return tuple(dict.fromkeys(_in_address(one) for one in hosts))
+
+
+def addresses_for_others(url: str, hosts: Sequence[str]) -> tuple[str, ...]:
+    """Addresses of a server with each of these hosts in place of its own.
+
+    Args:
+        url: Where it listens, such as ws://0.0.0.0:8765.
+        hosts: As `hosts_for_others` gives them.
+    """
+    scheme, _, rest = url.partition("://")
+    port = rest.rpartition(":")[2]
+    return tuple(f"{scheme}://{host}:{port}" for host in hosts)
+
+
+def _in_address(host: str) -> str:
+    bare = host.strip("[]")
+    return f"[{bare}]" if ":" in bare else bare
+
+
+def _is_own(host: str) -> bool:
+    """Whether it means each machine itself."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _is_shared(address: str, versions: Collection[int]) -> bool:
+    """Whether another machine can come by it; one of a link alone needs the name of a link."""
+    try:
+        known = ipaddress.ip_address(address)
+    except ValueError:
+        return False
+    return known.version in versions and not (
+        known.is_loopback or known.is_unspecified or known.is_link_local
+    )

@@ -1,0 +1,33 @@
+/** The place of an upload on the page: what it consists of comes over the network where the server takes files. */
+
+import { el } from "../ui/dom";
+import type { UploadDesk } from "../ui/upload/desk";
+
+export class UploadPlace {
+  readonly root = el("div");
+  private desk: UploadDesk | null = null;
+  private loading = false;
+  private allowed = false;
+
+  /** @param address Of the server, http: or https:. */
+  constructor(private readonly address: string) {}
+
+  /** Whether the server takes files. */
+  allow(allowed: boolean): void {
+    this.allowed = allowed;
+    this.desk?.allow(allowed);
+    if (!allowed || this.loading) return;
+    this.loading = true;
+    import("../ui/upload/desk").then(({ UploadDesk }) => {
+      this.desk = new UploadDesk(this.address);
+      this.root.append(this.desk.dialog.root);
+      this.desk.allow(this.allowed);
+    }, () => {
+      this.loading = false; // to be asked for again
+    });
+  }
+
+  open(): void {
+    this.desk?.open();
+  }
+}

@@ -1,0 +1,36 @@
+/** Addresses of this page by which other machines reach it. */
+
+const OWN = /^(localhost|127(\.\d{1,3}){3}|\[::1\])$/;
+const HOST = /^([A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]{2,45}\])$/;
+const MOST = 8; // that are offered
+
+/** Whether a host name means each machine itself. */
+export function isOwn(hostname: string): boolean {
+  return OWN.test(hostname.toLowerCase());
+}
+
+/** The page's address under another host, or its own: without what belongs to one visitor alone. */
+export function addressAt(page: string, host?: string): string {
+  const url = new URL(page);
+  url.hash = url.search = "";
+  if (host !== undefined) url.hostname = host;
+  return url.href;
+}
+
+/**
+ * What to give to somebody else, the best first; none where only this machine reaches the server.
+ *
+ * @param page Address of this page.
+ * @param ask Has the text at an address; the server says there under which names others reach it.
+ */
+export async function addressesToShare(page: string, ask: (url: string) => Promise<string>): Promise<readonly string[]> {
+  // Whoever came over a network knows an address that works.
+  if (!isOwn(new URL(page).hostname)) return [addressAt(page)];
+  const answer: unknown = JSON.parse(await ask(new URL("v1/hosts", addressAt(page)).href));
+  const hosts = typeof answer === "object" && answer !== null && "hosts" in answer ? answer.hosts : [];
+  if (!Array.isArray(hosts)) return [];
+  return hosts
+    .filter((host): host is string => typeof host === "string" && HOST.test(host) && !isOwn(host))
+    .slice(0, MOST)
+    .map((host) => addressAt(page, host));
+}
