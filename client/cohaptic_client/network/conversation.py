@@ -159,8 +159,11 @@ class Conversation:
             self._haptics.give_patch(data)
             self._learn(event)
         elif isinstance(event, Place):
-            self.place = event.place, event.of
-            self._tell(f"the room is full; you wait for a place: place {event.place} of {event.of}")
+            self.session = event.session or self.session
+            before, self.place = self.place, (event.place, event.of)
+            if self.place != before:  # else a sign of life
+                where = f"place {event.place} of {event.of}"
+                self._tell(f"the room is full; you wait for a place: {where}")
         elif isinstance(event, Called):
             self._tell("a place is free: it is yours")
             self._link.send(self._session.coming())

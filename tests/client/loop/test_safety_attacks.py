@@ -82,19 +82,6 @@ def test_after_an_attack_a_hand_that_lifts_off_feels_the_object_again(
         hand.retreat()
         hand.press()
     check(hand)
-    print(
-        "ZZZ",
-        held,
-        hand.state.safety.mode,
-        hand.state.safety.fault,
-        hand.state.safety.scale,
-        hand.state.safety.quiet,
-        hand.state.patch,
-        hand.at,
-        hand.state.k_h,
-        hand.state.depth,
-        hand.state.surface,
-    )
     assert norm(hand.forces[-1]) > 0.5
     assert hand.state.safety.fault == ""
 
