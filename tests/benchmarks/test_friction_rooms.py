@@ -44,8 +44,11 @@ def test_a_hand_alone_with_friction_rests_at_a_rim_behind_a_delay(
 
 @pytest.mark.parametrize("number", [6, 12])
 def test_several_hands_with_friction_rest_and_no_force_jumps(body: Solid, number: int) -> None:
-    """Of the benchmark's rooms one whose force jumped by 0.6 N, and one that swung on."""
-    room = play(body, 0, number, (0.1, 0.2, 0.5, 1.0), 9.0)
+    """Of the benchmark's rooms one whose force jumped by 0.6 N, and one that swung on.
+
+    The first dies out slowly: at 9 s its swing is 1 to 2 % of the force, at 14 s a thousandth.
+    """
+    room = play(body, 0, number, (0.1, 0.2, 0.5, 1.0), 14.0)
     assert room.step < 0.0205
     assert room.swing < 0.01
 
