@@ -22,6 +22,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.access_options import AccessOptions, in_words_of
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.resolved_object import resolved, wanted
+from cohaptic_server.cli.told_pages import tell_pages
 from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
 from cohaptic_server.monitoring.logs import LogStyle
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
@@ -37,7 +38,6 @@ from cohaptic_server.rooms.supervisor import Supervisor
 from cohaptic_server.rooms.tables import AccessTable
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.door import machine_addresses
-from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
@@ -224,10 +224,8 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)
     logging.info("%d rooms: %s", len(config.rooms), " ".join(config.rooms))
-    logging.info("page %s", page_address(url))
     hosts = hosts_for_others(config.host, config.allow_hosts, machine_addresses())
-    for address in addresses_for_others(url, hosts):
-        logging.info("page for other machines %s", page_address(address))
+    tell_pages(url, addresses_for_others(url, hosts))
     if supervisor.admin is not None:
         admin = supervisor.admin.url
         logging.info("admin port %s; see it with: cohaptic top %s", admin, admin)

@@ -22,6 +22,7 @@ from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, Users, resolved, wanted
 from cohaptic_server.cli.rooms import serve_rooms
+from cohaptic_server.cli.told_pages import tell_pages
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
@@ -33,7 +34,6 @@ from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.door import machine_addresses
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.shell.uploads.upload_desk import take_uploads
@@ -231,9 +231,7 @@ async def _run(
         settings.simulation_hz,
         others[0] if others else url,
     )
-    logging.info("page %s", page_address(url))
-    for address in others:
-        logging.info("page for other machines %s", page_address(address))
+    tell_pages(url, others)
     if not is_complete("kernels"):
         logging.info("ticks take longer than they need: %s", describe("kernels"))
     if settings.allow_upload:
