@@ -13,7 +13,7 @@ from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import NAMES, device_kind, open_device, read_device
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import Found
-from cohaptic_client.devices.pulse import pulse
+from cohaptic_client.devices.pulse import pulse, verdict
 
 # Of Python, that drivers use; what it is for.
 _LIBRARIES = (
@@ -56,18 +56,35 @@ def doctor() -> None:
         typer.echo(f"{error.device}: {error.problem}")
         if error.advice:
             typer.echo(f"  to do: {error.advice}")
+    seen = {each.choice.split(":")[0] for each in found} | {error.device for error in missing}
+    absent = [name for name in NAMES if name not in seen and name != "simulated"]
+    if absent:
+        typer.echo(f"not plugged in, or not seen by the system: {', '.join(absent)}")
     if any(each.problem for each in found):
         raise typer.Exit(1)
 
 
 @devices.command("pulse")
 def knock(device: str) -> None:
-    """Knock three times, gently, on the hand at DEVICE, to tell it from another."""
+    """Knock three times, gently, on the hand at DEVICE, and see whether it pushes the right way."""
     choice = read_device(device)
     if choice.name == "simulated":
         raise SettingError("device", "simulated", "one that is there")
     config = DeviceConfig(choice, ZERO, 0.1, Hand(), None)
-    pulse(open_device(config), SystemClock())
+    direction = device_kind(choice.name).knock(choice)
+    typer.echo(verdict(choice.name, pulse(open_device(config), SystemClock(), direction)))
+
+
+@devices.command()
+def calibrate(device: str) -> None:
+    """Find out of DEVICE what its unit's file has to say, with your help, and print the file."""
+    choice = read_device(device)
+    run = device_kind(choice.name).calibrate
+    if run is None:
+        raise SettingError("device", choice.name, "one that is calibrated so: oneaxis")
+    # What is asked goes beside what is printed, so that the file can be written by `> FILE`.
+    lines = run(choice, SystemClock(), _ask)
+    typer.echo("\n".join(lines))
 
 
 @devices.command()
@@ -89,6 +106,10 @@ def search() -> tuple[list[Found], list[DeviceError]]:
         except DeviceError as error:
             missing.append(error)
     return found, missing
+
+
+def _ask(what: str) -> None:
+    typer.prompt(f"{what}, then press Enter", default="", show_default=False, err=True)
 
 
 def _version(package: str) -> str:

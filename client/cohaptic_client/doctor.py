@@ -22,6 +22,7 @@ from cohaptic_client.news import is_real_time
 MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process has about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
+_NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
 _GRACE: Final = 30.0  # s for the measuring process to start and end
 
 
@@ -114,6 +115,12 @@ def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
     return Finding("USB devices", f"closed to you: {', '.join(closed)}", advice)
 
 
+def nodes(folder: Path) -> list[tuple[str, bool]]:
+    """Nodes of HID devices, boards and bridges, each with whether this user may read and write."""
+    paths = sorted(path for kind in _NODES for path in folder.glob(kind))
+    return [(str(path), os.access(path, os.R_OK | os.W_OK)) for path in paths]
+
+
 def look(seconds: float) -> list[Finding]:
     """Everything that is to be said of this machine, measuring for some seconds."""
     found = [
@@ -126,8 +133,7 @@ def look(seconds: float) -> list[Finding]:
     found.append(of_clock(name, resolution()))
     found.append(of_lock_limit(memory_lock_limit()))
     if sys.platform == "linux":
-        paths = sorted(p for kind in ("hidraw*", "ttyACM*") for p in Path("/dev").glob(kind))
-        found.append(of_nodes([(str(p), os.access(p, os.R_OK | os.W_OK)) for p in paths]))
+        found.append(of_nodes(nodes(Path("/dev"))))
     return found
 
 

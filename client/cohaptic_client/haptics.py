@@ -6,13 +6,14 @@ It outlives a lost connection: the force fades by itself when patches stop, and 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import AnotherObject, RemoteProtocolError
+from cohaptic.errors import AnotherObject, DeviceError, RemoteProtocolError
 from cohaptic.protocol.messages import Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
@@ -36,6 +37,9 @@ class Haptics:
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
         fault: With which the loop begins, as the user has not acknowledged it; empty for none.
 
+    Raises:
+        DeviceError: There is no room for the memory.
+
     Attributes:
         row: Newest row of the loop; None before the first.
         silent_after: Without a patch for this long the loop counts the server as silent [s]; None
@@ -56,7 +60,8 @@ class Haptics:
         self._keep = keep
         self._fault = fault
         remove_killed(clock.now() + clock.to_wall())
-        self._memory = LoopMemory.create()
+        with _room(settings.device.name):
+            self._memory = LoopMemory.create()
         self._mesh_file = Path(f"{self._memory.path}{MESH_SUFFIX}")
         self._mesh: RestMesh | None = None
         self._welcome: Welcome | None = None
@@ -97,11 +102,13 @@ class Haptics:
 
         Raises:
             AnotherObject: The loop has the mesh of another one.
+            DeviceError: There is no room for it.
         """
         if self._mesh not in (None, mesh):
             raise AnotherObject
         if self._mesh is None:
-            self._mesh_file.write_bytes(mesh.encode())
+            with _room(self._settings.device.name):
+                self._mesh_file.write_bytes(mesh.encode())
             self._mesh = mesh
 
     def start(self, welcome: Welcome) -> None:
@@ -185,6 +192,17 @@ class Haptics:
             self.row = last_row(rows)
             if self._keep is not None:
                 self._keep(rows)
+
+
+@contextlib.contextmanager
+def _room(device: str) -> Generator[None, None, None]:
+    """A full disk or memory, before there is a loop and a force, is one sentence."""
+    try:
+        yield
+    except OSError as error:
+        problem = f"there is no room for its loop's memory ({error.strerror})"
+        advice = "make room in /dev/shm or in the folder for temporary files"
+        raise DeviceError(device, problem, advice) from error
 
 
 def loop_config(

@@ -50,7 +50,7 @@ def run(*arguments: str) -> str:
     result = CliRunner().invoke(app, list(arguments))
     if isinstance(result.exception, Exception):
         raise result.exception
-    return result.output.strip()
+    return result.stdout.strip()  # standard error has the log of the server beside it
 
 
 async def come(client: Client, name: str, secret: str) -> None:

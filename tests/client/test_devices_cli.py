@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,10 +12,15 @@ from typer.testing import CliRunner
 
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.vec import norm
+from cohaptic_client import devices_cli
 from cohaptic_client.devices.haply import inverse3
+from cohaptic_client.devices.oneaxis import link as oneaxis_link
+from cohaptic_client.devices.oneaxis import oneaxis_kind
 from cohaptic_client.devices.woodenhaptics import wooden_kind
 from cohaptic_client.devices_cli import devices
 from tests.client.devices.haply.emulator import EmulatedArm, HaplyEmulator
+from tests.client.devices.haply.haply_bench import be_patient
+from tests.client.devices.until import SteadyClock, until
 
 pytestmark = [
     pytest.mark.patient,
@@ -25,6 +31,7 @@ pytestmark = [
 @pytest.fixture
 def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[HaplyEmulator]:
     """The emulator where the service is looked for."""
+    be_patient(monkeypatch)
     emulator = HaplyEmulator([EmulatedArm("049D"), EmulatedArm("04A1")])
     monkeypatch.setattr(inverse3, "URLS", (emulator.url,))
     yield emulator
@@ -70,6 +77,20 @@ def test_a_service_that_is_missing_is_told_and_no_fault(
     assert "--device haply" not in said()
 
 
+def test_the_doctor_names_what_was_looked_for_in_vain(
+    monkeypatch: pytest.MonkeyPatch, service: HaplyEmulator
+) -> None:
+    """And the makers' libraries, without which nothing can be looked for."""
+    monkeypatch.setattr(oneaxis_kind, "find_ports", list)
+    text = said("doctor")
+    assert "not plugged in, or not seen by the system: " in text
+    last = text.splitlines()[-1]
+    assert "oneaxis" in last
+    assert "haply" not in last
+    assert "touch: its maker's library libHD.so cannot be loaded\n  to do: install" in text
+    assert "forcedimension: its maker's library libdhd.so cannot be loaded\n  to do" in text
+
+
 def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.client.devices.woodenhaptics.serial_board import SerialBoard
 
@@ -84,11 +105,48 @@ def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None
         board.unplug()
 
 
-def test_a_knock_goes_to_the_one_that_was_asked_for(service: HaplyEmulator) -> None:
+def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from tests.client.devices.oneaxis.board import Board
+
+    boards = [Board(), Board(), Board()]
+    boards[1].silent, boards[2].instead = True, b"[3,0,0,0,0,0,0,0]\n" * 20
+    ports = [SimpleNamespace(device=board.path) for board in boards]
+    monkeypatch.setattr(oneaxis_kind, "find_ports", lambda: ports)
+    monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 2.0)
+    text = said("doctor", status=1)
+    monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 20.0)
+    assert f"oneaxis:port={boards[0].path}, {boards[0].path}: ready" in text
+    for board in boards[1:]:
+        assert f"what is at {board.path} does not answer as such a board does\n  to do: see" in text
+    unit = tmp_path / "mine.toml"
+    unit.write_text("sensor_direction = 1\nmotor_direction = 1\ntorque_constant = 0.02\n")
+    # It pushes along its axis only, whichever way that is turned.
+    text = said("pulse", f"oneaxis:port={boards[0].path},unit={unit},turn=90")
+    assert "it moved " in text  # how far depends on how busy this machine is: `test_handle`
+    assert min(current for _, current in boards[0].given) < -0.02
+    until(lambda: boards[0].current == 0.0)
+    result = CliRunner().invoke(devices, ["pulse", f"oneaxis:port={boards[0].path}"])
+    assert "it only senses" in str(result.exception)
+    result = CliRunner().invoke(
+        devices, ["calibrate", f"oneaxis:port={boards[0].path}"], input="\n\n\n"
+    )
+    assert "its sensor told 0 counts for 40 mm" in str(result.exception)
+    result = CliRunner().invoke(devices, ["calibrate", "haply"])
+    assert "one that is calibrated so: oneaxis" in str(result.exception)
+    for board in boards:
+        board.unplug()
+
+
+def test_a_knock_goes_to_the_one_that_was_asked_for(
+    service: HaplyEmulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(devices_cli, "SystemClock", SteadyClock)  # no knock is passed over
     said("pulse", "haply:id=04A1")
     knocked = {device for _, device, force in service.given if norm(force) > 0.0}
     assert knocked == {"04A1"}
-    assert service.arms["04A1"].force == (0.0, 0.0, 0.0)
+    until(lambda: service.arms["04A1"].force == (0.0, 0.0, 0.0))
 
 
 def test_a_knock_on_what_is_not_there() -> None:
@@ -98,7 +156,7 @@ def test_a_knock_on_what_is_not_there() -> None:
     assert isinstance(result.exception, DeviceError)
 
 
-@pytest.mark.parametrize("name", ["haply", "woodenhaptics", "spacemouse"])
+@pytest.mark.parametrize("name", ["haply", "oneaxis", "woodenhaptics", "spacemouse"])
 def test_options_are_explained(name: str) -> None:
     assert f"{name}: " in said("options", name)
     assert "  scale: metres in the world" in said("options", name)

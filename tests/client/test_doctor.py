@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import sys
+from pathlib import Path
 
 import pytest
 import typer
@@ -11,6 +12,7 @@ from cohaptic_client.doctor import (
     MOST_LATE,
     Finding,
     doctor,
+    nodes,
     of_clock,
     of_lock_limit,
     of_measurement,
@@ -70,6 +72,12 @@ def test_a_slow_clock_and_a_closed_node_are_named() -> None:
     assert closed.advice
     assert "/dev/ttyACM0" in closed.found
     assert "/dev/hidraw0" not in closed.found
+
+
+def test_nodes_of_every_kind_of_device_are_looked_at(tmp_path: Path) -> None:
+    for name in ("hidraw0", "ttyACM0", "ttyUSB0", "tty0", "null"):
+        (tmp_path / name).touch()
+    assert [Path(path).name for path, _ in nodes(tmp_path)] == ["hidraw0", "ttyACM0", "ttyUSB0"]
 
 
 def test_the_command_says_a_line_for_each_and_its_status_says_whether_all_is_well() -> None:

@@ -38,6 +38,11 @@ async def eventually(heard: asyncio.Event) -> None:
     await asyncio.wait_for(heard.wait(), PATIENCE)
 
 
+async def over(key: EnterKey) -> None:
+    while key.listening():
+        await asyncio.sleep(0.001)
+
+
 def test_each_line_is_heard_until_it_is_stopped(ends: tuple[int, int]) -> None:
     async def listen() -> None:
         heard = asyncio.Event()
@@ -49,8 +54,7 @@ def test_each_line_is_heard_until_it_is_stopped(ends: tuple[int, int]) -> None:
         assert key.listening()
         key.stop()
         os.write(ends[0], b"\n")
-        while key.listening():
-            await asyncio.sleep(0.001)
+        await asyncio.wait_for(over(key), PATIENCE)
         assert not heard.is_set()
 
     asyncio.run(listen())
@@ -76,16 +80,13 @@ def test_a_process_that_was_in_the_background_hears_again(
         assert not refusals
         assert key.listening()
         key.stop()
-        os.write(ends[0], b"\n")  # lets the thread end
+        os.write(ends[0], b"\n")  # lets the thread end, before another test has its terminal
+        await asyncio.wait_for(over(key), PATIENCE)
 
     asyncio.run(listen())
 
 
 def test_where_nobody_is_there_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def over(key: EnterKey) -> None:
-        while key.listening():
-            await asyncio.sleep(0.001)
-
     async def listen() -> None:
         monkeypatch.setattr(sys, "stdin", None)
         assert not EnterKey(lambda: None).listening()

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
+from pathlib import Path
+from typing import ClassVar, NoReturn
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import AnotherObject, RemoteProtocolError
+from cohaptic.errors import AnotherObject, DeviceError, RemoteProtocolError
 from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
@@ -118,6 +121,29 @@ def test_a_mesh_is_kept_once_and_another_one_is_refused() -> None:
             haptics.keep_mesh(other)
     finally:
         haptics.close()
+
+
+def test_a_full_disk_before_there_is_a_loop_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    full = OSError(errno.ENOSPC, "No space left on device")
+    words = r"^simulated: there is no room for its loop's memory \(No space left on device\); make"
+    haptics = Haptics(SETTINGS, SystemClock(), None)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", raises(full))
+        with pytest.raises(DeviceError, match=words):
+            haptics.keep_mesh(RestMesh(((0.0, 0.0, 0.0),) * 3, ((0, 1, 2),)))
+    haptics.close()
+    monkeypatch.setattr(LoopMemory, "create", raises(full))
+    with pytest.raises(DeviceError, match=words):
+        Haptics(SETTINGS, SystemClock(), None)
+
+
+def raises(error: Exception) -> Callable[..., NoReturn]:
+    def call(*_: object) -> NoReturn:
+        raise error
+
+    return call
 
 
 def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() -> None:

@@ -19,7 +19,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.status.report import TouchStatus
 from cohaptic_client.devices.haply.exchange import SILENCE
 from cohaptic_client.devices.haply.inverse3 import MIDDLE
-from cohaptic_client.devices.placing.placed import RETURN_TIME
+from cohaptic_client.devices.placing.placed import AFTER_LOSS, RETURN_TIME
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
@@ -30,9 +30,10 @@ pytestmark = [
 ]
 
 CLOCK = SystemClock()
-PATIENCE = 30.0  # s; far more than anything here takes on an idle machine
+PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 REACH = 0.035  # m from the middle of the workspace, outside the balloon, into it
 PRESSED = 2.0  # s
+TRIED = 5.0  # s for which a press may take until all of it is felt
 
 
 class Service:
@@ -81,6 +82,26 @@ def wait_until(process: Process, condition: Callable[[TouchStatus], bool]) -> No
         threading.Event().wait(0.02)
 
 
+def status(process: Process) -> TouchStatus:
+    return TouchStatus.model_validate_json(process.line)
+
+
+def press(service: Service, device: Process, other: Process) -> None:
+    """Until both feel it; once more after a pause of a busy machine, which lets the hand go."""
+    deadline, (x, y, z) = CLOCK.now() + PATIENCE, MIDDLE
+    while True:
+        service.tell(goal=(x, y + REACH, z))
+        tries = CLOCK.now() + TRIED
+        while CLOCK.now() < tries:
+            felt = [abs(status(process).felt_from_others) for process in (device, other)]
+            if status(device).force > 1.0 and min(felt) > 0.05:
+                return
+            threading.Event().wait(0.02)
+        assert CLOCK.now() < deadline, (device.line, device.words(), other.line)
+        service.tell(goal=MIDDLE)
+        threading.Event().wait(PRESSED)
+
+
 def test_a_device_presses_on_the_object_of_a_server_and_another_user_feels_it(
     service: Service, tmp_path: Path
 ) -> None:
@@ -90,7 +111,7 @@ def test_a_device_presses_on_the_object_of_a_server_and_another_user_feels_it(
     def touch(name: str, *options: str) -> Process:
         process = Process(
             "touch", url, "--name", name, "--wait", f"{PATIENCE:g}", "--geometry", "plane",
-            "--record", str(tmp_path / f"{name}.npz"), "--json-lines", *options,
+            "--record", str(tmp_path / f"{name}.npz"), "--json-lines", "--no-hold-faults", *options,
             log=tmp_path / f"{name}.log",
         )  # fmt: skip
         processes.insert(0, process)
@@ -102,10 +123,7 @@ def test_a_device_presses_on_the_object_of_a_server_and_another_user_feels_it(
         device = touch("device", "--device", f"haply:url={service.url}")
         wait_until(device, lambda s: s.state == "free")
         wait_until(other, lambda s: s.state == "touching")
-        x, y, z = MIDDLE
-        service.tell(goal=(x, y + REACH, z))
-        wait_until(device, lambda s: s.force > 1.0 and abs(s.felt_from_others) > 0.05)
-        wait_until(other, lambda s: abs(s.felt_from_others) > 0.05)
+        press(service, device, other)
         threading.Event().wait(PRESSED)
         service.tell(goal=MIDDLE)
         wait_until(device, lambda s: s.force == 0.0)
@@ -128,7 +146,10 @@ def assert_records_agree(given: Floats, path: Path) -> None:
     # What is given after a silence of 20 ms is less for a while, and never more.
     gaps = given[1:, 0][np.diff(given[:, 0]) > SILENCE / 2]
     undisturbed = np.array(
-        [not ((gaps <= t) & (gaps > t - RETURN_TIME - SILENCE)).any() for t in pressed[:, 0]]
+        [
+            not ((gaps <= t) & (gaps > t - RETURN_TIME - AFTER_LOSS - SILENCE)).any()
+            for t in pressed[:, 0]
+        ]
     )
     assert np.linalg.norm(pressed[:, 1:], axis=1).max() <= np.linalg.norm(rows[:, 1:], axis=1).max()
     # Otherwise it is what the loop gave, to the last bit, in the same order.

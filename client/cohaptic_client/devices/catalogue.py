@@ -18,6 +18,7 @@ _HOMES = {
     "dualsense": "cohaptic_client.devices.dualsense.dualsense_kind",
     "forcedimension": "cohaptic_client.devices.vendor.forcedimension",
     "haply": "cohaptic_client.devices.haply.inverse3",
+    "oneaxis": "cohaptic_client.devices.oneaxis.oneaxis_kind",
     "spacemouse": "cohaptic_client.devices.spacemouse",
     "touch": "cohaptic_client.devices.vendor.touch",
     "woodenhaptics": "cohaptic_client.devices.woodenhaptics.wooden_kind",

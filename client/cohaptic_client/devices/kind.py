@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
+from cohaptic.vec import Vec3
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
@@ -33,6 +35,11 @@ def nothing_found() -> list[Found]:
     return []
 
 
+def upward(choice: DeviceChoice) -> Vec3:
+    """Direction of a knock for drivers whose devices push every way."""
+    return (0.0, 0.0, 1.0)
+
+
 @dataclass(frozen=True, slots=True)
 class DeviceKind:
     """A driver, as the catalogue knows it.
@@ -46,6 +53,9 @@ class DeviceKind:
         open: Opens a device; raises DeviceError when it cannot be had.
         find: Looks for devices and tries each, without a force; raises DeviceError when what it
             takes to look is missing.
+        knock: Direction in which a device with these options is felt to push; a unit vector.
+        calibrate: Finds out what the file of the unit at hand has to say, by what it asks the user
+            to do, and returns its lines; None where there is nothing of the kind.
     """
 
     name: str
@@ -54,6 +64,8 @@ class DeviceKind:
     info: Callable[[DeviceChoice], DeviceInfo]
     open: Callable[[DeviceConfig], Device]
     find: Callable[[], list[Found]] = nothing_found
+    knock: Callable[[DeviceChoice], Vec3] = upward
+    calibrate: Callable[[DeviceChoice, Clock, Callable[[str], None]], list[str]] | None = None
 
     def choice(self, options: list[tuple[str, str]]) -> DeviceChoice:
         """The choice of this kind with options as `split_choice` found them.

@@ -1,4 +1,4 @@
-"""A knock that tells which of two devices is which."""
+"""A knock that tells which of two devices is which, and whether it pushes where it should."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import math
 
 from cohaptic.clock import Clock
 from cohaptic.errors import DeviceError
-from cohaptic.vec import ZERO, Vec3
+from cohaptic.runtime.signals_put_off import signals_put_off
+from cohaptic.vec import ZERO, Vec3, dot, scale, sub
 from cohaptic_client.devices.device import Device
 
 # N; felt at once by a hand on the device (a fingertip notices 0.05 N), and too little to move one
@@ -16,30 +17,80 @@ KNOCKS = 3
 LENGTH = 0.12  # s of a knock; half a sine, so that it rises by no more than 13 N/s
 _REST = 0.2  # s between two of them
 _PERIOD = 0.001  # s
+_UP: Vec3 = (0.0, 0.0, 1.0)
+# m; a hand of 400 N/m yields by 1 mm, and one that rests wanders by less than this
+CLEAR = 0.0003
 
 
-def pulse_force(t: float) -> Vec3:
-    """Force at `t` [s] after the start: a few gentle pushes upward, each one half a sine [N]."""
+def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> Vec3:
+    """Force at `t` [s] after the start: a few gentle pushes, each one half a sine [N].
+
+    Args:
+        t: Time [s].
+        direction: Of the pushes; a unit vector.
+        strength: Of each [N].
+    """
     number, within = divmod(t, LENGTH + _REST)
     if t < 0.0 or number >= KNOCKS or within >= LENGTH:
         return ZERO
-    return (0.0, 0.0, STRENGTH * math.sin(math.pi * within / LENGTH))
+    return scale(direction, strength * math.sin(math.pi * within / LENGTH))
 
 
-def pulse(device: Device, clock: Clock) -> None:
+def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
     """Knock on the hand, then close the device.
+
+    Args:
+        device: Open.
+        clock: For the length of a knock.
+        direction: In which it pushes; a unit vector.
+
+    Returns:
+        Way of the tip along the direction in each knock, as a mean that counts by the force [m]:
+        whatever holds it, a device that pushes where it should moves along.
 
     Raises:
         DeviceError: The device gives no force, or is gone.
     """
     try:
-        if device.info.max_force == 0.0:
-            raise DeviceError(device.info.name, "it only senses, so that it cannot knock")
-        start = clock.now()
-        while (t := clock.now() - start) < KNOCKS * (LENGTH + _REST):
-            device.read(clock.now())
-            device.write(pulse_force(t))
-            clock.sleep_until(clock.now() + _PERIOD)
-        device.write(ZERO)
+        with signals_put_off() as ended:
+            if device.info.max_force == 0.0:
+                raise DeviceError(device.info.name, "it only senses, so that it cannot knock")
+            strength = min(STRENGTH, device.info.max_force)
+            ways, pushes = [0.0] * KNOCKS, [0.0] * KNOCKS
+            start, before, last = clock.now(), ZERO, -1
+            while (t := clock.now() - start) < KNOCKS * (LENGTH + _REST) and not ended():
+                place = device.read(clock.now()).position
+                number = min(KNOCKS - 1, int(t / (LENGTH + _REST)))
+                if number != last:
+                    before, last = place, number
+                force = pulse_force(t, direction, strength)
+                push = dot(force, direction)
+                ways[number] += push * dot(sub(place, before), direction)
+                pushes[number] += push
+                device.write(force)
+                clock.sleep_until(clock.now() + _PERIOD)
+            device.write(ZERO)
+            return [
+                way / push if push > 0.0 else 0.0 for way, push in zip(ways, pushes, strict=True)
+            ]
     finally:
         device.close()
+
+
+def verdict(name: str, ways: list[float]) -> str:
+    """What the ways of its knocks [m] say of a device's directions.
+
+    Raises:
+        DeviceError: It moved against every knock: what should push back would pull in.
+    """
+    most = 1e3 * max(ways, key=abs)
+    if all(way < -CLEAR for way in ways):
+        raise DeviceError(
+            name,
+            f"it moved against each of its knocks, by {-most:.1f} mm: an object would pull it in",
+            "hold it loosely and try again; if it does so again, turn round the direction of its "
+            "motor in the file of the unit, and touch nothing with it before",
+        )
+    if all(way > CLEAR for way in ways):
+        return f"it moved with each of its knocks, by {most:.1f} mm: it pushes where it should"
+    return "it moved too little to tell whether it pushes where it should; hold it loosely for that"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from typing import NamedTuple
@@ -11,6 +12,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
+from cohaptic_client.loop.running.watchdog import HELD
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 
 _GRACE = 2.0  # s for the loop to end by itself once the force has faded
@@ -87,7 +89,7 @@ class HapticProcess:
         if trouble is not None:
             raise DeviceError(self._device, str(trouble).removeprefix(f"{self._device}: "))
         if ended is not None:
-            raise DeviceError(self._device, f"its process ended with {ended}")
+            raise DeviceError(self._device, *_end_in_words(ended))
 
     def acknowledge(self) -> None:
         """Tell the loop that the user has acknowledged its fault."""
@@ -118,3 +120,15 @@ class HapticProcess:
         raw = self._memory.status.read()
         if raw is not None:
             self.status = json.loads(raw)
+
+
+def _end_in_words(status: int) -> tuple[str, str]:
+    """Problem and advice for a loop's process that has ended without a word."""
+    if status == HELD:
+        return (
+            "it held up its loop until that was ended",
+            "unplug it and plug it in, then start again",
+        )
+    if status < 0:
+        return f"its process was ended by {signal.Signals(-status).name}", "start again"
+    return f"its process ended with {status}", "start again"

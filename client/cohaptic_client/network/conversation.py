@@ -30,6 +30,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.pacing import Pacer
+from cohaptic_client.network.people import People
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.settings import ClientSettings
@@ -108,6 +109,7 @@ class Conversation:
         self._key, self._token = key, token
         self._session = ClientSession((settings.law,))
         self._welcome: Welcome | None = None
+        self._others: People | None = None
         self._restrained = (False, False)  # the object is frozen, this user is muted
         self._pacer: Pacer | None = None
         # A timer and not a task that sleeps: half of the event loop's work in a tick.
@@ -169,16 +171,15 @@ class Conversation:
             self._link.send(self._session.coming())
         elif isinstance(event, Welcome):
             self.place = None
-            self._welcome = event
+            self._welcome, self._others = event, People(event)
             self.session = event.session or ""
             if self._settings.geometry != "mesh":
                 self._begin(event)
         elif isinstance(event, RestMesh):
             self._take_mesh(event)
-        elif isinstance(event, UserJoined):
-            self._tell(f"{event.name} joined")
-        elif isinstance(event, UserLeft):
-            self._tell(f"{event.name} left: {event.reason}")
+        elif isinstance(event, UserJoined | UserLeft):
+            assert self._others is not None  # else the session has not let it pass
+            self._tell(self._others.news(event))
         elif isinstance(event, Restraints):
             self._tell_restraints(event)
         elif event.code == CloseCode.OBJECT_CHANGED.value:

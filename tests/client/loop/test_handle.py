@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -56,6 +57,14 @@ class Bench:
             loop.beat()
             self.rows += rows_in(loop.new_rows())
             CLOCK.sleep_until(CLOCK.now() + LOOK)
+
+    def stand_still(self, loop: HapticProcess) -> None:
+        """Until the loop is gone; its memory goes with it."""
+        deadline = CLOCK.now() + PATIENCE
+        while os.path.exists(self.memory.path):
+            assert CLOCK.now() < deadline
+            CLOCK.sleep_until(CLOCK.now() + LOOK)
+        loop.wait()
 
 
 @pytest.fixture
@@ -170,7 +179,29 @@ def test_a_process_that_dies_without_a_word_is_one_sentence_too(
     bench: Bench, capfd: pytest.CaptureFixture[str]
 ) -> None:
     loop = HapticProcess(replace(bench.config, memory="/nowhere"), bench.memory)
-    with pytest.raises(DeviceError, match=r"^simulated: its process ended with 1$"):
+    with pytest.raises(DeviceError, match=r"^simulated: its process ended with 1; start again$"):
         bench.until(loop, lambda: False)
     end(loop)
     assert "/nowhere" in capfd.readouterr().err  # the whole story, for a bug report
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_a_process_that_was_killed_is_told_by_the_signals_name(bench: Bench) -> None:
+    loop = HapticProcess(bench.config, bench.memory)
+    bench.until(loop, lambda: bool(bench.rows))
+    for pid in processes_with(bench.memory.path):
+        os.kill(pid, signal.SIGKILL)
+    with pytest.raises(DeviceError, match=r"its process was ended by SIGKILL; start again$"):
+        bench.until(loop, lambda: False)
+    end(loop)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the file stays while it is mapped")
+def test_a_program_that_stood_still_is_told_why_its_loop_is_gone(bench: Bench) -> None:
+    """As after Ctrl-Z and `fg`: the loop let the hand go meanwhile, and ended."""
+    loop = HapticProcess(bench.config, bench.memory)
+    bench.until(loop, lambda: bool(bench.rows))
+    bench.stand_still(loop)
+    with pytest.raises(DeviceError, match=r"heard nothing of this program for 2 s.*; start again$"):
+        loop.beat()
+    end(loop)

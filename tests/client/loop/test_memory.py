@@ -6,6 +6,7 @@ import random
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 
 from cohaptic.protocol.patch import SIZE as PATCH_BYTES
 from cohaptic.status.row import COLUMNS, Row, rows_in
+from cohaptic_client.loop import memory as module
 from cohaptic_client.loop.memory import COMMAND, RING_ROWS, SAMPLE, LoopMemory, RowRing, Slot
+from tests.small_disk import fill, small_disk
 
 CAPACITY = 64
 payloads = st.binary(max_size=CAPACITY)
@@ -215,3 +218,21 @@ def test_the_file_lives_until_its_maker_removes_it() -> None:
 def test_nobody_else_may_read_the_file(memory: LoopMemory) -> None:
     if sys.platform != "win32":
         assert os.stat(memory.path).st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("size", ["64k", "4k"])
+def test_where_shared_memory_is_full_the_file_is_elsewhere_and_every_byte_of_it_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: str
+) -> None:
+    """A write into a page that a full folder cannot give ends a process by SIGBUS."""
+    with small_disk(tmp_path / "shm", size) as folder:
+        monkeypatch.setattr(module, "_IN_MEMORY", str(folder))
+        fill(folder)
+        made = LoopMemory.create()
+        assert not made.path.startswith(str(folder))
+        assert [path.name for path in folder.iterdir()] == ["filling"]
+        status = os.stat(made.path)
+        assert status.st_blocks * 512 >= status.st_size
+        for n in range(2 * RING_ROWS):
+            made.rows.append(row(n))
+        made.close(remove=True)

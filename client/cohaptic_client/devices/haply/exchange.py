@@ -95,9 +95,9 @@ class Exchange:
         prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
         try:
             while not self._ends:
-                if not self._idle.acquire(timeout=SILENCE):
-                    self._force = ZERO  # the loop stands still
-                self._turn()
+                woken = self._idle.acquire(timeout=SILENCE)
+                # Of a loop that stands still there is none; what it gives now is for the next turn.
+                self._turn(self._force if woken else ZERO)
         except ServiceGone as error:
             why = f"the connection to the Haply service broke in use ({error})"
             self._end(why, "start the service again, then this program")
@@ -114,9 +114,9 @@ class Exchange:
             with contextlib.suppress(Exception):
                 self._service.exchange(force_message(self._device, ZERO), SILENCE)
 
-    def _turn(self) -> None:
+    def _turn(self, force: Vec3) -> None:
         """One message, and its answer however late it is: there is exactly one to each."""
-        text = self._service.exchange(force_message(self._device, self._force), GIVE_UP)
+        text = self._service.exchange(force_message(self._device, force), GIVE_UP)
         while self._service.waiting():  # a service that says more than it was asked for
             text = self._service.receive(SILENCE)
         self.answers += 1

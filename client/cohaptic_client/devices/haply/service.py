@@ -110,16 +110,18 @@ class Service:
                 raise ServiceGone(one_line(str(self._protocol.handshake_exc)))
 
     def _take(self, until: float) -> None:
-        """Read what comes before `until`, and sort it."""
+        """Read what comes before `until`, or once what has come by now, and sort it.
+
+        A process that stood still past that time may have its answer: it was not the service that
+        was silent.
+        """
         if self._over:
             raise ServiceGone(self._over)
         left = until - self._clock.now()
-        if left <= 0.0:
-            raise ServiceSilent
         try:
-            self._socket.settimeout(left)
+            self._socket.settimeout(max(0.0, left))
             data = self._socket.recv(_READ)
-        except TimeoutError as error:
+        except (TimeoutError, BlockingIOError) as error:
             raise ServiceSilent from error
         except OSError as error:
             raise ServiceGone(str(error)) from error
@@ -135,6 +137,8 @@ class Service:
             self._over = one_line(str(why))
             if not self._whole:  # its last words first
                 raise ServiceGone(self._over)
+        if left <= 0.0 and not self._whole:
+            raise ServiceSilent
 
     def _sort(self, event: Any) -> None:
         if not hasattr(event, "opcode"):  # the answer to the handshake

@@ -22,6 +22,9 @@ LOSS_TIME = 0.02  # s from all to none once the device is silent: that of a faul
 # s by which a period is counted as too long before the device lets go: a driver counts from write
 # to write, and this from read to read.
 _SOONER = 0.001
+# s without force after a period in which the device let go: the loop's own ramp from the force of
+# before, which takes half of it, is for a hand that has none any more.
+AFTER_LOSS = 2.0 * LOSS_TIME
 _LONGEST_STEP = 0.002  # s that count of a late period while a force goes: two of the slower loops
 
 
@@ -78,6 +81,7 @@ class Placed:
         self._info = seen_from_world(raw.info, workspace.scale)
         self._held: Vec3 | None = None  # where the tip stands in the world under the clutch
         self._gain = 1.0
+        self._wait = 0.0  # until the force comes back [s]
         self._now: float | None = None  # of the last reading
         self._return_time = return_time(raw.info.max_force)
         self._longest = raw.info.lets_go - _SOONER  # period after which the hand has no force [s]
@@ -140,9 +144,13 @@ class Placed:
         passed = 0.0 if self._now is None else max(0.0, now - self._now)
         self._now = now
         # The clutch takes hold without force; and after too long a period there is none any more.
-        if self._held is not None or passed > self._longest:
+        if passed > self._longest:
+            self._gain, self._wait = 0.0, AFTER_LOSS
+        elif self._held is not None:
             self._gain = 0.0
         elif silent:
             self._gain = max(0.0, self._gain - min(passed, _LONGEST_STEP) / LOSS_TIME)
+        elif self._wait > 0.0:
+            self._wait -= min(passed, _LONGEST_STEP)
         elif self._gain < 1.0:
             self._gain = min(1.0, self._gain + passed / self._return_time)

@@ -1,19 +1,23 @@
 """Devices of Force Dimension and the Novint Falcon, through the maker's DHD library.
 
-Frame of the library: toward the user, the user's right, up, in metres and newtons.
+Frame of the library: toward the user, the user's right, up, in metres and newtons. It holds the
+last force for ever; the device's firmware has a watchdog, which is set where it can be.
 """
 
 from __future__ import annotations
 
 import ctypes
+import math
+from dataclasses import replace
 from typing import Any
 
+from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, is_finite
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.kind import DeviceKind, Found
 from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_client.devices.vendor.library import function, load
@@ -23,6 +27,9 @@ _FILES = {"win32": "dhd64.dll", "darwin": "libdhd.dylib", "": "libdhd.so"}
 _WHERE = "the Force Dimension SDK, 3.16 or newer (forcedimension.com)"
 # m; three arms that are folded or stretched are within it, garbage is not
 _FARTHEST = 1.0
+# Of 125 us each, 255 at most: 30 ms. The loop's own ramp begins after 20 ms, and goes first.
+_WATCHDOG = 240
+_WATCHDOG_UNIT = 125e-6  # s
 
 # Largest force [N], stiffness [N/m] and damping [N s/m], by what others found usable (CHAI3D).
 _MODELS = {
@@ -41,11 +48,17 @@ class ForceDimension:
         library: The maker's.
         number: Of the device that it opened.
         info: Abilities.
+        clock: By which a write is late.
     """
 
-    def __init__(self, library: ctypes.CDLL, number: int, info: DeviceInfo) -> None:
-        self.info = info
+    def __init__(
+        self, library: ctypes.CDLL, number: int, info: DeviceInfo, clock: Clock | None = None
+    ) -> None:
         self._library, self._number = library, number
+        self._clock = clock or SystemClock()
+        self._before = watchdog_of(library, number)
+        self.info = replace(info, lets_go=set_watchdog(library, number, _WATCHDOG))
+        self._written = self._clock.now()
         self._closed = False
         # Looked up and made once: the loop calls them in every period.
         self._call = {
@@ -72,6 +85,13 @@ class ForceDimension:
         """Give `force` [N]; raises DeviceError when the device is gone."""
         if self._closed:
             raise DeviceError(_NAME, "it is closed", "open it again")
+        now = self._clock.now()
+        late, self._written = now - self._written > 0.9 * self.info.lets_go, now
+        if late:
+            # Its watchdog may have switched the forces off, which stays so. What comes now begins
+            # from none: `Placed` and the loop's own fault see to that.
+            self._set_force(ZERO)
+            self._library.dhdEnableForce(1, self._number)
         self._check(self._set_force(force if is_finite(force) else ZERO))
 
     def release(self) -> None:
@@ -85,6 +105,8 @@ class ForceDimension:
             for _ in range(2):
                 self._set_force(ZERO)
             self._library.dhdEnableForce(0, self._number)
+            if self._before is not None:
+                set_watchdog(self._library, self._number, self._before)
             self._library.dhdClose(self._number)
 
     def _set_force(self, force: Vec3) -> int:
@@ -107,12 +129,49 @@ class ForceDimension:
             )
 
 
+def watchdog_of(library: ctypes.CDLL, number: int) -> int | None:
+    """Silence after which the device switches its forces off, in 125 us, 0 for never; None if it
+    does not say."""
+    value = ctypes.c_ubyte()
+    try:
+        told = library.dhdGetWatchdog(ctypes.byref(value), ctypes.c_byte(number))
+    except AttributeError:  # a library of before 3.3.2
+        return None
+    return value.value if told == 0 else None
+
+
+def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:
+    """Have the device switch its forces off after so long a silence, in 125 us; 0 for never.
+
+    Returns:
+        The silence [s]; inf where the device or the library has no watchdog.
+    """
+    try:
+        library.dhdEnableExpertMode()
+        done = library.dhdSetWatchdog(ctypes.c_ubyte(value), ctypes.c_byte(number))
+        library.dhdDisableExpertMode()
+    except AttributeError:
+        return math.inf
+    return value * _WATCHDOG_UNIT if done == 0 and value > 0 else math.inf
+
+
+def find_forcedimension() -> list[Found]:
+    """Devices that the maker's library sees; raises DeviceError without it. None is opened."""
+    count = int(_library("").dhdGetDeviceCount())
+    return [Found(f"{_NAME}:number={k + 1}", "the maker's library") for k in range(count)]
+
+
+def _library(path: str) -> Any:
+    library = load(_NAME, _FILES, path, _WHERE)
+    for name in ("dhdOpenID", "dhdGetDeviceCount", "dhdEnableForce", "dhdClose"):
+        function(library, _NAME, name)
+    return library
+
+
 def open_forcedimension(config: DeviceConfig) -> Placed:
     """Open the device of a configuration; raises DeviceError when it cannot be had."""
     choice = config.choice
-    library = load(_NAME, _FILES, choice.text("library"), _WHERE)
-    for name in ("dhdOpenID", "dhdGetDeviceCount", "dhdEnableForce", "dhdClose"):
-        function(library, _NAME, name)
+    library = _library(choice.text("library"))
     count = int(library.dhdGetDeviceCount())
     wanted = int(choice.number("number", 1, 1, 16))
     if count < 1:
@@ -158,4 +217,5 @@ KIND = DeviceKind(
     ),
     _info,
     open_forcedimension,
+    find_forcedimension,
 )

@@ -16,7 +16,7 @@ from cohaptic.vec import ZERO, Vec3, is_finite
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.kind import DeviceKind, Found
 from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_client.devices.vendor.library import function, load
@@ -173,6 +173,16 @@ def open_touch(config: DeviceConfig, clock: Clock | None = None) -> Placed:
     return place(device, config, middle=ZERO)
 
 
+def find_touch() -> list[Found]:
+    """Nothing but whether OpenHaptics is here, which cannot be asked what is plugged in.
+
+    Raises:
+        DeviceError: It is missing.
+    """
+    _library("")
+    return []
+
+
 def _library(path: str) -> Any:
     library = load(_NAME, _FILES, path, _WHERE)
     pointer = ctypes.POINTER(ctypes.c_double)
@@ -218,4 +228,5 @@ KIND = DeviceKind(
     ),
     _info,
     open_touch,
+    find_touch,
 )

@@ -83,7 +83,10 @@ class WoodenArm:
                 "hold it in its home pose and press its calibration button, or add home=here",
             )
         self._pose, self._velocity, self._button = pose, ZERO, first.button
-        self._heard: float | None = None
+        self._heard: float | None = None  # when the newest report came
+        self._now: float | None = None  # of the last reading
+        # s; of the board, while this object was read: a process that stood still heard nothing.
+        self._silent = 0.0
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
@@ -97,18 +100,19 @@ class WoodenArm:
         if self._heard is None:
             self._heard = now
         told = self._link.poll(now)
+        passed = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
+        self._now = now
+        self._silent += passed
         if told is not None:
             self._learn(told, now)
-        silent = now - self._heard
-        if silent > GIVE_UP:
-            raise DeviceError(
-                NAME, f"its board has been silent for {1e3 * silent:.0f} ms", "see to its cable"
-            )
+        if self._silent > GIVE_UP:
+            problem = f"its board has been silent for {1e3 * self._silent:.0f} ms"
+            raise DeviceError(NAME, problem, "see to its cable")
         return DeviceSample(
             self._pose.position,
             self._velocity,
             buttons=int(self._button),
-            fresh=silent <= SILENCE,
+            fresh=self._silent <= SILENCE,
         )
 
     def write(self, force: Vec3) -> None:
@@ -149,6 +153,7 @@ class WoodenArm:
         else:  # two reports at one time: the way of both counts for the next
             return
         self._pose, self._button, self._heard = pose, told.button, now
+        self._silent = 0.0
 
     def _pose_of(self, told: Told) -> Pose | None:
         counts = sub(told.counts, self._zero)

@@ -5,71 +5,22 @@ The board answers a command and nothing else, and switches its motors off 100 ms
 
 from __future__ import annotations
 
-import os
-import sys
-from importlib import import_module
-from typing import Any, Protocol
+from typing import Any
 
 from cohaptic.clock import Clock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.serial_ports import Port, attempt, list_ports, open_port
 from cohaptic_client.devices.woodenhaptics.arm import NAME
 from cohaptic_client.devices.woodenhaptics.reports import Told, command_line, read_answer
 
 _LONGEST = 4096  # bytes that wait; an answer has 60
 _PATIENCE = 0.005  # s for an answer; then the next command goes out all the same
 _MOST_BAD = 10  # lines in a row that are none, or tell that ours was none: 10 ms of them
+_VENDOR = "16c0"
 _TEENSY = (0x16C0, 0x0483)
 _CALLS = 0.1  # s between the first commands, until the board answers
 _FIRST_ANSWER = 2.0  # s
-
-
-class Port(Protocol):
-    """An open serial port of pyserial that waits for nothing."""
-
-    def read(self, size: int) -> bytes:
-        """What has come, `size` bytes at most."""
-        ...
-
-    def write(self, data: bytes) -> object:
-        """Send, as far as there is room."""
-        ...
-
-    def close(self) -> None:
-        """Release the port."""
-        ...
-
-
-class NeverWaiting:
-    """A port of pyserial on a system with file numbers, whose `write` tries for ever when full.
-
-    Args:
-        port: Open, without a time to wait; this object closes it.
-    """
-
-    def __init__(self, port: Any) -> None:
-        self._port = port
-        self._cut = False  # whether the last command was sent in part
-
-    def read(self, size: int) -> bytes:
-        """What has come, `size` bytes at most."""
-        data: bytes = self._port.read(size)
-        return data
-
-    def write(self, data: bytes) -> int:
-        """Send, as far as there is room; what was cut off before becomes a line of its own."""
-        if self._cut:
-            data = b"\n" + data
-        try:
-            sent = os.write(self._port.fileno(), data)
-        except BlockingIOError:
-            return 0  # the board takes nothing: it is silent, and will be gone
-        self._cut = sent < len(data)
-        return sent
-
-    def close(self) -> None:
-        """Release the port."""
-        self._port.close()
 
 
 class SerialLink:
@@ -118,7 +69,7 @@ class SerialLink:
 
     def _send(self, milliamps: Vec3) -> None:
         self._given, self._sent = milliamps, self._clock.now()
-        self._try(lambda: self._port.write(command_line(milliamps)))
+        attempt(NAME, lambda: self._port.write(command_line(milliamps)))
 
     def _hear(self) -> None:
         """Keep the newest answer that has come."""
@@ -147,23 +98,16 @@ class SerialLink:
             self._port.close()
 
     def _lines(self) -> list[bytes]:
-        data: bytes = self._rest + self._try(lambda: self._port.read(_LONGEST))
+        data: bytes = self._rest + attempt(NAME, lambda: self._port.read(_LONGEST))
         *lines, self._rest = data.split(b"\n")
         if len(self._rest) > _LONGEST:
             raise DeviceError(NAME, "what comes from its board has no lines", "see its cable")
         return lines
 
-    def _try(self, action: Any) -> Any:
-        try:
-            return action()
-        except (OSError, TypeError) as error:  # pyserial's is an OSError; a closed port a TypeError
-            advice = "plug it in again, then start again"
-            raise DeviceError(NAME, f"it was unplugged ({error})", advice) from error
-
 
 def find_ports() -> list[Any]:
     """Serial ports on which such a board may be, by their USB ids and names."""
-    return [each for each in _pyserial().comports() if may_be_board(each)]
+    return [each for each in list_ports(NAME) if may_be_board(each)]
 
 
 def may_be_board(port: Any) -> bool:
@@ -178,11 +122,7 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
     Raises:
         DeviceError: There is none, it may not be opened, or something else answers.
     """
-    try:
-        port = _serial().Serial(path, timeout=0, write_timeout=0, exclusive=True)
-    except OSError as error:
-        raise DeviceError(NAME, *_why_not(path, error)) from error
-    link = SerialLink(port if sys.platform == "win32" else NeverWaiting(port), clock)
+    link = SerialLink(open_port(NAME, path, _VENDOR), clock)
     try:
         first = _first_answer(link, clock)
     except DeviceError as error:  # bytes that are no answers
@@ -214,29 +154,3 @@ def _another(path: str) -> DeviceError:
         f"what is at {path} does not answer as its board does",
         "see that its firmware is loaded; a Haply Inverse3 has the same USB id: --device haply",
     )
-
-
-def _why_not(path: str, error: OSError) -> tuple[str, str]:
-    """Problem and advice for a port that cannot be opened."""
-    text = str(error).lower()
-    if "permission" in text:
-        rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="16c0", TAG+="uaccess", '
-        rule += 'ENV{ID_MM_DEVICE_IGNORE}="1"'
-        advice = f"put the line {rule} into /etc/udev/rules.d/70-cohaptic.rules, plug it in again"
-        return f"{path} may not be opened", advice
-    if "lock" in text or "busy" in text:
-        return f"{path} is used by another program", "quit that program"
-    return f"{path} cannot be opened ({error})", "see what `cohaptic devices` lists"
-
-
-def _serial() -> Any:
-    try:
-        return import_module("serial")
-    except ImportError as error:
-        advice = "run: pip install pyserial"
-        raise DeviceError(NAME, "the Python package pyserial is missing", advice) from error
-
-
-def _pyserial() -> Any:
-    _serial()
-    return import_module("serial.tools.list_ports")

@@ -9,6 +9,7 @@ import atexit
 import gc
 import sys
 from pathlib import Path
+from typing import Final
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, DeviceError
@@ -19,10 +20,15 @@ from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.placing.options import clutch_is_switch
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.running.haptic_loop import HapticLoop, status_json
+from cohaptic_client.loop.running.haptic_loop import ORPHANED_AFTER, HapticLoop, status_json
 from cohaptic_client.loop.running.letting_go import Release
 from cohaptic_client.loop.running.signals import handle_signals
 from cohaptic_client.loop.running.watchdog import Releasable, Watchdog
+
+STOOD_STILL: Final = (
+    f"its loop heard nothing of this program for {ORPHANED_AFTER:g} s, as when that is stopped or "
+    "the machine is too busy, and has let the hand go; start again"
+)
 
 
 def live(text: str) -> None:
@@ -58,6 +64,8 @@ def live(text: str) -> None:
             loop.interrupt(signal)
         loop.run()
         orphaned = loop.orphaned
+        if orphaned:  # read by a network process that was stopped, and goes on after all
+            memory.status.write(status_json(error=STOOD_STILL))
         if loop.interrupted:
             raise DeviceError(device.info.name, f"its loop was ended by {loop.interrupted}")
     except CohapticError as error:

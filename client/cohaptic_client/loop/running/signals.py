@@ -3,7 +3,7 @@
 Ctrl-C reaches every process of a terminal, and this one ends when its parent says so. Ctrl-Z would
 stop it in the middle of a contact, with the last force on the hand for as long as the terminal
 likes: the loop runs on, and lets go when its parent, which has stopped, is silent. Whatever else
-would end the process at once ends the loop first.
+would end the process at once ends the loop first. A terminal that closes is no end under `nohup`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,13 @@ def handle_signals(end: Callable[[str], None]) -> None:
     for name in _IGNORED:
         _set(name, signal.SIG_IGN)
     for name in _ENDING:
-        _set(name, ended)
+        if not (name == "SIGHUP" and _under_nohup()):
+            _set(name, ended)
+
+
+def _under_nohup() -> bool:
+    number = getattr(signal, "SIGHUP", None)
+    return number is not None and signal.getsignal(number) == signal.SIG_IGN
 
 
 def _set(name: str, handler: Callable[[int, object], None] | signal.Handlers) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import select
 import sys
@@ -25,14 +26,16 @@ from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.dualsense import dualsense_kind
 from cohaptic_client.devices.dualsense import pad as pad_module
 from cohaptic_client.devices.dualsense.dualsense_kind import find_pads
-from cohaptic_client.devices.dualsense.reports import OFF, Effects
+from cohaptic_client.devices.dualsense.reports import NAME, OFF, Effects
 from cohaptic_client.devices.pulse import pulse
 from tests.client.devices.dualsense.pad_reports import pad_report, understood
 from tests.client.devices.umock import MockHid, load_umockdev, plug_in
-from tests.client.devices.until import until
+from tests.client.devices.until import SteadyClock, until
 from tests.client.plane import CONFIG
 
-CLOCK = SystemClock()
+CLOCK, STEADY = SystemClock(), SteadyClock()
+ENOUGH = 25  # reports that are none: 20 are too many, and few wait for who opens the pad next
+LONG = 20.0  # s for a first report that comes
 PUSH: Vec3 = (0.0, -1.5, 0.0)  # N; half of the full force, against the pull
 # A gamepad with an input report 1 of 63 bytes and an output report 2 of 47.
 DESCRIPTOR = bytes.fromhex(
@@ -51,7 +54,7 @@ class MockPad:
         name, serial = "DualSense Wireless Controller", f"00:00:0{number}"
         mock = MockHid(0x054C, product, "Sony", name, DESCRIPTOR, number, serial)
         self.raw = plug_in(testbed, directory, mock)
-        self.report = pad_report()
+        self._says = (pad_report(), math.inf)
         self.silent = True
         self.told: list[Effects] = []
         self._testbed = testbed
@@ -64,6 +67,10 @@ class MockPad:
     def last(self) -> Effects | None:
         return self.told[-1] if self.told else None
 
+    def say(self, report: bytes, times: float = math.inf) -> None:
+        """Send this from now on, and after so many times nothing."""
+        self._says = (report, times)
+
     def unplug(self) -> None:
         self._ends.set()
         self._thread.join()
@@ -72,7 +79,10 @@ class MockPad:
 
     def _run(self) -> None:
         waiting, due = b"", CLOCK.now()
+        says, sent = self._says, 0
         while not self._ends.is_set():
+            if says is not self._says:
+                says, sent = self._says, 0
             if select.select([self._end], [], [], 0.001)[0]:
                 with contextlib.suppress(OSError):
                     waiting += os.read(self._end, 4096)
@@ -80,9 +90,9 @@ class MockPad:
                 report, waiting = waiting[:48], waiting[48:]
                 block = 22 if report[1] & 0x08 else 11
                 self.told.append(understood(report, block))
-            if CLOCK.now() >= due and not self.silent:
-                due = CLOCK.now() + 0.004
-                os.write(self._end, self.report)
+            if CLOCK.now() >= due and not self.silent and sent < says[1]:
+                due, sent = CLOCK.now() + 0.004, sent + 1
+                os.write(self._end, says[0])
 
 
 def opened(pad: MockPad | None = None, options: str = "") -> Device:
@@ -95,7 +105,8 @@ def opened(pad: MockPad | None = None, options: str = "") -> Device:
 def close(device: Device, pad: MockPad) -> None:
     pad.silent = True
     device.close()
-    until(lambda: pad.last == OFF)
+    until(lambda: all(thread.name != NAME for thread in threading.enumerate()))
+    until(lambda: pad.told[-2:] == [OFF, OFF])  # what the driver says last
 
 
 def sentence_of(action: Callable[[], object]) -> str:
@@ -110,7 +121,7 @@ def end_of(device: Device) -> str:
     told: list[str] = []
 
     def ended() -> bool:
-        told.append(sentence_of(lambda: device.read(CLOCK.now())))
+        told.append(sentence_of(lambda: device.read(STEADY.now())))
         return told[-1] != ""
 
     until(ended)
@@ -119,26 +130,29 @@ def end_of(device: Device) -> str:
 
 def press(device: Device, pad: MockPad, strength: int = 128) -> Effects:
     """Pull the trigger and write a force until all of it is felt at the pad."""
-    pad.report = pad_report(r2=155, l2=155)
-    until(lambda: device.read(CLOCK.now()).position[1] > -0.0925)  # 30 mm * 150/250, from 110 mm
+    pad.say(pad_report(r2=155, l2=155))
+    until(lambda: device.read(STEADY.now()).position[1] > -0.0925)  # 30 mm * 150/250, from 110 mm
+    before = len(pad.told)
+    felt: list[Effects] = []
 
     def given() -> bool:
-        device.read(CLOCK.now())
+        device.read(STEADY.now())
         device.write(PUSH)
-        last = pad.last
-        return last is not None and last.resistance == strength and last.rumble == 0
+        told = pad.told[before:]  # nothing is felt again where this loop has been late since
+        felt[:] = [each for each in told if each.resistance == strength and each.rumble == 0]
+        return bool(felt)
 
     until(given)
-    assert pad.last is not None
-    return pad.last
+    return felt[-1]
 
 
 def shaken(device: Device, pad: MockPad) -> float:
     """Reports to the pad for each of its periods, under a force that changes all the time."""
     start, before, k = CLOCK.now(), len(pad.told), 0
-    while CLOCK.now() < start + 0.4:
+    # A pad that stands still is told later.
+    while (passed := CLOCK.now() - start) < 0.4 or (len(pad.told) == before and passed < 20.0):
         k += 1
-        device.read(CLOCK.now())
+        device.read(STEADY.now())
         device.write((0.0, -0.5 - 0.01 * (k % 100), 0.0))
         CLOCK.sleep_until(CLOCK.now() + 0.001)
     return (len(pad.told) - before) * 0.004 / (CLOCK.now() - start)
@@ -146,8 +160,8 @@ def shaken(device: Device, pad: MockPad) -> float:
 
 def stalled(device: Device, pad: MockPad) -> dict[str, object]:
     pad.silent = True
-    until(lambda: not device.read(CLOCK.now()).fresh)
-    first = device.read(CLOCK.now())
+    until(lambda: not device.read(STEADY.now()).fresh)
+    first = device.read(STEADY.now())
     seen: dict[str, object] = {"velocity": first.velocity, "end": end_of(device)}
     until(lambda: pad.last == OFF)
     return seen
@@ -165,7 +179,7 @@ def two_pads(one: MockPad, two: MockPad) -> dict[str, object]:
     seen["none"] = sentence_of(lambda: opened(None, "number=3"))
     seen["unknown"] = sentence_of(lambda: opened(None, "serial=7"))
     two.told.clear()
-    pulse(opened(two, "number=2"), CLOCK)
+    pulse(opened(two, "number=2"), SteadyClock())  # no knock is passed over
     two.silent = True
     until(lambda: two.last == OFF)
     seen["knock"] = [max(e.rumble for e in two.told), max(e.resistance for e in two.told)]
@@ -177,18 +191,22 @@ def others(pad: MockPad) -> dict[str, str]:
     seen = dict[str, str]()
     device = opened(pad)
     press(device, pad)
-    pad.report = b"\x09" * 64
+    pad.say(b"\x09" * 64, ENOUGH)
     seen["garbage"] = end_of(device)
     close(device, pad)
+    dualsense_kind.FIRST_REPORT = 1.0
     seen["mute"] = sentence_of(opened)
+    dualsense_kind.FIRST_REPORT = LONG
+    pad.say(b"\x09" * 64, ENOUGH)
     seen["wrong"] = sentence_of(lambda: opened(pad))
-    pad.silent, pad.report = True, pad_report()
+    pad.silent = True
+    pad.say(pad_report())
     return seen
 
 
 def bluetooth(pad: MockPad) -> str:
     """What is said of a pad whose reports are those of Bluetooth; older ones may come first."""
-    pad.report = b"\x31" * 64
+    pad.say(b"\x31" * 64, ENOUGH)
     device: list[Device] = []
     told = sentence_of(lambda: device.append(opened(pad)))
     return told or end_of(device[0])
@@ -197,12 +215,12 @@ def bluetooth(pad: MockPad) -> str:
 def main() -> None:
     # A machine that is busy with other tests; `test_pad.py` has that it is a quarter of a second.
     pad_module.GIVE_UP = 2.0
-    dualsense_kind.FIRST_REPORT = 3.0
+    dualsense_kind.FIRST_REPORT = LONG
     testbed, directory = load_umockdev().Testbed.new(), Path(sys.argv[1])
     seen: dict[str, object] = {"before": sentence_of(opened)}
     one = MockPad(testbed, directory, 0)
     device = opened(one)
-    seen["rest"] = device.read(CLOCK.now()).position
+    seen["rest"] = device.read(STEADY.now()).position
     seen["first"] = [one.last is None or one.last == OFF]
     pressed = press(device, one)
     seen["pressed"] = [pressed.start, pressed.resistance]
@@ -214,7 +232,7 @@ def main() -> None:
     device = opened(one)
     press(device, one)
     close(device, one)
-    seen["closed"] = sentence_of(lambda: device.read(CLOCK.now()))
+    seen["closed"] = sentence_of(lambda: device.read(STEADY.now()))
 
     two = MockPad(testbed, directory, 1, 0x0DF2)
     seen["two"] = two_pads(one, two)

@@ -6,24 +6,38 @@ from dataclasses import replace
 
 import pytest
 
-from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.haply import exchange, inverse3, service
 from cohaptic_client.devices.haply.inverse3 import MIDDLE
 from tests.client.devices.haply.emulator import EmulatedArm, HaplyEmulator
-from tests.client.devices.until import until
+from tests.client.devices.until import SteadyClock, until
 from tests.client.plane import CONFIG
 
-CLOCK = SystemClock()
+CLOCK = SteadyClock()
 PUSH: Vec3 = (0.5, -1.0, 2.0)
+
+
+def be_patient(patch: pytest.MonkeyPatch) -> None:
+    """Let the driver wait for a service on a machine that is busy with other tests.
+
+    Its two threads notice a silence in the order that they have on an idle one.
+    """
+    patch.setattr(exchange, "GIVE_UP", 2.0)
+    patch.setattr(inverse3, "GIVE_UP", 20.0)
+    patch.setattr(inverse3, "_FIRST_ANSWER", 20.0)
+    patch.setattr(service, "_HANDSHAKE", 20.0)
+    patch.setattr(exchange, "LONGEST_CLOSE", 20.0)
 
 
 class Bench:
     """An emulator, and devices on it."""
 
     def __init__(self) -> None:
+        self._patch = pytest.MonkeyPatch()
+        be_patient(self._patch)
         self.emulator = HaplyEmulator([EmulatedArm()])
         self.devices: list[Device] = []
 
@@ -75,3 +89,4 @@ class Bench:
         for device in self.devices:
             device.close()
         self.emulator.close()
+        self._patch.undo()

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from socket import create_server
-from threading import Thread
+from socket import socket
+from threading import Event, Thread
 
 import pytest
-from websockets.sync.server import serve
+from websockets.sync.server import ServerConnection, serve
 
+from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic_client.devices.catalogue import open_device, read_device
+from cohaptic_client.devices.haply.service import Service, ServiceSilent
 from tests.client.devices.haply.haply_bench import Bench
 from tests.client.plane import CONFIG
 
@@ -68,9 +70,10 @@ def other_address(url: str) -> str:
 
 
 def test_no_service_is_told_with_what_to_install() -> None:
-    with create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    told = other_address(f"ws://127.0.0.1:{port}")
+    with socket() as unheard:  # nobody else can listen there meanwhile
+        unheard.bind(("127.0.0.1", 0))
+        port = unheard.getsockname()[1]
+        told = other_address(f"ws://127.0.0.1:{port}")
     assert f"the Haply service does not run: nothing answers at ws://127.0.0.1:{port}" in told
 
 
@@ -92,3 +95,26 @@ def test_another_websocket_at_the_address_is_not_the_service() -> None:
         server.shutdown()
         thread.join()
     assert "is not the Haply service (its first message lists no inverse3)" in told
+
+
+def test_an_answer_that_came_while_the_own_process_stood_still_counts() -> None:
+    answered = Event()
+
+    def answer(connection: ServerConnection) -> None:
+        for _ in connection:
+            connection.send("answer")
+            answered.set()
+
+    with serve(answer, "127.0.0.1", 0) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        service = Service(f"ws://127.0.0.1:{server.socket.getsockname()[1]}", SystemClock())
+        service.send("question")
+        assert answered.wait(30.0)
+        over = -1.0  # s; the time for it was over a second ago
+        assert service.receive(over) == "answer"
+        with pytest.raises(ServiceSilent):
+            service.receive(over)
+        service.close()
+        server.shutdown()
+        thread.join()

@@ -2,13 +2,18 @@ from __future__ import annotations
 
 import math
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO
+from cohaptic_client.devices.vendor import forcedimension
+from cohaptic_client.loop.running.watchdog import Watchdog
+from tests.client.devices.until import until
 from tests.client.devices.vendor.vendor_bench import CLOCK, PUSH, Bench, make_bench
 
 pytestmark = [
@@ -78,6 +83,65 @@ def test_two_devices(bench: Bench) -> None:
     assert bench.force(1) == (-2.0, 1.0, 3.0)
     one.close()
     two.read(CLOCK.now())
+
+
+def test_devices_that_the_library_sees_are_found_and_not_opened(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(forcedimension, "_FILES", {"": str(bench.path)})
+    assert [each.choice for each in forcedimension.find_forcedimension()] == [
+        "forcedimension:number=1"
+    ]
+    bench.set("count", 0)
+    assert forcedimension.find_forcedimension() == []
+    assert bench.get("opened") == 0
+
+
+def test_its_firmware_switches_the_forces_off_when_the_program_is_gone(bench: Bench) -> None:
+    """The only thing that does after `kill -9`: the library holds the last force for ever."""
+    device = bench.open()
+    assert bench.watchdog() * 125e-6 == device.info.lets_go == 0.03
+    assert bench.get("expert") == 0
+    device.close()
+    assert bench.watchdog() == 7  # as it was for other programs
+
+
+def test_after_a_stall_the_forces_that_its_firmware_switched_off_come_on_again(
+    bench: Bench,
+) -> None:
+    device = bench.open()
+    assert bench.get("enabled") == 1
+    CLOCK.sleep_until(CLOCK.now() + 0.05)
+    device.read(CLOCK.now())
+    device.write(ZERO)
+    assert bench.get("enabled") == 2
+
+
+def test_a_device_whose_firmware_has_no_watchdog_says_that_it_holds_its_force(
+    bench: Bench,
+) -> None:
+    bench.set("refuses", 1)
+    assert bench.open().info.lets_go == math.inf
+    assert bench.watchdog() == 7
+
+
+def test_a_library_that_stalls_in_contact_is_let_go_by_the_watchdog(bench: Bench) -> None:
+    device: Any = bench.open()
+    device.write(PUSH)
+    assert bench.force() != ZERO
+    ends: list[int] = []  # of this process, where this machine stands still for long
+    watchdog = Watchdog(device, CLOCK, 0.02, ends.append)
+    watchdog.start()
+    watchdog.begin()
+    bench.set("stalled", 1)
+    reading = threading.Thread(target=lambda: device.read(CLOCK.now()))
+    reading.start()
+    until(lambda: bench.force() == ZERO)
+    assert reading.is_alive()
+    assert watchdog.fired
+    watchdog.stop()
+    bench.set("stalled", 0)
+    reading.join()
 
 
 def test_what_keeps_it_from_use_is_told(bench: Bench) -> None:

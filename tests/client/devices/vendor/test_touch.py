@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,8 +11,9 @@ import pytest
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.device import Device
-from tests.client.devices.until import until
-from tests.client.devices.vendor.vendor_bench import CLOCK, PUSH, Bench, make_bench
+from cohaptic_client.devices.vendor import touch
+from tests.client.devices.until import SteadyClock, until
+from tests.client.devices.vendor.vendor_bench import PUSH, Bench, make_bench
 
 pytestmark = [
     pytest.mark.patient,
@@ -19,8 +21,12 @@ pytestmark = [
 ]
 
 
+CLOCK = SteadyClock()
+
+
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Bench]:
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setattr(touch, "GIVE_UP", 2.0)  # a machine that is busy with other tests
     yield from make_bench("touch", tmp_path)
 
 
@@ -87,6 +93,22 @@ def test_garbage_in_contact(bench: Bench, value: float) -> None:
     bench.put("position", (0.0, value, 0.0))
     assert "which cannot be" in bench.end_of(device)
     until(lambda: bench.force() == ZERO)
+
+
+def test_two_devices_are_told_apart_by_the_names_of_their_setup(
+    bench: Bench, tmp_path: Path
+) -> None:
+    """Each in a process of its own, and so with a library of its own: here a copy of the file."""
+    (tmp_path / "other").mkdir()
+    copied = shutil.copy(bench.path, tmp_path / "other")
+    other = Bench("touch", Path(copied))
+    one, two = bench.open("id=Left"), other.open("id=Right")
+    assert (bench.opened_name(), other.opened_name()) == ("Left", "Right")
+    press(other, two)
+    assert bench.force() == ZERO
+    one.close()
+    two.close()
+    assert other.force() == ZERO
 
 
 def test_what_keeps_it_from_use_is_told(bench: Bench) -> None:

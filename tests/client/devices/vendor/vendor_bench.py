@@ -39,6 +39,15 @@ class Bench:
     def get(self, name: str) -> int:
         return ctypes.c_int.in_dll(self.library, f"fake_{name}").value
 
+    def watchdog(self) -> int:
+        """Of the device's firmware, in 125 us."""
+        return ctypes.c_ubyte.in_dll(self.library, "fake_watchdog").value
+
+    def opened_name(self) -> str:
+        """Of the device that OpenHaptics was asked for."""
+        name: Any = (ctypes.c_char * 32).in_dll(self.library, "fake_name")
+        return bytes(name).split(b"\0")[0].decode()
+
     def put(self, name: str, values: Vec3) -> None:
         vector: Any = (ctypes.c_double * 3).in_dll(self.library, f"fake_{name}")
         vector[:] = values

@@ -7,15 +7,30 @@
 /* What a test sets and reads. */
 double fake_position[3], fake_velocity[3], fake_force[2][3];
 int fake_buttons, fake_gone, fake_count = 1, fake_opened, fake_forces_on, fake_stalled;
-int fake_result, fake_error;
+int fake_result, fake_error, fake_enabled, fake_expert, fake_refuses;
+unsigned char fake_watchdog = 7;
+char fake_name[32];
 
 /* DHD */
 int dhdGetDeviceCount(void) { return fake_count; }
 int dhdOpenID(char index) { return fake_gone ? -1 : (fake_opened++, index); }
 int dhdClose(char id) { (void)id; fake_opened--; return 0; }
-int dhdEnableForce(unsigned char on, char id) { (void)id; fake_forces_on = on; return 0; }
+int dhdEnableForce(unsigned char on, char id) {
+  (void)id, fake_forces_on = on, fake_enabled += on;
+  return 0;
+}
+int dhdEnableExpertMode(void) { fake_expert = 1; return 0; }
+int dhdDisableExpertMode(void) { fake_expert = 0; return 0; }
+int dhdSetWatchdog(unsigned char value, char id) {
+  (void)id;
+  if (!fake_expert || fake_refuses) return -1;
+  fake_watchdog = value;
+  return 0;
+}
+int dhdGetWatchdog(unsigned char *value, char id) { (void)id; *value = fake_watchdog; return 0; }
 const char *dhdErrorGetLastStr(void) { return "communication error"; }
 static int get(const double *from, double *x, double *y, double *z) {
+  while (fake_stalled) usleep(1000);
   if (fake_gone) return -1;
   *x = from[0], *y = from[1], *z = from[2];
   return fake_result;
@@ -42,7 +57,10 @@ static callback scheduled;
 static pthread_t servo;
 static int runs;
 
-unsigned hdInitDevice(const char *name) { (void)name; return fake_count ? 0 : 0xFFFFFFFFu; }
+unsigned hdInitDevice(const char *name) {
+  if (name) strncpy(fake_name, name, sizeof fake_name - 1);
+  return fake_count ? 0 : 0xFFFFFFFFu;
+}
 error_info hdGetError(void) { error_info e = {(unsigned)fake_error, 0, 0}; return e; }
 void hdEnable(unsigned what) { fake_forces_on = what == 0x4000; }
 void hdBeginFrame(unsigned device) { (void)device; }

@@ -115,3 +115,18 @@ def test_a_hand_that_went_on_in_a_silence_of_the_board_has_not_jumped(
             arm.read(silence)
     else:
         assert arm.read(silence).position[0] == pytest.approx(4.8e-5 * counts, rel=0.1)
+
+
+def test_a_process_that_stood_still_does_not_take_the_board_for_gone() -> None:
+    """Its answer comes with the next command: nobody listened for a second."""
+    port, link, _ = linked()
+    arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
+    arm.read(0.0)
+    arm.read(0.001)
+    arm.read(1.0)
+    port.tell(100)
+    assert arm.read(1.001).fresh
+    for k in range(249):
+        arm.read(1.001 + PERIOD * k)
+    with pytest.raises(DeviceError, match="its board has been silent for 25"):
+        arm.read(1.255)

@@ -25,7 +25,7 @@ SIZES = {"h1": 8, "h2": 14, "h3": 64}
 
 @pytest.mark.skipif(sys.platform != "linux", reason="umockdev mocks devices of Linux only")
 @pytest.mark.parametrize("generation", SIZES)
-def test_a_mocked_board_is_found_pressed_moved_stalled_and_unplugged(
+def test_a_mocked_board_is_found_pressed_garbled_stalled_and_unplugged(
     generation: str, tmp_path: Path
 ) -> None:
     seen = run_mocked(SCRIPT, str(tmp_path), generation)
@@ -39,6 +39,7 @@ def test_a_mocked_board_is_found_pressed_moved_stalled_and_unplugged(
     assert seen["moved"][0] > 0.0
     assert seen["idle"]
     assert seen["second_rests"]
+    assert "its encoders jumped; was it calibrated in use?" in seen["garbage"]
     assert "its board has been silent" in seen["stalled"]
     assert seen["after_close"] == [0, 0, 0]
     assert "it was unplugged" in seen["unplugged"]

@@ -17,18 +17,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
-from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.woodenhaptics import arm, wooden_kind
 from tests.client.devices.umock import MockHid, load_umockdev, plug_in
-from tests.client.devices.until import until
+from tests.client.devices.until import SteadyClock, until
 from tests.client.plane import CONFIG
 
-CLOCK = SystemClock()
+CLOCK = SteadyClock()
 PUSH: Vec3 = (2.0, -1.0, 3.0)
+FULL = [1182, -660, -2365]  # mA, of `PUSH` at home: in whole ones, once it has faded in
 USB = {"h1": (0x1234, 0x0006), "h2": (0x1234, 0x0006), "h3": (0x16C0, 0x0486)}
 SIZES = {"h1": 8, "h2": 14, "h3": 64}
 
@@ -49,6 +51,7 @@ class Board:
         self.raw = plug_in(testbed, directory, mock)
         self.counts, self.button, self.silent = (0, 0, 0), False, False
         self.currents: tuple[int, ...] = (0, 0, 0)
+        self.given = list[tuple[int, ...]]()  # one after the other
         self.sent = self.taken = 0
         self._testbed = testbed
         self._end: int = testbed.get_dev_fd(mock.node)
@@ -72,6 +75,7 @@ class Board:
             whole = self.size + 1
             while len(waiting) >= whole:
                 self.currents = struct.unpack_from("<3h", waiting, 1)
+                self.given.append(self.currents)
                 waiting, self.taken = waiting[whole:], self.taken + 1
                 self._report()
             if self.generation == "h1" and self.sent - self.taken < 3:
@@ -110,20 +114,26 @@ def end_of(device: Device) -> str:
     return told[-1]
 
 
-def press(device: Device, board: Board, force: Vec3 = PUSH) -> list[int]:
-    """Write until the board has the currents of a force, all of it."""
+def press(device: Device, board: Board, *, full: bool = False) -> list[int]:
+    """Write a force until most of its currents is given, or all of it; what is given then [mA]."""
+    before = len(board.given)
     seen: list[int] = []
 
     def given() -> bool:
         device.read(CLOCK.now())
-        device.write(force)
-        seen[:] = board.currents
-        return max(map(abs, seen)) > 2300
+        device.write(PUSH)
+        for each in board.given[before:]:  # there is none again where this loop has been late since
+            seen[:] = each
+            if seen == FULL if full else max(map(abs, seen)) >= 2300:
+                return True
+        return False
 
     until(given)
     return seen
 
 
+@patch.object(arm, "GIVE_UP", 2.0)  # s; `test_arm.py` has that it is a quarter of a second
+@patch.object(wooden_kind, "_FIRST_REPORT", 20.0)
 def main() -> None:
     testbed, directory = load_umockdev().Testbed.new(), Path(sys.argv[1])
     generation, unit = sys.argv[2], directory / "unit.toml"
@@ -137,7 +147,7 @@ def main() -> None:
     seen["other"] = sentence_of(lambda: opened(f"board={other},unit={unit}"))
     device = opened(options)
     seen["home"] = device.read(CLOCK.now()).position
-    seen["pressed"] = press(device, board)
+    seen["pressed"] = press(device, board, full=True)
     board.button = True
     until(lambda: bool(device.read(CLOCK.now()).buttons) or generation == "h1")
     board.counts = (40, 0, 0)
@@ -152,6 +162,15 @@ def main() -> None:
     press(device, board)
     seen["second_rests"] = tuple(second.currents) == ZERO
     press(two, second)
+
+    second.counts = (30000, -30000, 12345)
+    seen["garbage"] = end_of(two)
+    second.counts = (0, 50, 0)
+    drained = second.taken + 10  # of what is sent for ten commands no older one waits any more
+    until(lambda: second.taken > drained)
+    two.close()
+    until(lambda: tuple(second.currents) == (0, 0, 0))
+    two = opened(f"number=2,{options}")
 
     board.silent = True
     seen["stalled"] = end_of(device)

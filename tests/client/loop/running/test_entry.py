@@ -259,3 +259,19 @@ def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:
     main(rig)
     assert rig.reads > 50
     assert reached == []
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no SIGHUP")
+def test_under_nohup_a_terminal_that_closes_ends_nothing(parent: Parent, main: Main) -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+    def each(reads: int) -> None:
+        if reads == 20:
+            signal.raise_signal(signal.SIGHUP)
+        if reads == 50:
+            parent.command(stop=True)
+
+    rig = Rig(each)
+    main(rig)
+    assert rig.reads > 50
+    assert "error" not in parent.status()

@@ -1,0 +1,157 @@
+"""What a one-axis board and its host tell each other: frames with a checksum. Pure.
+
+The protocol is ours (`docs/reference/one-axis-board.md`); its other side is
+`examples/one_axis_board/axis_core.c`, against which the tests drive this one.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+NAME = "oneaxis"
+VERSION = 1
+
+_SYNC = 0xC5
+_IDENTIFY, _FORCE, _DESCRIPTION, _REPORT = b"IFDR"
+_MAGIC = b"cohaptic"
+_DESCRIBED = struct.Struct(
+    "<B8sB5H"
+)  # sequence, magic, version, limit, full, watchdog, ramp, counts
+_REPORTED = struct.Struct("<BBIih")  # sequence, flags, time, counts, current
+_SIZES = {_DESCRIPTION: 3 + _DESCRIBED.size + 1, _REPORT: 3 + _REPORTED.size + 1}
+_FAULTY, _TRIPPED, _LIMITED, _PRESSED = 1, 2, 4, 8
+_MOST_CURRENT = 32767  # mA; of the number on the wire
+
+
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What a board says of itself.
+
+    Args:
+        version: Of the protocol.
+        limit: Most that its motor ever gets [A].
+        full: What the motor gets at full voltage, standing still [A].
+        watchdog: Of silence, after which its motor is off [s].
+        ramp: From none to the limit after a start or a silence [s].
+        counts: Of its sensor, per turn of what it measures.
+    """
+
+    version: int
+    limit: float
+    full: float
+    watchdog: float
+    ramp: float
+    counts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a board answers to a force.
+
+    Args:
+        sequence: Of the command, 0 to 255.
+        time: Of the board's clock, which runs over after 71 minutes [s].
+        counts: Of its sensor.
+        current: That its motor has [A].
+        button: Whether it is held.
+        faulty: Whether its sensor failed: there is no current until the board starts anew.
+        tripped: Whether its motor was off meanwhile, as no command had come.
+        limited: Whether the current is less than was asked for.
+    """
+
+    sequence: int
+    time: float
+    counts: int
+    current: float
+    button: bool = False
+    faulty: bool = False
+    tripped: bool = False
+    limited: bool = False
+
+
+def identify(sequence: int) -> bytes:
+    """The question who the board is; it gives no force and feeds no watchdog."""
+    return _sealed(bytes([_IDENTIFY, sequence & 0xFF]))
+
+
+def command(sequence: int, amperes: float) -> bytes:
+    """A current for the motor [A], positive toward growing counts; none for what is not finite."""
+    wanted = 1e3 * amperes if math.isfinite(amperes) else 0.0
+    milliamperes = round(max(-_MOST_CURRENT, min(_MOST_CURRENT, wanted)))
+    return _sealed(struct.pack("<BBh", _FORCE, sequence & 0xFF, milliamperes))
+
+
+class Reader:
+    """Finds frames in what comes from a board.
+
+    Attributes:
+        skipped: Bytes since the last whole frame that belong to none.
+    """
+
+    def __init__(self) -> None:
+        self._waiting = b""
+        self.skipped = 0
+
+    def take(self, data: bytes) -> list[Description | Report]:
+        """The frames that these bytes complete, in the order in which they came."""
+        self._waiting += data
+        found: list[Description | Report] = []
+        at = 0
+        while len(self._waiting) - at > 1:
+            size = _SIZES.get(self._waiting[at + 1]) if self._waiting[at] == _SYNC else None
+            if size is not None and len(self._waiting) - at < size:
+                break
+            told = None if size is None else _read(self._waiting[at : at + size])
+            if size is None or told is None:
+                at, self.skipped = at + 1, self.skipped + 1
+            else:
+                found.append(told)
+                at, self.skipped = at + size, 0
+        self._waiting = self._waiting[at:]
+        return found
+
+
+def _read(frame: bytes) -> Description | Report | None:
+    """Contents of a frame of the right length; None where its checksum or its magic is wrong."""
+    if int.from_bytes(frame[-2:], "little") != crc16(frame[1:-2]):
+        return None
+    if frame[1] == _DESCRIPTION:
+        _, magic, version, limit, full, watchdog, ramp, counts = _DESCRIBED.unpack(frame[2:-2])
+        if magic != _MAGIC:
+            return None
+        return Description(version, 1e-3 * limit, 1e-3 * full, 1e-3 * watchdog, 1e-3 * ramp, counts)
+    sequence, flags, time, counts, current = _REPORTED.unpack(frame[2:-2])
+    return Report(
+        sequence,
+        1e-6 * time,
+        counts,
+        1e-3 * current,
+        button=bool(flags & _PRESSED),
+        faulty=bool(flags & _FAULTY),
+        tripped=bool(flags & _TRIPPED),
+        limited=bool(flags & _LIMITED),
+    )
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16/CCITT-FALSE: polynomial 0x1021, begins with 0xFFFF, nothing reversed."""
+    crc = 0xFFFF
+    for byte in data:
+        crc = (crc << 8 & 0xFFFF) ^ _TABLE[crc >> 8 ^ byte]
+    return crc
+
+
+def _entry(index: int) -> int:
+    crc = index << 8
+    for _ in range(8):
+        crc = crc << 1 ^ (0x1021 if crc & 0x8000 else 0)
+    return crc & 0xFFFF
+
+
+_TABLE = tuple(_entry(index) for index in range(256))
+
+
+def _sealed(body: bytes) -> bytes:
+    return bytes([_SYNC]) + body + crc16(body).to_bytes(2, "little")

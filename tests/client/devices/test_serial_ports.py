@@ -1,0 +1,86 @@
+"""Serial ports that are never waited for."""
+
+from __future__ import annotations
+
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from cohaptic.errors import DeviceError
+from cohaptic_client.devices.serial_ports import NeverWaiting, open_port
+
+if sys.platform == "win32":
+    pytest.skip("ports have no file numbers there", allow_module_level=True)
+
+
+def test_a_port_that_is_full_is_not_waited_for() -> None:
+    """pyserial's own `write` would try for ever, in the loop and in its watchdog."""
+    boards, ours = os.pipe()
+    os.set_blocking(ours, False)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: ours))
+    while port.write(bytes(4096)):
+        pass
+    assert port.write(b"[0,0,0]\n") == 0
+    for end in (boards, ours):
+        os.close(end)
+
+
+def test_a_command_that_was_cut_off_is_ended_before_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sent, room = list[bytes](), [3, 100, 100]
+
+    def write(_number: int, data: bytes) -> int:
+        sent.append(data[: room.pop(0)])
+        return len(sent[-1])
+
+    monkeypatch.setattr(os, "write", write)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: 0))
+    for _ in range(3):
+        port.write(b"[1,2,3]\n")
+    monkeypatch.undo()
+    assert b"".join(sent) == b"[1,\n[1,2,3]\n[1,2,3]\n"
+
+
+def test_where_messages_find_themselves_nothing_is_sent_between(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sent, room = list[bytes](), [2, 100]
+
+    def write(_number: int, data: bytes) -> int:
+        sent.append(data[: room.pop(0)])
+        return len(sent[-1])
+
+    monkeypatch.setattr(os, "write", write)
+    port = NeverWaiting(SimpleNamespace(fileno=lambda: 0), cut=b"")
+    for _ in range(2):
+        port.write(b"\xc5abc")
+    monkeypatch.undo()
+    assert b"".join(sent) == b"\xc5a\xc5abc"
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [("/dev/nothere", "there is no port /dev/nothere"), ("/dev/null", "no serial port is at")],
+)
+def test_what_is_no_port_is_told_in_words(path: str, words: str) -> None:
+    with pytest.raises(DeviceError) as caught:
+        open_port("oneaxis", path, "1a86")
+    assert words in str(caught.value)
+    assert str(caught.value).endswith("; see what `cohaptic devices` lists")
+
+
+def test_a_port_that_may_not_be_opened_is_told_with_the_rule_that_helps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(path: str, *_: object, **__: object) -> None:
+        """In the words of pyserial."""
+        raise OSError(13, f"could not open port {path}: [Errno 13] Permission denied: '{path}'")
+
+    monkeypatch.setattr("serial.Serial", refused)
+    with pytest.raises(DeviceError) as caught:
+        open_port("oneaxis", "/dev/ttyUSB0", "1a86")
+    rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="1a86", TAG+="uaccess"'
+    assert "/dev/ttyUSB0 may not be opened; put the line " + rule in str(caught.value)
