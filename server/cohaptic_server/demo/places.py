@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
-from cohaptic.simulated.hand import Place
+from cohaptic.simulated.hand import Hand, Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.demo.scene import PRESS_DEPTH
@@ -37,7 +37,15 @@ _MAX_COUPLING = 0.3  # a larger ratio counts no more; the stiffer place is then 
 # Contact radii from what is held, the next where the one before has no place. A frame of thin tubes
 # that lies on its side is nowhere further away but on parts that stick out.
 _FROM_HELD = (2.0, 1.0, 0.5)
+# Contact radii between two hands, the next where one has no room. At 2 contacts on one side meet;
+# on a bottle of 133 tetrahedra with a fingertip of 28 mm there is no place further away.
+_APART = (3.0, 2.2, 1.5)
 _MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
+# A thin wall gives way as a whole, so that it may be pressed deeper than it is thick: as deep as it
+# takes for this force [N] on the hand, three times of what is perceived, but by no more than this
+# share of `SurfaceMesh.size`. Before, two hands on a bottle's wall of 1.2 mm felt 3 mN.
+_FELT = 0.15
+_MAX_SHARE = 0.15
 
 
 def _silent(share: float) -> None:
@@ -74,7 +82,6 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     """
     mesh = body.mesh
     room = width_of_hand(mesh)
-    apart = max(room, 3.0 * body.contact_radius)
     candidates = spread_over(mesh.vertices, _CANDIDATES)
     under = depth_under(mesh, candidates)
     fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, room)
@@ -102,22 +109,45 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     ratio = C_ij / C_ii[:, None]
     gap = np.linalg.norm(mesh.vertices[admissible][None] - mesh.vertices[pressed][:, None], axis=2)
     score = np.minimum(np.where(ratio < 0.0, -_OUTWARD_WEIGHT * ratio, ratio), _MAX_COUPLING)
-    score = score * (gap >= apart) * np.median(C_ii) / (C_ii[:, None] + soft[away])
-    found: list[Placement] = []
+    score = score * np.median(C_ii) / (C_ii[:, None] + soft[away])
+    least = [max(room, radii * body.contact_radius) for radii in _APART]
+    each = (
+        _groups(mesh.vertices, pressed, admissible, score * (gap >= d), users, d) for d in least
+    )
+    groups = next(filter(None, each), None)
+    if groups is None:
+        raise BodyError(
+            f"{body.name}: there is no room for {users} hands {1e3 * least[-1]:.0f} mm apart; take"
+            " fewer --users"
+        )
+    return [
+        placement_at(body, chosen, float(under[np.isin(candidates, chosen)].min()), _FELT)
+        for chosen in groups
+    ]
+
+
+def _groups(
+    x: Floats, pressed: Ints, admissible: Ints, score: Floats, users: int, apart: float
+) -> list[Ints]:
+    """Vertices for all hands, the one that presses first; the best group first.
+
+    Args:
+        x: Vertices, shape (n, 3) [m].
+        pressed: At which a press was tried, shape (p,).
+        admissible: Where others may stand, shape (f,).
+        score: Of each of these with each of those, shape (p, f).
+        users: Number of hands.
+        apart: Least distance between two [m].
+    """
+    found: list[Ints] = []
     for first in np.argsort(-np.sort(score, axis=1)[:, -(users - 1)], kind="stable").tolist():
         chosen: list[int] = [int(pressed[first])]
         for k in np.argsort(-score[first]).tolist():
-            off = mesh.vertices[chosen] - mesh.vertices[admissible[k]]
+            off = x[chosen] - x[admissible[k]]
             if len(chosen) < users and np.linalg.norm(off, axis=1).min() >= apart:
                 chosen.append(int(admissible[k]))
         if len(chosen) == users:
-            least = float(under[np.isin(candidates, chosen)].min())
-            found.append(placement_at(body, np.array(chosen), least))
-    if not found:
-        raise BodyError(
-            f"{body.name}: there is no room for {users} hands {1e3 * apart:.0f} mm apart; take"
-            " fewer --users"
-        )
+            found.append(np.array(chosen))
     return found
 
 
@@ -170,13 +200,15 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
     return np.diag(response.compliance), C
 
 
-def placement_at(body: Body, chosen: Ints, under: float) -> Placement:
+def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
     """Hands at chosen vertices.
 
     Args:
         body: The body at rest.
         chosen: Vertex of each hand; the first one presses, shape (users,).
         under: Depth of the body under the shallowest of them [m].
+        felt: Force that the first one should feel at least [N], within `_MAX_SHARE` of the size and
+            `PRESS_DEPTH`.
     """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
@@ -184,9 +216,11 @@ def placement_at(body: Body, chosen: Ints, under: float) -> Placement:
         Place((float(p[0]), float(p[1]), float(p[2])), (float(n[0]), float(n[1]), float(n[2])))
         for p, n in zip(x, inward, strict=True)
     )
+    # Body and hand are springs in a row.
+    deep = min(felt * (float(C[0, 0]) + 1.0 / Hand().stiffness), _MAX_SHARE * body.mesh.size)
     return Placement(
         places,
-        min(PRESS_DEPTH, _MAX_DEPTH * under),
+        min(PRESS_DEPTH, max(_MAX_DEPTH * under, deep)),
         tuple((C[0] / np.diag(C)).tolist()),
         tuple(np.linalg.norm(x - x[0], axis=1).tolist()),
     )

@@ -124,6 +124,6 @@ def reference(
     for user in range(scene.users):
         script = scene.script(user)
         level = 1.0 if pressed or user > 0 else 0.0
-        tip = script.intention(info.center, info.radius).tip(level)
-        hands.append(RestingHand(tip, script.hand.stiffness))
+        intention = script.intention(info.center, info.radius)
+        hands.append(RestingHand(intention.tip(level), script.hand.stiffness, intention.tip(0.0)))
     return solve(body, hands, iterations)

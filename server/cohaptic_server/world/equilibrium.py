@@ -20,14 +20,22 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, locate
+from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.lags.turning import root_of_gain
-from cohaptic_server.world.loads import Press
+from cohaptic_server.world.loads import Press, contact_axes
 
 _TOLERANCE = 1e-5  # N; and 1e-8 m of the tips
 # m along the surface. At the tolerance of a tick, on a surface that others tilt by a third, a tip
 # would be left 0.02 mm off the surface.
 _CONTACT_TOLERANCE = 1e-6
 _REFINE_BELOW = 1e-2  # N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less
+# Near an equilibrium that does not last, such as that of a rubber plate between two hands just
+# before it buckles, forces change by a few 1e-7 N in each iteration, and leave it in 40 more. So
+# tips are pushed by this much along the surface, and forces are found again more precisely. They
+# may differ by a share of the largest one, or of `_LEAST` if that is more.
+_NUDGE = 3e-4  # m, along each of two tangents
+_FOUND_AGAIN = 1e-6  # N
+_SAME, _LEAST = 1e-3, 0.1  # -, N
 MAX_ITERATIONS = 200
 
 
@@ -38,10 +46,13 @@ class RestingHand:
     Args:
         intention: Position that the hand wants for its tip [m].
         stiffness: Of the hand [N/m].
+        start: Where it came from [m]. In a wall thinner than it is pressed, the nearest surface of
+            a tip may be the far one; a hand touches that which it came to. None for the nearest.
     """
 
     intention: Vec3
     stiffness: float
+    start: Vec3 | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +63,7 @@ class Equilibrium:
         force: Normal force on each hand, shape (c,) [N].
         alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
         tip: Of each hand, shape (c, 3) [m].
+        place: Where each touches, on the resting surface, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
         turning: Largest share of a way along the surface that its own force makes of it anew: the
             normal turns with the way, and body and hands give way to that. At 1 a tip slides off.
@@ -60,6 +72,7 @@ class Equilibrium:
     force: Floats
     alone: Floats
     tip: Floats
+    place: Floats
     compliance: Floats
     turning: float
 
@@ -69,13 +82,16 @@ class Equilibrium:
         return np.asarray(self.force - self.alone)
 
 
+# One iteration needs nearly all of the state of the one before.
 def solve(
     body: Body, hands: Sequence[RestingHand], iterations: int = MAX_ITERATIONS
 ) -> Equilibrium:
     """Find the equilibrium of a body and hands.
 
     For given contacts this is a linear complementarity problem with a positive definite matrix,
-    which is solved exactly; then contacts are located anew at the tips, until both agree.
+    which is solved exactly; then contacts are located anew at the tips, until both agree. What is
+    found is pushed once, and hands and body have to return to it: that finds most of those that do
+    not last, not all. A tip on top of a facet may stay there.
 
     Args:
         body: The body.
@@ -92,9 +108,10 @@ def solve(
     tip: Floats = intention.copy()
     free: list[Floats] = [np.zeros_like(body.mesh.vertices)] * n
     every = np.arange(len(body.mesh.vertices))
-    contacts: list[Contact | None] = [None] * n
+    contacts = [_first(body, hand) for hand in hands]
     response: Response | None = None
     tolerance: float | None = None
+    before, limit = np.full(n, np.inf), _TOLERANCE
     for _ in range(iterations):
         located = _located(body, tip, free, contacts, tolerance)
         response = body.respond([c.load(f) for c, f in zip(located, force, strict=True)], response)
@@ -119,12 +136,26 @@ def solve(
         contacts = list(located)
         if change < _REFINE_BELOW and tolerance is None:
             tolerance = _CONTACT_TOLERANCE
-        elif max(change, 1e3 * _largest(pushed - tip)) < _TOLERANCE:
+        elif max(change, 1e3 * _largest(pushed - tip)) >= limit:
+            continue
+        elif _largest(force - before) > _SAME * max(_largest(force), _LEAST):
+            before, limit = force, _FOUND_AGAIN
+            aside = np.array([contact_axes(normal)[1:].sum(axis=0) for normal in normals])
+            tip = tip + _NUDGE * (force > 0.0)[:, None] * aside
+        else:
             C = response.compliance
             alone = _forces_alone(located, tip, C)
             turning = _turning(body, response, hands, located, force)
-            return Equilibrium(force, alone, tip, C, turning)
+            places = np.array([c.point for c in located])
+            return Equilibrium(force, alone, tip, places, C, turning)
     raise BodyError("body and hands found no equilibrium: the contacts keep sliding")
+
+
+def _first(body: Body, hand: RestingHand) -> Contact | None:
+    """The contact of a hand that has come to the resting surface and not pressed yet."""
+    if hand.start is None:
+        return None
+    return locate(body.mesh, hand.start, ZeroField(), radius=body.contact_radius)
 
 
 def _located(

@@ -35,10 +35,10 @@ from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
 from cohaptic_server.world.lags.anticipation import remember
 from cohaptic_server.world.lags.felt_swing import show_swing
-from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation
+from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation, known_coupling
 from cohaptic_server.world.lags.room_lag import find_lag
 from cohaptic_server.world.lags.room_loop import room_loop
-from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts
+from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts, turned_loop
 from cohaptic_server.world.loads import (
     bounded,
     compliance_between,
@@ -96,8 +96,8 @@ def advance(
 
     fading = [release.faded() for release in releases]
     # Of these the body is asked for two directions more: along the surface.
-    turned = steep_contacts(tracked.contacts.slopes)
-    steep = [i for i in turned if i not in tracked.rough]
+    turns = steep_contacts(tracked.contacts.slopes)
+    steep = [i for i in turns if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
     loads, starts = loads_of(tracked.contacts, applied.force, applied.tangential, wide, fading)
     if (prefetching := touched_body.prefetching) is not None:
@@ -119,16 +119,23 @@ def advance(
     weight = nearness(height, applied.force)
     hands = list(map(Hand, tracked.touches, tracked.delays))
     loop = room_loop(hands, compliance, spans, weight, dt)
-    turned_at = now if turned else state.turned_at
-    plan = find_anticipation(loop, tracked.contacts.normals, now - turned_at >= CALM_TIME)
+    turned = None
+    if turns:
+        turned = turned_loop(
+            hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight
+        )
+    S = known_coupling(loop, turned)
+    unknown_at = now if S is None else state.unknown_at
+    if now - unknown_at < CALM_TIME:
+        S = None
+    plan = find_anticipation(loop, tracked.contacts.normals, S, turned, dt)
     past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
-    room = find_lag(loop, plan.m, plan.gains, state.room, dt)
+    room = find_lag(loop, plan, state.room, dt)
     response = show_swing(
         body, response, loop, plan.gains, room.lag, compliance, spans, starts.tolist(), dt
     )
-    turning = find_turning_lag(
-        hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight, room.lag, dt
-    )
+    # Where forces are anticipated, contacts turn at once, as the anticipation takes them to.
+    turning = find_turning_lag(None if plan.gains else turned, hands, room.lag, dt)
 
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)
@@ -142,7 +149,7 @@ def advance(
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
     after = WorldState(
         time.number, users, response, releases, room, coupling, turning, plan.anticipation, past,
-        turned_at,
+        unknown_at,
     )  # fmt: skip
     return after, patches
 

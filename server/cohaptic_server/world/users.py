@@ -271,7 +271,7 @@ class WorldState:
         turning: Time constant with which others turn steep contacts [s].
         anticipation: Part of the coupling that the next tick anticipates.
         past: What the body carried in the ticks that samples may still answer, oldest first.
-        turned_at: When a contact was last one that others may turn too fast [s].
+        unknown_at: When the coupling was last one that a tick does not know [s].
     """
 
     tick: int = 0
@@ -283,7 +283,7 @@ class WorldState:
     turning: float = 0.0
     anticipation: Anticipation = NOTHING
     past: tuple[Carried, ...] = ()
-    turned_at: float = -math.inf
+    unknown_at: float = -math.inf
 
     def free_field(self, row: int) -> Field:
         """The surface free of a user's own force after the tick; -1 for one who was not there."""

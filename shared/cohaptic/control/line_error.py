@@ -14,12 +14,16 @@ from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_fit import MeshFit
 from cohaptic.vec import Vec3, dot, sub
 
-# Distance of two points as a share of the deepest that a fit tells apart (`mesh_fit.DEEPEST`): 6 mm
-# on the balloon, a quarter of the support of its vertices, within which the error changes little.
-# The least, for the smallest objects, is what a hand cannot tell apart [m].
-_SPACING = 0.1
-_LEAST_SPACING = 0.0005
-_FURTHEST = 64  # points up or down: beyond them the last error counts, so that a patch stays small
+# How far is near, as a share of the deepest that a fit tells apart (`mesh_fit.DEEPEST`): 6 mm on
+# the balloon, a quarter of the support of its vertices. The least, for the smallest objects, is
+# what a hand cannot tell apart [m].
+_REACH = 0.1
+_LEAST_REACH = 0.0005
+# Points on the line in that distance. On a balloon the error hardly changes within it. On an object
+# of few elements it does: with one point a finger 3 mm deep on rubber of 633 of them felt 1.2 % too
+# little, with four 0.1 % too much, with eight 0.02 % (`benchmarks/object_session.py`, pinched.stl).
+_POINTS = 8
+_FURTHEST = 512  # points up or down: beyond them the last error counts, so that a patch stays small
 # Cosines of the angle between the vertices' normal and the patch's on the line. Above the first the
 # vertices are believed near the line too, below the second not at all: their normal then turns
 # under a probe that moves sideways as the server's does not, and with each patch the line's comes
@@ -28,7 +32,7 @@ _FURTHEST = 64  # points up or down: beyond them the last error counts, so that 
 _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
-# Distance from the line, in distances of two points, at which sphere or plane is no better.
+# Distance from the line, in reaches, at which sphere or plane is no better.
 _NEAR = 2.5
 # The same for the distance up to which the normal is set right, and the depth with it, as if the
 # vertices were turned. Where it was longer, or only the normal was turned, dragging with friction
@@ -39,8 +43,8 @@ _TURNING = 1.25
 # limit only keeps what is hardly a compliance, next to held vertices, from overflowing.
 _MAX_FACTOR = 1e6
 
-# Up to so many times the way that others have moved the surface here, and at most so many distances
-# of two points, the compliance is the contact's own. On a limb it changes fivefold within the way
+# Up to so many times the way that others have moved the surface here, and at most so many reaches,
+# the compliance is the contact's own. On a limb it changes fivefold within the way
 # that others move the contact sideways, and with it the force, by as much as that way is of the
 # depth: a loop through the other hands that no gain knows of. Two hands that pinched one swung by
 # half of their force. The hand's own way over the surface is not of that kind.
@@ -74,8 +78,9 @@ class LineError:
     def __init__(self, fit: MeshFit, base: LocalSurface, moved: float) -> None:
         self._fit: Final = fit
         self._base: Final = base
-        self._spacing: Final = max(_LEAST_SPACING, _SPACING * math.sqrt(fit.deepest))
-        self._apart: Final = min(_APART, _MOVED * moved / self._spacing)
+        self._reach: Final = max(_LEAST_REACH, _REACH * math.sqrt(fit.deepest))
+        self._spacing: Final = self._reach / _POINTS
+        self._apart: Final = min(_APART, _MOVED * moved / self._reach)
         self._points: Final[dict[int, Error]] = {}
 
     def at(self, probe: Vec3, depth: float) -> Beside:
@@ -99,7 +104,7 @@ class LineError:
         c_factor = wa * a[2] + wb * b[2] + wc * c[2] + wd * d[2]
         away, n = sub(probe, self._base.x_free), self._base.normal
         along = dot(away, n)
-        beside = max(0.0, dot(away, away) - along * along) / (self._spacing * self._spacing)
+        beside = max(0.0, dot(away, away) - along * along) / (self._reach * self._reach)
         trust = _smooth((alike - _TURNED) / (_ALIKE - _TURNED))
         if trust < 1.0:
             far = _smooth((alike - _STRANGE) / (_TURNED - _STRANGE))

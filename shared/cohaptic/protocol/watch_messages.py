@@ -4,6 +4,8 @@ client -> server    watch, first; set_view, set_latency, moderate
 server -> client    watching, first; latency, moderated, put_out; to all: user_joined, user_left,
                     restraints, error
 
+What is said about who else is here, both ways, is in `control/company.py`.
+
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
 that watch: the first message of a connection decides which kind it is.
 """
@@ -14,6 +16,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
+from cohaptic.protocol.control.company import (
+    Aim,
+    Aimed,
+    Company,
+    Declined,
+    Follow,
+    Point,
+    Pointed,
+    Present,
+)
 from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
 from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.messages import (
@@ -59,6 +71,7 @@ class Watch(WithSecrets):
         rate: Scene frames at most [1/s].
         mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
         token: As in a hello.
+        company: Whether it wants to hear who else is here. Not on the wire if not.
     """
 
     type: Literal["watch"] = "watch"
@@ -67,6 +80,7 @@ class Watch(WithSecrets):
     rate: Rate = 30.0
     mesh: MeshForm = "exact"
     token: Token | None = Field(default=None, repr=False)
+    company: bool = False
 
 
 class SetView(ControlMessage):
@@ -202,8 +216,12 @@ class PutOut(ControlMessage):
     names: Annotated[tuple[Name, ...], Field(max_length=MOST_PUT_OUT)]
 
 
-ClientMessage = Hello | Come | SetName | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
-WatchControl = Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | PutOut | Error
+WatchRequest = SetView | SetLatency | Moderate | Present | Follow | Aim | Point
+ClientMessage = Hello | Come | SetName | SetLaw | Bye | Watch | WatchRequest
+WatchControl = (
+    Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | PutOut
+    | Company | Aimed | Pointed | Declined | Error
+)  # fmt: skip
 
 _CLIENT: TypeAdapter[ClientMessage] = TypeAdapter(
     Annotated[ClientMessage, Field(discriminator="type")]

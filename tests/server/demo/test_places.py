@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -75,7 +75,8 @@ def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
     assert (np.abs(pressed.felt_from_others) > 0.05 * pressed.force).all()
 
 
-@pytest.mark.parametrize("users", [3, 5])
+# Sixteen have no room with three contact radii between each two, and find it with fewer.
+@pytest.mark.parametrize("users", [3, 5, 16])
 def test_more_hands_keep_apart(tower: Solid, users: int) -> None:
     x = np.array([place.point for place in place_hands(tower, held(tower), users).places])
     gaps = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(users)
@@ -83,8 +84,8 @@ def test_more_hands_keep_apart(tower: Solid, users: int) -> None:
 
 
 def test_there_is_an_end_to_the_room(tower: Solid) -> None:
-    with pytest.raises(BodyError, match=r"no (room|place) for 16 hands"):
-        place_hands(tower, held(tower), 16)
+    with pytest.raises(BodyError, match=r"no (room|place) for 60 hands"):
+        place_hands(tower, held(tower), 60)
     every = np.ones(len(tower.mesh.vertices), dtype=np.bool_)
     with pytest.raises(BodyError, match=r"no place for 2 hands: 0 of .*Hold less of it"):
         place_hands(tower, every, 2)
@@ -118,3 +119,10 @@ def test_the_support_is_behind_and_not_next_to_a_place() -> None:
     found = supported(mesh, np.arange(len(height)), foot, 0.015)
     assert found[height > 0.0].all()
     assert not found[height < -0.036].any()
+
+
+def test_two_hands_whose_contacts_are_wide_stand_as_far_apart_as_there_is_room() -> None:
+    """Less than 2.2 contact radii: the fingertips of a coarse object grow with its elements."""
+    wide = Balloon(BalloonSettings(contact_radius=0.095))
+    found = place_hands(wide, np.zeros(len(wide.mesh.vertices), dtype=np.bool_), 2)
+    assert 1.5 * 0.095 <= found.distances[1] < 2.2 * 0.095

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.demo import settled
+from cohaptic_server.demo.lateness import LEAST
 from cohaptic_server.demo.places import placements
-from cohaptic_server.demo.settled import Placement, first_that_rests, rests
+from cohaptic_server.demo.scene import Scene, reference
+from cohaptic_server.demo.settled import Placement, first_that_rests, force_at_rest, rests
 from cohaptic_server.testing.blocks import block
+from cohaptic_server.world.equilibrium import Equilibrium
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +37,43 @@ def test_a_shallow_press_rests_and_one_through_the_half_of_the_body_does_not(
     assert not rests(rubber, replace(standing[0], depth=0.16))
 
 
+def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
+    rubber: RubberSolid, standing: list[Placement], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A soft limb has such equilibria beside those that a press finds; tips hardly move there."""
+    placement = replace(standing[0], depth=0.002)
+    real = reference
+    for share, at_rest in ((1.0, True), (30.0, False)):
+
+        def wedged(*args: Any, share: float = share, **more: Any) -> Equilibrium:
+            found = real(*args, **more)
+            own = np.diag(np.diag(found.compliance))
+            return replace(found, compliance=own + share * (found.compliance - own))
+
+        monkeypatch.setattr(settled, "reference", wedged)
+        assert rests(rubber, placement) == at_rest
+
+
 def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
-    deep = [replace(placement, depth=0.16) for placement in standing]
+    deep = [replace(placement, depth=0.06) for placement in standing]
     shares: list[float] = []
     found = first_that_rests(rubber, deep, shares.append)
     assert rests(rubber, found)
-    assert 0.0 < found.depth < 0.16
+    assert 0.0 < found.depth < 0.06
     assert shares == sorted(shares)
     assert shares[0] == 0.0
     assert shares[-1] < 1.0
+
+
+def test_a_contact_that_came_through_to_the_far_side_does_not_rest(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    """It presses there by 0.6 N, and its tip is where it wants to be."""
+    deep = replace(standing[0], depth=0.04)
+    found = reference(Scene(2, places=deep.places, depth=0.04), rubber, pressed=True)
+    assert np.linalg.norm(found.place[0] - deep.places[0].point) > 0.04
+    assert found.force[0] > 0.5
+    assert not rests(rubber, deep)
 
 
 def test_the_best_of_those_that_rest_is_taken(
@@ -51,6 +84,16 @@ def test_the_best_of_those_that_rest_is_taken(
     found = first_that_rests(rubber, [replace(shallow[0], depth=0.16), *shallow[1:]], print)
     assert found.depth == pytest.approx(0.002)
     assert np.linalg.norm(np.array(found.places[0].point) - shallow[1].places[0].point) < 1e-9
+
+
+def test_where_the_best_is_not_felt_another_is_taken(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    shallow = [replace(placement, depth=2e-5) for placement in standing[:3]]
+    shallow.sort(key=lambda placement: force_at_rest(rubber, placement) or 0.0)
+    forces = [force_at_rest(rubber, placement) or 0.0 for placement in shallow]
+    assert 0.0 < forces[0] < LEAST < forces[1]
+    assert first_that_rests(rubber, shallow, print).places == shallow[1].places
 
 
 def test_where_they_rest_nowhere_the_press_is_shallow(

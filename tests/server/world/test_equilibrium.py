@@ -191,3 +191,14 @@ def test_what_turns_under_one_hand_turns_in_the_room_too(balloon: Balloon, at: l
 
 def test_hands_off_the_body_turn_nothing(small_balloon: Balloon) -> None:
     assert solve(small_balloon, [hand((1.0, 0.0, 0.0), -0.01)]).turning == 0.0
+
+
+def test_an_equilibrium_from_which_a_hand_would_slide_away_is_none(small_balloon: Balloon) -> None:
+    """A hand of 5 N/m that wants to be beyond the middle, exactly opposite of where it would rest.
+
+    There the sum of all forces is zero; a tenth of a millimetre aside it is pulled round the ball.
+    """
+    beyond, stiffness = 0.05, 5.0
+    found = solve(small_balloon, [RestingHand((-beyond, 0.0, 0.0), stiffness, (0.15, 0.0, 0.0))])
+    assert found.place[0, 0] == pytest.approx(-RADIUS, rel=0.01)
+    assert found.force[0] == pytest.approx(stiffness * (RADIUS - beyond), rel=0.05)

@@ -74,10 +74,10 @@ made = {
 def test_below_the_contact_the_patch_is_right(
     seed: int, tilt: Vec3, off: float, curvature: float, share: float, depth: float
 ) -> None:
-    """Exactly at the points, and to some hundredths of a millimetre between them."""
+    """Exactly at the points, and to a micrometre between them."""
     found, base = bumpy(seed, tilt, off, curvature, share)
     sight = found.look(sub(base.x_free, scale(base.normal, depth)))
-    assert sight.depth == pytest.approx(depth, abs=5e-5)
+    assert sight.depth == pytest.approx(depth, abs=1e-6)
     assert dot(sight.normal, base.normal) > CLOSE
     assert sight.c_ii == pytest.approx(C_II, rel=0.02)
 
@@ -144,7 +144,7 @@ def test_nothing_steps_on_the_way_out_to_the_vertices(
 @pytest.mark.parametrize("depth", [0.002, 0.006, 0.012, 0.02])
 def test_deep_below_an_edge_the_depth_is_the_patchs(depth: float) -> None:
     """There the mean over the vertices is up to a tenth short of it."""
-    assert rim().look(scale(CORNER, -depth)).depth == pytest.approx(depth, abs=5e-5)
+    assert rim().look(scale(CORNER, -depth)).depth == pytest.approx(depth, abs=1e-6)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.001), st.floats(0.0, 0.015))

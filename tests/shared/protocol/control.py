@@ -5,6 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from cohaptic.control.law import Law
+from cohaptic.protocol.control.company import (
+    Aim,
+    Aimed,
+    Company,
+    Declined,
+    Follow,
+    Follower,
+    Point,
+    Pointed,
+    Present,
+)
 from cohaptic.protocol.control.naming import Named, SetName
 from cohaptic.protocol.messages import (
     BodyInfo,
@@ -73,6 +84,7 @@ CONTROL: dict[str, Any] = {
     "user_left": UserLeft(user=2, name="right", reason="bye"),
     "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
     "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
+    "watch with company": Watch(protocol=PROTOCOL_VERSION, company=True),
     "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
     "set_view": SetView(encoding="forces", rate=60.0),
     "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
@@ -102,4 +114,38 @@ CONTROL: dict[str, Any] = {
     "moderate a name": Moderate(action="unban", name="left"),
     "put_out": PutOut(names=("left", "right")),
     "latency": Latency(user=2, delay=0.125, jitter=0.03125),
+    "present": Present(name="left", user=1, key="0123456789abcdef", open=True),
+    "present without a hand": Present(name="left"),
+    "follow": Follow(user=2),
+    "follow nobody": Follow(user=None),
+    "aim": Aim(azimuth=-1.375, elevation=0.25, distance=5.5),
+    "point": Point(point=(0.0625, 0.0, -0.125)),
+    "company": Company(
+        watching=3,
+        open=(1, 2),
+        following=2,
+        followers=(Follower(user=1, name="left"), Follower(user=None, name="up")),
+    ),
+    "company of nobody": Company(watching=1, may_point=False),
+    "aimed": Aimed(user=2, azimuth=-1.375, elevation=0.25, distance=5.5),
+    "pointed": Pointed(user=2, name="right", point=(0.0625, 0.0, -0.125)),
+    "declined": Declined(what="follow", reason="right keeps its view to itself."),
 }
+
+# What is said over a connection that watches, by the titles of its parts in docs/protocol.md.
+SOCIAL = [
+    (f"{kind.__name__.lower()},", kind)
+    for kind in (
+        Moderated,
+        Watching,
+        Latency,
+        Present,
+        Follow,
+        Aim,
+        Point,
+        Company,
+        Aimed,
+        Pointed,
+        Declined,
+    )
+]

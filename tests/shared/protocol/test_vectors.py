@@ -13,8 +13,8 @@ import pytest
 
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.naming import SetName
-from cohaptic.protocol.messages import Bye, Come, Hello, SetLaw, decode_server_control
+from cohaptic.protocol.control.company import CompanyNews
+from cohaptic.protocol.messages import decode_server_control
 from cohaptic.protocol.patch import (
     Patch,
 )
@@ -22,13 +22,10 @@ from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.watch_messages import (
+    ClientMessage,
     Latency,
-    Moderate,
     Moderated,
     PutOut,
-    SetLatency,
-    SetView,
-    Watch,
     Watching,
     decode_client_message,
     decode_watch_control,
@@ -113,14 +110,10 @@ def test_the_written_control_messages_are_those_we_send_and_understand() -> None
 
 def decoder(message: object) -> Callable[[str], object]:
     """Who reads a message of this type."""
-    from_client = Hello | Come | SetName | SetLaw | Bye | Watch | SetView | SetLatency | Moderate
-    if isinstance(message, from_client):
+    if isinstance(message, ClientMessage):
         return decode_client_message
-    return (
-        decode_watch_control
-        if isinstance(message, Watching | Latency | Moderated | PutOut)
-        else decode_server_control
-    )
+    to_watchers = Watching | Latency | Moderated | PutOut | CompanyNews
+    return decode_watch_control if isinstance(message, to_watchers) else decode_server_control
 
 
 if __name__ == "__main__":

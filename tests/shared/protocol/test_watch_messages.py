@@ -33,10 +33,46 @@ def test_any_text_gives_a_message_or_the_peers_error(text: str) -> None:
 
 @given(
     st.dictionaries(
-        st.sampled_from(["protocol", "encoding", "rate", "user", "delay", "jitter", "users"]),
+        st.sampled_from(
+            [
+                "protocol",
+                "encoding",
+                "rate",
+                "user",
+                "delay",
+                "jitter",
+                "users",
+                "company",
+                "name",
+                "open",
+                "azimuth",
+                "elevation",
+                "distance",
+                "point",
+                "watching",
+                "followers",
+                "reason",
+            ]
+        ),
         anything,
     ),
-    st.sampled_from(["watch", "set_view", "set_latency", "watching", "latency"]),
+    st.sampled_from(
+        [
+            "watch",
+            "set_view",
+            "set_latency",
+            "watching",
+            "latency",
+            "present",
+            "follow",
+            "aim",
+            "point",
+            "company",
+            "aimed",
+            "pointed",
+            "declined",
+        ]
+    ),
 )
 def test_any_fields_give_a_message_or_the_peers_error(fields: dict[str, Any], kind: str) -> None:
     text = json.dumps({"type": kind} | fields)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from cohaptic.control.room_lag import RoomLag
-from cohaptic.control.stability.anticipation import Gains, lag_of_hands
+from cohaptic.control.stability.anticipation import lag_of_hands
 from cohaptic.control.stability.lag_choice import EXACT, choose_lag, margin
+from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
+from cohaptic_server.world.lags.planning import Planned
 from cohaptic_server.world.lags.room_loop import RoomLoop
 
 # Seconds that the lag falls per second while it is below this value; above it, it falls by its own
@@ -15,22 +17,20 @@ from cohaptic_server.world.lags.room_loop import RoomLoop
 FALL_RATE = 0.2
 
 
-def find_lag(
-    loop: RoomLoop, m: float, gains: Gains | None, previous: RoomLag, dt: float
-) -> RoomLag:
+def find_lag(loop: RoomLoop, plan: Planned, previous: RoomLag, dt: float) -> RoomLag:
     """The room's lag for the next tick.
 
     Args:
         loop: That the hands close.
-        m: Spectral radius of its coupling.
-        gains: Of what anticipation leaves of it; None where nothing is anticipated.
+        plan: What is anticipated of it.
         previous: Lag of the last tick.
         dt: Simulation period N T [s].
     """
     # The gains of the paper's laws are chosen for any delay; such users need no lag.
-    needed = 0.0
+    needed, m, gains = 0.0, plan.m, plan.gains
     if gains is not None:
-        needed = lag_of_hands(gains, loop.damping_budget, loop.stiffest)
+        hands = (gains, loop.damping_budget, loop.stiffest)
+        needed = lag_where_turned(*hands, plan.late) if plan.late else lag_of_hands(*hands)
     elif loop.predictive:
         needed = choose_lag(m, loop.longest_delay, loop.damping_budget).lag
     lag = max(needed, previous.lag - max(FALL_RATE, previous.lag) * dt)

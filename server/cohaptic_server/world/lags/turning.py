@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,17 +36,66 @@ def steep_contacts(slopes: Floats) -> list[int]:
     return steep
 
 
-def find_turning_lag(
+class Turned(NamedTuple):
+    """The loop of a room in which others turn contacts, all weighted by nearness.
+
+    Args:
+        S: Of all users' normals, then of the tangents of those who are turned (science 3.12),
+            symmetric, shape (users + tangents, users + tangents).
+        tangents: How many of its rows are tangents.
+    """
+
+    S: Floats
+    tangents: int
+
+    @property
+    def along(self) -> float:
+        """Largest modulus of an eigenvalue of S_tt.
+
+        At 1 contacts slide off without any push. At -1, which three hands round a limb have where
+        two would be at 1/2, each turns all others back, a tick after they were turned, for ever.
+        """
+        n = len(self.S) - self.tangents
+        return float(np.abs(np.linalg.eigvalsh(self.S[n:, n:])).max())
+
+    def answer(self) -> Floats:
+        """What contacts that have been turned add to S, V V^T, shape (users, users).
+
+        It is S_pt (1 - S_tt)^-1 S_tp, where `along` is below 1.
+        """
+        V = self.root_of_answer()
+        return np.asarray(V @ V.T)
+
+    def root_of_answer(self) -> Floats:
+        """V = S_pt (1 - S_tt)^(-1/2), shape (users, tangents)."""
+        n = len(self.S) - self.tangents
+        values, vectors = np.linalg.eigh(self.S[n:, n:])
+        return np.asarray(self.S[:n, n:] @ (vectors / np.sqrt(1.0 - values)))
+
+    def late(self, solve: Floats, dt: float) -> float:
+        """T_b q of science 3.13 (d), by how much turning answers late [s].
+
+        A contact is turned by the surface of the tick before, and what turned contacts do to each
+        other takes 1 / (1 - S_tt) ticks.
+
+        Args:
+            solve: (1 + X)^-1 of the room, shape (users, users).
+            dt: Simulation period N T [s].
+        """
+        V = self.root_of_answer()
+        norms = float(np.linalg.norm(V, 2) * np.linalg.norm(V.T @ solve, 2))
+        return dt / (1.0 - self.along) * norms
+
+
+def turned_loop(
     users: Sequence[Hand],
     compliance: Floats,
     spans: Sequence[slice],
     contacts: Contacts,
     mesh: SurfaceMesh,
     nearness: Floats,
-    lag: float,
-    dt: float,
-) -> float:
-    """Time constant with which others may turn contacts in the next tick [s].
+) -> Turned | None:
+    """The loop of a room with the contacts that others turn; None where none is steep.
 
     Args:
         users: With their measured delays.
@@ -54,12 +104,10 @@ def find_turning_lag(
         contacts: Of the users.
         mesh: Resting surface.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
-        lag: tau of the room [s].
-        dt: Simulation period N T [s].
     """
     turned = [i for i in steep_contacts(contacts.slopes) if spans[i].stop - spans[i].start == 3]
     if not turned:
-        return 0.0
+        return None
     first = np.array([span.start for span in spans])
     own = np.maximum(compliance.diagonal()[first], MIN_COMPLIANCE).tolist()
     shares = [
@@ -76,7 +124,21 @@ def find_turning_lag(
         own_rows = slice(len(users) + 2 * k, len(users) + 2 * k + 2)
         root[own_rows, own_rows] = np.sqrt(K[i]) * root_of_gain(mesh, contacts.at(i))
     S = root @ C @ root
-    needed = turning_needed(0.5 * (S + S.T), 2 * len(turned), _longest_delay(users, dt), lag)
+    return Turned(0.5 * (S + S.T), 2 * len(turned))
+
+
+def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, dt: float) -> float:
+    """Time constant with which others may turn contacts where nothing is anticipated [s].
+
+    Args:
+        turned: Loop of the room; None where no contact is steep.
+        users: With their measured delays.
+        lag: tau of the room [s].
+        dt: Simulation period N T [s].
+    """
+    if turned is None:
+        return 0.0
+    needed = turning_needed(turned.S, turned.tangents, _longest_delay(users, dt), lag)
     return min(LONGEST_TURN, needed / SHARE)
 
 

@@ -42,7 +42,7 @@ LARGEST: Final = 0.999
 # which no such theta covers, 1 swings; with 3 N s/m here 6 do, with 4 there are 15.
 HAND_MASS: Final = 0.5  # kg
 HAND_DAMPING: Final = 2.0  # N s/m
-_FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequency
+FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequency
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,9 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
         gains: Of the loop.
         stiffness: Of the stiffest K, as K theta over the hands' least damping; without unit.
     """
-    worst = (row_gain(gains, _FREQUENCIES, stiffness) - 1.0) / (_FREQUENCIES * _FREQUENCIES)
+    if gains.together == gains.apart == 0.0:
+        return 0.0  # of nobody, or of one alone; to find it took a fifth of an empty room's tick
+    worst = (row_gain(gains, FREQUENCIES, stiffness) - 1.0) / (FREQUENCIES * FREQUENCIES)
     return float(np.sqrt(max(0.0, float(worst.max()))))
 
 

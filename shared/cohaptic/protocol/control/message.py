@@ -13,7 +13,7 @@ from pydantic import (
 )
 
 SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
-_SELDOM_SAID = (*SECRETS, "wait", "capabilities")
+_SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company")
 
 # Printable, one line: names are shown in terminals and pages.
 Name = Annotated[

@@ -15,6 +15,8 @@ from cohaptic.control.stability.lag_choice import choose_lag, coupling_radius, l
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.lags.anticipated import NOTHING
+from cohaptic_server.world.lags.planning import Planned
 from cohaptic_server.world.lags.room_lag import FALL_RATE, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.state import UserState
@@ -27,7 +29,7 @@ def lag_of(
 ) -> RoomLag:
     """The lag where nothing is anticipated."""
     loop = room_loop(users, C, where, near, DT)
-    return find_lag(loop, coupling_radius(loop.S), None, previous, DT)
+    return find_lag(loop, Planned(NOTHING, None, coupling_radius(loop.S)), previous, DT)
 
 
 @given(rooms())

@@ -10,8 +10,10 @@ from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.lags.turning import (
     GENTLE,
     LONGEST_TURN,
+    Turned,
     find_turning_lag,
     steep_contacts,
+    turned_loop,
 )
 from tests.server.touches import touch, user_of
 
@@ -36,18 +38,24 @@ def limb_compliance(sideways: float) -> Floats:
     return np.asarray(C / STIFF)
 
 
-def lag_of(
-    body: Balloon, slopes: list[float], sideways: float, delay: float = 0.1, near: float = 1.0
-) -> float:
-    users = [user_of(touch(i, max_stiffness=1e4), delay=delay) for i in (1, 2)]
+def loop_of(
+    body: Balloon, slopes: list[float], sideways: float, near: float = 1.0
+) -> Turned | None:
+    users = [user_of(touch(i, max_stiffness=1e4)) for i in (1, 2)]
     steep = steep_contacts(np.array(slopes))
     widths = [3 if i in steep else 1 for i in (0, 1)]
     rows = [3 * i + k for i in (0, 1) for k in range(widths[i])]
     ends = np.cumsum([0, *widths]).tolist()
     spans = [slice(ends[0], ends[1]), slice(ends[1], ends[2])]
     C = limb_compliance(sideways)[np.ix_(rows, rows)]
-    where = contacts_at(body, slopes)
-    return find_turning_lag(users, C, spans, where, body.mesh, np.full(2, near), 0.0, DT)
+    return turned_loop(users, C, spans, contacts_at(body, slopes), body.mesh, np.full(2, near))
+
+
+def lag_of(
+    body: Balloon, slopes: list[float], sideways: float, delay: float = 0.1, near: float = 1.0
+) -> float:
+    users = [user_of(touch(i), delay=delay) for i in (1, 2)]
+    return find_turning_lag(loop_of(body, slopes, sideways, near), users, 0.0, DT)
 
 
 def test_nobody_turns_a_hand_that_is_alone_or_a_gentle_contact(small_balloon: Balloon) -> None:
@@ -86,5 +94,28 @@ def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Ba
     where = Contacts.of([one, at.at(1)])
     users = [user_of(touch(i, max_stiffness=1e4), delay=0.1) for i in (1, 2)]
     spans = [slice(0, 3), slice(3, 6)]
-    lag = find_turning_lag(users, limb_compliance(8.0), spans, where, mesh, np.ones(2), 0.0, DT)
-    assert 0.0 < lag <= LONGEST_TURN
+    turned = turned_loop(users, limb_compliance(8.0), spans, where, mesh, np.ones(2))
+    assert 0.0 < find_turning_lag(turned, users, 0.0, DT) <= LONGEST_TURN
+
+
+def test_contacts_that_are_turned_make_the_object_no_stiffer_and_answer_as_in_time(
+    small_balloon: Balloon,
+) -> None:
+    """t = S_tp p + S_tt t, iterated to its end, gives what `answer` says at once."""
+    turned = loop_of(small_balloon, [DEEP, 0.5], 1.0)
+    assert turned is not None
+    assert 0.0 <= turned.along < 1.0
+    answer, S = turned.answer(), turned.S
+    assert np.linalg.eigvalsh(answer)[0] >= -1e-12
+    for p in np.eye(2):
+        t = np.zeros(turned.tangents)
+        for _ in range(400):
+            t = S[2:, :2] @ p + S[2:, 2:] @ t
+        assert S[:2, 2:] @ t == pytest.approx(answer @ p, abs=1e-9)
+
+
+def test_a_hand_in_the_air_answers_nothing_by_turning(small_balloon: Balloon) -> None:
+    turned = loop_of(small_balloon, [DEEP, DEEP], 8.0, near=0.0)
+    assert turned is not None
+    assert turned.along == 0.0
+    assert (turned.answer() == 0.0).all()
