@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from cohaptic.clock import SystemClock
+from cohaptic_server.cli.interruptible import interruptible
 from cohaptic_server.progress import TimeLeft
 
 INTERRUPTED = (
@@ -45,6 +46,7 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
 
     def update(phase: str, share: float) -> None:
         nonlocal left
+        check()
         if phase not in tasks:
             for other in tasks.values():
                 bar.update(other, total=1.0, completed=1.0, share="", left="")
@@ -57,7 +59,7 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
             bar.update(task, total=1.0, completed=share, share=f"{share:.0%}", left=words)
 
     try:
-        with bar:
+        with interruptible() as check, bar:
             yield update
     except KeyboardInterrupt:
         print(INTERRUPTED, file=sys.stderr)

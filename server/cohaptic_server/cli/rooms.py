@@ -37,7 +37,7 @@ from cohaptic_server.rooms.config_errors import ConfigError
 from cohaptic_server.rooms.supervisor import Supervisor
 from cohaptic_server.rooms.tables import AccessTable
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.door import machine_addresses
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.protection import Protection
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")

@@ -32,7 +32,7 @@ from cohaptic_server.monitoring.reporting import run_reported
 from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
 from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.door import machine_addresses
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
@@ -72,6 +72,17 @@ AllowOrigin = Annotated[
 AllowHost = Annotated[
     list[str] | None,
     typer.Option(help="Another name of this server that browsers may use: lab.example."),
+]
+AllowFrame = Annotated[
+    list[str] | None,
+    typer.Option(help="Of a page that may show this one in a frame: https://lab.example."),
+]
+WatchersPoint = Annotated[
+    bool,
+    typer.Option(
+        "--watchers-point/--no-watchers-point",
+        help="Whether who only watches may point at the surface, too.",
+    ),
 ]
 Limit = Annotated[
     list[str] | None,
@@ -131,6 +142,8 @@ def serve(
     allow_origin: AllowOrigin = None,
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
+    allow_frame: AllowFrame = None,
+    watchers_point: WatchersPoint = True,
     limit: Limit = None,
     admin: Admin = None,
     config: Config = None,
@@ -152,6 +165,7 @@ def serve(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
         Limits().changed(limit or ()), max_waiting=max_waiting,
+        allow_frames=tuple(allow_frame or ()), watchers_point=watchers_point,
     )  # fmt: skip
     protection = access.protection(host)
     demand = wanted(users, simulation_hz, nonlinear=nonlinear)

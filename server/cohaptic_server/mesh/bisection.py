@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh
-from cohaptic_server.numeric import Ints, Mask
+from cohaptic_server.numeric import Floats, Ints, Mask
 
 _EDGES = np.array(EDGES)
-_SHRINK = 0.8  # from one length to the next: all edges of a level are split before a shorter one
-_MOST_PASSES = 100  # for one length; 8 were the most of plates, rods and bowls
+_SHRINK = 0.9  # from one excess to the next; all edges of a level are split before a shorter one
+_MOST_PASSES = 100  # for one excess; 8 were the most of plates, rods and bowls
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,59 +28,60 @@ class Bisected:
     Args:
         tets: Vertices of the mesh before come first, in their order.
         parent: Tetrahedron before of each one, shape (m,).
-        chosen: The vertices between which edges are wanted short, shape (n,).
-        length: To which they are: the one asked for, or more where there was no room.
+        wanted: Longest edge that is wanted at each vertex, infinite where any will do, shape (n,)
+            [m]. Between two vertices it is the longer one of theirs.
+        excess: The edges are no longer than so many times what is wanted: 1, or more where there
+            was no room, or less where nothing had to be split.
     """
 
     tets: TetMesh
     parent: Ints
-    chosen: Mask
-    length: float
+    wanted: Floats
+    excess: float
 
 
-def with_shorter_edges(tets: TetMesh, chosen: Mask, length: float, most: int) -> Bisected:
-    """Split edges between chosen vertices until none is longer than a length.
+def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
+    """Split edges until none is longer than is wanted where it lies.
 
     Args:
         tets: The object.
-        chosen: Vertices, shape (n,); the middle of an edge between two of them is chosen too.
-        length: Longest edge that is wanted there [m].
-        most: Tetrahedra that there may be. The lengths are tried from the longest down, and the
-            last one for which there is room is taken.
+        wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any will do. The middle
+            of an edge wants the mean of its ends.
+        most: Tetrahedra that there may be. Multiples of the wanted lengths are tried from the
+            longest down, and the last one for which there is room is taken.
     """
-    start = longest_between(tets, chosen)
-    now = Bisected(tets, np.arange(len(tets.tets), dtype=np.int64), chosen, start)
-    steps = math.ceil(math.log(start / length) / -math.log(_SHRINK)) if start > length else 0
+    start = longest_over_wanted(tets, wanted)
+    now = Bisected(tets, np.arange(len(tets.tets), dtype=np.int64), wanted, start)
+    steps = math.ceil(math.log(start) / -math.log(_SHRINK)) if start > 1.0 else 0
     for step in range(1, steps + 1):
-        wanted = max(length, start * _SHRINK**step)
-        after = _split_to(now, wanted, most)
+        after = _split_to(now, max(1.0, start * _SHRINK**step), most)
         if after is None:
             break
         now = after
     return now
 
 
-def longest_between(tets: TetMesh, chosen: Mask) -> float:
-    """The longest edge between chosen vertices [m]; 0 where there is none."""
-    a, b = tets.tets[:, _EDGES[:, 0]], tets.tets[:, _EDGES[:, 1]]
-    both = chosen[a] & chosen[b]
-    lengths = np.linalg.norm(tets.vertices[a[both]] - tets.vertices[b[both]], axis=1)
-    return float(lengths.max(initial=0.0))
+def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
+    """The most that an edge is longer than is wanted there, as a ratio; 0 where any will do."""
+    edges = tets.tets[:, _EDGES].reshape(-1, 2)
+    along = tets.vertices[edges[:, 1]] - tets.vertices[edges[:, 0]]
+    ratio = np.linalg.norm(along, axis=1) / wanted[edges].max(axis=1)
+    return float(ratio.max(initial=0.0))
 
 
-def _split_to(mesh: Bisected, length: float, most: int) -> Bisected | None:
-    """The mesh with no longer edge between chosen vertices; None where there is no room."""
+def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
+    """The mesh with no edge over a multiple of what is wanted; None where there is no room."""
     for _ in range(_MOST_PASSES):
-        after = _split_once(mesh, length)
+        after = _split_once(mesh, excess)
         if after is None:
             break
         if len(after.parent) > most:
             return None
         mesh = after
-    return Bisected(mesh.tets, mesh.parent, mesh.chosen, length)
+    return Bisected(mesh.tets, mesh.parent, mesh.wanted, excess)
 
 
-def _split_once(mesh: Bisected, length: float) -> Bisected | None:
+def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
     """Split what can be split at once: edges longest in all of their tetrahedra; None if none."""
     x, t = mesh.tets.vertices, mesh.tets.tets
     pairs = np.sort(t[:, _EDGES].reshape(-1, 2), axis=1)
@@ -94,8 +95,7 @@ def _split_once(mesh: Bisected, length: float) -> Bisected | None:
     rank[np.argsort(lengths, kind="stable")] = np.arange(len(numbers))
     place = rank[of].argmax(axis=1)
     longest = of[np.arange(len(t)), place]
-    over = mesh.chosen[edges].all(axis=1) & (lengths > length)
-    split = _on_the_way(of, longest, over)
+    split = _on_the_way(of, longest, lengths > excess * mesh.wanted[edges].max(axis=1))
     split &= np.bincount(longest, minlength=len(numbers)) == np.bincount(of.ravel())
     if not split.any():
         return None
@@ -106,9 +106,9 @@ def _split_once(mesh: Bisected, length: float) -> Bisected | None:
     for half, end in zip(halves, ends.T, strict=True):
         half[rows, end] = middle[longest[hit]]
     new = np.concatenate([x, x[edges[split]].mean(axis=1)])
-    chosen = np.concatenate([mesh.chosen, mesh.chosen[edges[split]].all(axis=1)])
     parent = np.concatenate([mesh.parent[~hit], mesh.parent[hit], mesh.parent[hit]])
-    return Bisected(TetMesh(new, np.concatenate([t[~hit], *halves])), parent, chosen, mesh.length)
+    wanted = np.concatenate([mesh.wanted, mesh.wanted[edges[split]].mean(axis=1)])
+    return Bisected(TetMesh(new, np.concatenate([t[~hit], *halves])), parent, wanted, mesh.excess)
 
 
 def _on_the_way(of: Ints, longest: Ints, over: Mask) -> Mask:

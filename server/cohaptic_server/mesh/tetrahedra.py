@@ -16,6 +16,21 @@ _FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise seen 
 _FLAT = 1e-9  # volume over that of the cube of its longest edge
 
 
+class SeveralPiecesError(BodyError):
+    """A solid is not one piece.
+
+    Args:
+        count: Of its pieces.
+    """
+
+    def __init__(self, count: int) -> None:
+        super().__init__(
+            f"the solid is in {count} pieces, and it must be one: join them, or take one of them"
+            " out"
+        )
+        self.count = count
+
+
 @dataclass(frozen=True, eq=False)
 class TetMesh:
     """Corners and tetrahedra of a solid at rest.
@@ -33,7 +48,8 @@ class TetMesh:
         """A mesh from outside: drop unused vertices, reorient inverted tetrahedra.
 
         Raises:
-            BodyError: It is empty, not finite, in several pieces, or has flat tetrahedra.
+            SeveralPiecesError: It is in several pieces.
+            BodyError: It is empty, not finite, or has flat tetrahedra.
         """
         if tets.ndim != 2 or tets.shape[1] != 4 or not len(tets):
             raise BodyError(f"a solid needs tetrahedra of four corners; these are {tets.shape}")
@@ -56,10 +72,7 @@ class TetMesh:
             )
         count = int(pieces(t, len(x)).max()) + 1
         if count > 1:
-            raise BodyError(
-                f"the solid is in {count} pieces, and it must be one: join them, or take one of"
-                " them out"
-            )
+            raise SeveralPiecesError(count)
         return cls(x, t)
 
     @property

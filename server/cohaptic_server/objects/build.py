@@ -32,7 +32,7 @@ from cohaptic_server.progress import Progress
 
 # Tetrahedra up to which thin parts are made finer at the default edge: about 0.6 GB, and 5 s to
 # factor. An object that has more has a fine mesh already.
-_MOST_FINE = 12_000
+_MOST_FINE, _DEFAULT_EDGE = 12_000, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +109,13 @@ def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
     if prepared.surface is None:
         return hold(source, prepared.tets)
     diagonal = float(np.linalg.norm(np.ptp(prepared.tets.vertices, axis=0)))
-    most = round(_MOST_FINE * (0.05 / source.edge) ** 2)  # as elements of a layer go with the edge
-    finer = finer_where_thin(prepared.tets, source.edge * diagonal, most)
-    held = hold(source, finer.tets)
-    return replace(held, parent=finer.parent[held.parent])
+    # Elements of a layer go with the square of the edge. At shorter edges a part is resolved, and
+    # so many more would take memory in which the edge that was asked for fits.
+    finer = _DEFAULT_EDGE / source.edge
+    most = round(_MOST_FINE * min(finer, finer**2))
+    cut = finer_where_thin(prepared.tets, source.edge * diagonal, most)
+    held = hold(source, cut.tets)
+    return replace(held, parent=cut.parent[held.parent])
 
 
 def moduli_of(source: ObjectFile, prepared: Prepared, held: Cut) -> Moduli:

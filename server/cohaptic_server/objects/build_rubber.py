@@ -15,10 +15,10 @@ from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.fix_rule import check_fix_given, hold
 from cohaptic_server.objects.held_region import Cut
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
-from cohaptic_server.objects.surface.accept import VolumeLostError
 from cohaptic_server.objects.volume_file import VOLUMES
 from cohaptic_server.progress import Progress
 
@@ -26,6 +26,32 @@ _FORM = 1  # of what is stored; raised when a press would be computed otherwise
 # Tried in this order if the user names no edge; a strongly curved surface needs the longer ones.
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 FINER = (0.1, 0.07, 0.05)  # where the first of them loses thin parts
+
+
+class TooFineError(BodyError):
+    """Every mesh of a file has more nodes than a tick affords.
+
+    Args:
+        source: The file.
+        nodes: Of its coarsest mesh.
+        demand: Users and rate, which leave less time.
+        ways: Options with which it could be served.
+
+    Attributes:
+        problem: What is wrong, as the beginning of a sentence.
+        ways: As given.
+    """
+
+    def __init__(self, source: ObjectFile, nodes: int, demand: Demand, ways: list[str]) -> None:
+        expected = demand.expected_tick(nodes)
+        self.ways = ways
+        self.problem = (
+            f"{nodes:,} nodes under large deformation take about {1e3 * expected:.3g} ms in each"
+            f" tick, and {demand.hz:g} Hz leave {1e3 * demand.period:.3g} ms"
+        )
+        super().__init__(
+            f"{source.path}: {self.problem}. Take {' or '.join(ways)}; or leave out --nonlinear"
+        )
 
 
 def build_rubber_solid(
@@ -91,7 +117,8 @@ def affordable(
 
     Raises:
         VolumeLostError: Every mesh that might be served loses too much of it.
-        BodyError: The file is no object that can be touched, or too fine to be served so.
+        TooFineError: Those that lose nothing are too fine to be served.
+        BodyError: The file is no object that can be touched.
         SettingError: An option does not fit it.
     """
     order, is_volume = source.material.order, source.path.suffix.lower() in VOLUMES
@@ -126,12 +153,7 @@ def affordable(
         ways.append("fewer --users")
     if expected <= 0.1:
         ways.append(f"--simulation-hz {math.floor(1.0 / expected)}")
-    ways = ways or ["a simpler object"]
-    raise BodyError(
-        f"{source.path}: {nodes:,} nodes under large deformation take about {1e3 * expected:.3g} ms"
-        f" in each tick, and {demand.hz:g} Hz leave {1e3 * demand.period:.3g} ms. Take"
-        f" {' or '.join(ways)}; or leave out --nonlinear"
-    )
+    raise TooFineError(source, nodes, demand, ways or ["a simpler object"])
 
 
 def _nodes(tets: TetMesh, order: int) -> int:

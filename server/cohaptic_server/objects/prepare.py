@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
+from cohaptic_server.mesh.tetrahedra import SeveralPiecesError, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
 from cohaptic_server.objects.fill_process import FillLimitError
@@ -18,11 +18,12 @@ from cohaptic_server.objects.parts.membership import check_volumes, innermost, m
 from cohaptic_server.objects.parts.nodes import read_surfaces
 from cohaptic_server.objects.parts.parts import Parts, PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all, simplified_to
+from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.scan.read import SCANS, is_scan
 from cohaptic_server.objects.scan.scan_surfaces import FEWER, ScanSurfaces, scan_surfaces
 from cohaptic_server.objects.surface.accept import (
-    VolumeLostError,
     check_count,
+    check_deviation,
     check_size,
     check_surface,
     check_volume,
@@ -32,7 +33,12 @@ from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facin
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.surface.surface_file import SURFACES
-from cohaptic_server.objects.tetrahedralise import NothingFitsError, tetrahedralise
+from cohaptic_server.objects.tetrahedralise import (
+    FINEST,
+    NothingFitsError,
+    envelope,
+    tetrahedralise,
+)
 from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from cohaptic_server.progress import Progress
 
@@ -149,8 +155,8 @@ def _prepare_scan(source: ObjectFile, progress: Progress) -> Prepared:
             parts = innermost(scaled, members(scaled, tets))
             if not source.repair:
                 check_volumes(parts.names, parts.volumes(tets), scan.volumes * source.scale**3)
-    except BodyError as error:
-        raise BodyError(f"{source.path}: {error}") from error
+    except VolumeLostError as error:
+        raise error.of(source.path) from error
     return Prepared(tets, report, count, fewer, deviation, parts, scan.words)
 
 
@@ -163,7 +169,10 @@ def _parts_of(
     """The part of each tetrahedron, and how far the surfaces in the file are from theirs [m]."""
     in_metres = [source.scale * one.x for one in originals]
     if len(surfaces) == 1:
-        return None, farthest(in_metres[0], tets.vertices, tets.tets)
+        x = in_metres[0][np.unique(originals[0].faces)]
+        deviation = farthest(x, tets.vertices, tets.tets)
+        check_deviation(source, float(np.linalg.norm(np.ptp(x, axis=0))), deviation)
+        return None, deviation
     scaled = [one._replace(x=source.scale * one.x) for one in surfaces]
     within = members(scaled, tets)
     try:
@@ -171,8 +180,8 @@ def _parts_of(
         if not source.repair:
             each = volumes(tets.vertices, tets.tets)
             check_volumes(parts.names, within @ each, sizes(scaled))
-    except BodyError as error:
-        raise BodyError(f"{source.path}: {error}") from error
+    except VolumeLostError as error:
+        raise error.of(source.path) from error
     away = (
         farthest(x, tets.vertices, tets.tets[chosen])
         for x, chosen in zip(in_metres, within, strict=True)
@@ -215,7 +224,21 @@ def _filled(
         ) from error
     except NothingFitsError as error:
         # A thin part is lost at a large edge, and this may be all of it: a shorter one may do.
-        raise VolumeLostError(f"{source.path}: {error}", 0.0) from error
+        thin = 2.0 * envelope(source.edge)
+        size = source.scale * float(np.linalg.norm(np.ptp(x, axis=0)))
+        shorter = "Take a smaller --edge, or thicken" if source.edge > FINEST else "Thicken"
+        advice = f" What is thinner than about {1e3 * thin * size:.2g} mm is lost. {shorter} it"
+        raise VolumeLostError(str(error), advice, path=source.path) from error
+    except SeveralPiecesError as error:
+        if len(surfaces) > 1 or report.components > 1:
+            raise BodyError(f"{source.path}: {error}") from error
+        largest = "" if source.repair else ", or the largest of them with --repair"
+        raise VolumeLostError(
+            f"its tetrahedra are in {error.count} pieces",
+            ": what joins them is too thin for elements of this size. Take a smaller --edge"
+            f"{largest}",
+            path=source.path,
+        ) from error
     except BodyError as error:
         raise BodyError(f"{source.path}: {error}") from error
 

@@ -18,7 +18,8 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
 from cohaptic_server.objects.fix_mesh import inside
 
-ENVELOPE = 1e-3  # share of the bounding box's diagonal, for edges up to 0.05 of it
+FINEST = 0.05  # share of the bounding box's diagonal; shorter edges have no narrower envelope
+ENVELOPE = 1e-3  # the envelope of edges up to that, as a share of the diagonal
 _MAX_ENVELOPE = 0.04  # share of the diagonal
 # Energy of the worst element (AMIPS; a regular one has 3) at which fTetWild stops. Where sheets
 # cross or stick together some element is never better than this, and fTetWild makes everything
@@ -44,7 +45,7 @@ def envelope(edge: float) -> float:
     Args:
         edge: Target edge length, as a share of the diagonal.
     """
-    return min(_MAX_ENVELOPE, ENVELOPE * max(1.0, (edge / 0.05) ** 2))
+    return min(_MAX_ENVELOPE, ENVELOPE * max(1.0, (edge / FINEST) ** 2))
 
 
 def tetrahedralise(

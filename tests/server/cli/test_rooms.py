@@ -144,6 +144,9 @@ def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path)
                     wish = Moderate(action="ban", user=welcome.user)
                     await watcher.ws.send(encode_control(wish))
                     assert (await guest.end())[0] == CloseCode.FORBIDDEN.value
+            # No room waits for a disk: it writes a moment later what has to outlive it.
+            while '"removed"' not in (tmp_path / "state" / "main.jsonl").read_text():
+                await asyncio.sleep(0.02)
             keeper = supervisor.keepers["main"]
             assert keeper.process is not None
             before = keeper.process

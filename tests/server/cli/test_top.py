@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from cohaptic.errors import ServerLost, SettingError
 from cohaptic_server.cli.top import read_status, status_address, top
 from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort
-from tests.server.monitoring.asking import status_once
-from tests.server.monitoring.some import health, room, user
+from tests.server.monitoring.asking import told_until
+from tests.server.monitoring.some import user
 
 pytestmark = pytest.mark.patient
 
@@ -28,10 +28,7 @@ def test_once_prints_rooms_and_users_of_a_real_port() -> None:
         port = AdminPort(AdminAddress(0))
         await port.open()
         try:
-            port.tell(health())
-            port.tell(room(ticks=1, users=(user(),)))
-            port.tell(room(ticks=2, users=(user(),)))
-            await status_once(port.url, lambda told: bool(told["ready"]))
+            await told_until(port, "ready", users=(user(),))
             runner = CliRunner(env={"COLUMNS": "80", "TERM": "dumb"})
             found = await asyncio.to_thread(runner.invoke, app, [port.url, "--once"])
             assert found.exit_code == 0, found.output

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.mesh.bisection import longest_between, with_shorter_edges
+from cohaptic_server.mesh.bisection import longest_over_wanted, with_shorter_edges
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 
 seeds = st.integers(0, 2**32 - 1)
@@ -26,16 +27,24 @@ def longest_edges(mesh: TetMesh) -> np.ndarray:
     return np.asarray(np.linalg.norm(pairs[:, :, 0] - pairs[:, :, 1], axis=2).max(axis=1))
 
 
-@given(seeds, st.floats(0.008, 0.05))
+def even(mesh: TetMesh, length: float) -> Floats:
+    return np.full(len(mesh.vertices), length)
+
+
+@given(seeds, st.floats(0.008, 0.05), st.floats(1.0, 3.0))
 @settings(max_examples=15, deadline=None)
-def test_no_chosen_edge_is_longer_and_the_object_is_the_same(seed: int, length: float) -> None:
+def test_no_edge_is_longer_than_wanted_and_the_object_is_the_same(
+    seed: int, length: float, wider: float
+) -> None:
+    """Lengths that grow to one side, and are any beyond a plane."""
     mesh = shaken(seed)
-    chosen = mesh.vertices[:, 0] < np.random.default_rng(seed).uniform(-0.05, 0.06)
-    found = with_shorter_edges(mesh, chosen, length, NO_LIMIT)
-    assert longest_between(found.tets, found.chosen) <= max(found.length, 0.0)
-    assert found.length <= max(length, longest_between(mesh, chosen))
-    if longest_between(mesh, chosen) > length:
-        assert found.length == length
+    x = mesh.vertices[:, 0]
+    wanted = length * np.interp(x, [-0.05, 0.05], [1.0, wider])
+    wanted[x > np.random.default_rng(seed).uniform(-0.05, 0.06)] = np.inf
+    found = with_shorter_edges(mesh, wanted, NO_LIMIT)
+    assert np.array_equal(found.wanted[: len(x)], wanted)
+    assert longest_over_wanted(found.tets, found.wanted) <= found.excess
+    assert found.excess == min(1.0, longest_over_wanted(mesh, wanted))
     volume = volumes(found.tets.vertices, found.tets.tets)
     assert volume.min() > 0.0
     each = np.bincount(found.parent, volume, len(mesh.tets))
@@ -64,8 +73,7 @@ def test_elements_keep_a_share_of_their_quality(seed: int) -> None:
         return float((volumes(mesh.vertices, mesh.tets) / cubes).min())
 
     mesh = shaken(seed)
-    chosen = np.ones(len(mesh.vertices), dtype=np.bool_)
-    fine = with_shorter_edges(mesh, chosen, 0.009, NO_LIMIT)
+    fine = with_shorter_edges(mesh, even(mesh, 0.009), NO_LIMIT)
     # Of 150 meshes the least was 0.49.
     assert quality(fine.tets) > 0.2 * quality(mesh)
 
@@ -74,15 +82,15 @@ def test_elements_keep_a_share_of_their_quality(seed: int) -> None:
 @settings(max_examples=20, deadline=None)
 def test_there_are_never_more_than_there_may_be(seed: int, most: int) -> None:
     mesh = shaken(seed)
-    chosen = np.ones(len(mesh.vertices), dtype=np.bool_)
-    found = with_shorter_edges(mesh, chosen, 0.009, most)
+    found = with_shorter_edges(mesh, even(mesh, 0.009), most)
     assert len(found.tets.tets) <= max(most, len(mesh.tets))
     # What was reached is reached everywhere.
-    assert longest_edges(found.tets).max() <= found.length * (1.0 + 1e-12)
+    assert longest_edges(found.tets).max() <= 0.009 * found.excess * (1.0 + 1e-12)
 
 
-def test_where_nothing_is_chosen_nothing_changes() -> None:
+def test_where_nothing_is_wanted_nothing_changes() -> None:
     mesh = shaken(1)
-    found = with_shorter_edges(mesh, np.zeros(len(mesh.vertices), dtype=np.bool_), 1e-3, NO_LIMIT)
+    found = with_shorter_edges(mesh, even(mesh, np.inf), NO_LIMIT)
+    assert found.excess == 0.0
     assert found.tets is mesh
     assert np.array_equal(found.parent, np.arange(len(mesh.tets)))

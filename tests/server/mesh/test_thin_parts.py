@@ -6,7 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
-from cohaptic_server.mesh.thin_parts import SHORT, THIN, finer_where_thin, thin_vertices
+from cohaptic_server.mesh.thin_parts import (
+    FADES,
+    SHORT,
+    THIN,
+    finer_where_thin,
+    layer_thickness,
+    longest_wanted,
+)
+from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 
 LENGTH = 0.01  # m
@@ -16,15 +24,39 @@ def plate(thickness: float) -> TetMesh:
     return block((0.1, 0.08, thickness), (10, 8, 1))
 
 
-@given(st.floats(1e-4, 4.0 * THIN * LENGTH))
+def turned(x: Floats, turn: float) -> Floats:
+    c, s = np.cos(turn), np.sin(turn)
+    return np.asarray(x @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).T[:, [2, 0, 1]])
+
+
+@given(st.floats(1e-4, 4.0 * THIN * LENGTH), st.floats(0.0, 2.0 * np.pi))
 @settings(max_examples=40, deadline=None)
-def test_a_plate_is_thin_up_to_a_thickness(thickness: float) -> None:
-    mesh = plate(thickness)
-    thin = thin_vertices(mesh.vertices, boundary(mesh.tets), THIN * LENGTH)
-    if thickness < 0.99 * THIN * LENGTH:
-        assert thin.all()
-    if thickness > 1.01 * THIN * LENGTH:
-        assert not thin.any()
+def test_a_plate_has_its_thickness_up_to_the_most(thickness: float, turn: float) -> None:
+    mesh, most = plate(thickness), THIN * LENGTH
+    found = layer_thickness(turned(mesh.vertices, turn), boundary(mesh.tets), most)
+    if thickness < 0.99 * most:
+        assert found == pytest.approx(thickness, rel=1e-6)
+    if thickness > 1.01 * most:
+        assert np.isinf(found).all()
+
+
+@given(st.floats(1e-7, 1.0), st.floats(1.0, 1.5), st.floats(1e-3, 1e3))
+def test_edges_are_the_shorter_the_thinner_a_part_is_down_to_a_share(
+    thickness: float, thicker: float, scale: float
+) -> None:
+    t = np.array([thickness, thicker * thickness, np.inf])
+    h = longest_wanted(t, LENGTH)
+    assert h[0] <= h[1] * (1.0 + 1e-12)
+    assert h[0] >= 0.3 * SHORT * LENGTH
+    assert np.isinf(h[2])
+    # A file in other units is the same object.
+    assert longest_wanted(scale * t, scale * LENGTH) == pytest.approx(scale * h)
+
+
+def test_edges_fade_into_those_of_what_is_not_thin() -> None:
+    """A finer edge must not make a plate coarser: where it stops being thin, 1.9 is fTetWild's."""
+    h = longest_wanted(np.array([THIN, FADES * THIN]) * LENGTH, LENGTH)
+    assert h == pytest.approx(np.array([SHORT, FADES * SHORT]) * LENGTH, rel=0.02)
 
 
 @given(st.floats(0.0, 2.0 * np.pi), st.floats(0.2, 3.0))
@@ -38,7 +70,8 @@ def test_a_gap_is_not_thin_and_what_is_beside_it_neither(angle: float, gap: floa
     c, s = np.cos(angle), np.sin(angle)
     x = x @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     faces = boundary(cube.tets)
-    assert not thin_vertices(x, np.concatenate([faces, faces + n]), THIN * LENGTH).any()
+    faces = np.concatenate([faces, faces + n])
+    assert np.isinf(layer_thickness(x, faces, FADES * THIN * LENGTH)).all()
 
 
 def test_only_the_thin_part_is_made_finer() -> None:
@@ -54,7 +87,7 @@ def test_only_the_thin_part_is_made_finer() -> None:
     middle = np.median(mesh.vertices[:, 0])
     assert (counts[x < middle - 2.0 * LENGTH] == 1).all()
     assert (counts[x > middle] > 1).all()
-    assert found.length == pytest.approx(SHORT * LENGTH)
+    assert found.excess == 1.0
 
 
 def test_an_object_that_has_many_elements_stays_as_it_is() -> None:

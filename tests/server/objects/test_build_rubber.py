@@ -12,15 +12,21 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.rubber_solid import rubber_solid
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
 from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.mesh.enclosed_volume import volume as volume_of
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import quadratic
-from cohaptic_server.objects.build_rubber import affordable
+from cohaptic_server.objects.auto.resolve import resolve
+from cohaptic_server.objects.build_rubber import TooFineError, affordable
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface import accept
 from cohaptic_server.testing.blocks import block
+from shapes.flawed import leaflet
+from shapes.scene_files import parts_glb
+from shapes.surface_files import stl
 from tests.server.objects.files import write
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
@@ -76,12 +82,28 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
     """It was said to have no inside, where a shorter edge gave more nodes than a tick affords."""
     path = tmp_path / "plate.stl"
     trimesh.creation.box((0.2, 0.2, 0.003)).export(path)  # pyright: ignore[reportUnknownMemberType]
-    with pytest.raises(accept.VolumeLostError, match="is there an inside"):
+    told = r"is there an inside\? What is thinner than about 23 mm is lost. Take a smaller --edge"
+    with pytest.raises(VolumeLostError, match=told):
         load_or_prepare(ObjectFile(path, fix="x < 3%", edge=0.4))
     crowd = Demand(users=16, nonlinear=True)
-    # Filling is not the same twice: what an edge in between leaves may also be several pieces.
-    with pytest.raises(BodyError, match=r"nodes under large deformation|it must be one"):
+    with pytest.raises(TooFineError, match="nodes under large deformation"):
         affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
+
+
+def test_a_sheet_that_no_edge_resolves_is_told_how_thick_it_has_to_be(tmp_path: Path) -> None:
+    path = tmp_path / "sheet.stl"
+    trimesh.creation.box((0.3, 0.3, 0.0005)).export(path)  # pyright: ignore[reportUnknownMemberType]
+    with pytest.raises(VolumeLostError, match=r"thinner than about 0.85 mm is lost. Thicken it"):
+        load_or_prepare(ObjectFile(path, fix="x < 3%"))
+
+
+def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
+    """25 tetrahedra had 98 % of the volume of a sheet of 1 mm, and ended 135 mm from its rim."""
+    path = tmp_path / "leaflet.stl"
+    path.write_bytes(stl(leaflet()))
+    told = "mm from a part of the surface|are in .* pieces|of the volume|is there an inside"
+    with pytest.raises(VolumeLostError, match=told):
+        load_or_prepare(ObjectFile(path, "z < 15%", edge=0.15, simplify=4000))
 
 
 def test_a_second_core_affords_more_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,3 +160,41 @@ def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.Monk
     many = Demand(25, 60.0, nonlinear=True)
     with pytest.raises(BodyError, match=r"a larger --edge .* or fewer --users"):
         affordable(replace(source, edge=0.25), many, lambda phase, share: None)
+
+
+def test_what_a_tick_does_not_afford_is_made_of_linear_elements_by_auto(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
+    source = ObjectFile(volume(tmp_path / "fine.vtk", 6), "z <= 0%")  # 2,197 nodes
+    demand = Demand(nonlinear=True)
+    found = resolve(source, demand=demand)
+    assert [remedy.option for remedy in found.remedies] == ["--order 1"]
+    assert "2,197 nodes under large deformation take" in found.remedies[0].sentence()
+    body = build_body(str(source.path), found.source, nonlinear=True, demand=demand)
+    assert isinstance(body, RubberSolid)
+    assert demand.affords(len(body.shape.nodes))
+    # Where linear ones are too many too, that is the error.
+    finer = ObjectFile(volume(tmp_path / "finer.vtk", 14), "z <= 0%")
+    with pytest.raises(BodyError, match=r"3,375 nodes .* a coarser mesh or --simulation-hz 17"):
+        resolve(finer, demand=demand)
+
+
+def test_a_part_that_coarse_elements_lose_gets_finer_ones(tmp_path: Path) -> None:
+    parts = {"organ": icosphere(2, 0.04), "lump": icosphere(1, 0.009)}
+    path = tmp_path / "parts.glb"
+    path.write_bytes(parts_glb(parts))
+    source = ObjectFile(path, "z < 20%")
+    with pytest.raises(VolumeLostError, match="of lump") as lost:
+        load_or_prepare(replace(source, edge=0.5))
+    assert lost.value.part == "lump"
+    demand = Demand(nonlinear=True)
+    found = resolve(source, demand=demand)
+    tried, prepared, held = affordable(found.source, demand, lambda phase, share: None)
+    assert not tried.repair
+    assert tried.edge < 0.5
+    assert prepared.parts is not None
+    wanted = abs(volume_of(*parts["lump"]))
+    k = prepared.parts.names.index("lump")
+    assert prepared.parts.volumes(prepared.tets)[k] == pytest.approx(wanted, rel=0.2)
+    assert demand.affords(len(quadratic(held.tets)[0])) or found.source.material.order == 1

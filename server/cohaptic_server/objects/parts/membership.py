@@ -7,14 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.fix_mesh import inside
 from cohaptic_server.objects.parts.parts import Parts, PartSurface
-
-MAX_VOLUME_LOSS = 0.2  # share of the volume that tetrahedra may miss
+from cohaptic_server.objects.parts.volume_lost import MAX_VOLUME_LOSS, VolumeLostError
 
 
 def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bool_]:
@@ -50,7 +48,7 @@ def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) ->
         within: `members`, shape (parts, m).
 
     Raises:
-        BodyError: A part has no tetrahedron.
+        VolumeLostError: A part has no tetrahedron.
     """
     of = np.full(within.shape[1], -1, dtype=np.int64)
     for k in np.argsort(-sizes(surfaces), kind="stable").tolist():
@@ -58,9 +56,10 @@ def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) ->
     names = tuple(surface.name for surface in surfaces)
     empty = [name for k, name in enumerate(names) if not (of == k).any()]
     if empty:
-        raise BodyError(
-            f"no tetrahedron belongs to {', '.join(empty)}: smaller parts cover it, or it is too"
-            " thin for elements of this --edge"
+        raise VolumeLostError(
+            f"no tetrahedron belongs to {', '.join(empty)}",
+            ": smaller parts cover it, or it is too thin for elements of this --edge",
+            empty[0],
         )
     return Parts(names, of)
 
@@ -74,13 +73,15 @@ def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
         wanted: What it should be, shape (parts,) [m^3].
 
     Raises:
-        BodyError: A part has lost, or gained, more than `MAX_VOLUME_LOSS` of its volume.
+        VolumeLostError: A part has lost, or gained, more than `MAX_VOLUME_LOSS` of its volume.
     """
     for name, share in zip(names, (found / wanted).tolist(), strict=True):
         if abs(share - 1.0) > MAX_VOLUME_LOSS:
-            raise BodyError(
-                f"the tetrahedra of {name} have {share:.0%} of its volume: it is too thin for"
-                " elements of this size. Take a smaller --edge, or what there is with --repair"
+            raise VolumeLostError(
+                f"the tetrahedra of {name} have {share:.0%} of its volume",
+                ": it is too thin for elements of this size. Take a smaller --edge, or what there"
+                " is with --repair",
+                name,
             )
 
 

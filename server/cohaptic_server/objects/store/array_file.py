@@ -11,6 +11,7 @@ memory is read. Loading runs no code from the file. A folder of .npy files was m
 
 from __future__ import annotations
 
+import errno
 import json
 import mmap
 import os
@@ -66,7 +67,7 @@ def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
         end = _aligned(end + flat.nbytes)
     header = json.dumps({"arrays": index, "bytes": end}).encode()
     if end + _DISK_RESERVE > shutil.disk_usage(path.parent).free:
-        raise OSError(f"{path.parent}: no room for {end / 1e9:.3g} GB")
+        raise OSError(errno.ENOSPC, f"no room for {end / 1e9:.3g} GB on the disk", str(path.parent))
     file = tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False)
     try:
         with file:

@@ -18,13 +18,28 @@ import numpy.typing as npt
 from platformdirs import user_cache_path
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError, CohapticError, SettingError
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
 SUFFIX = ".arrays"
 DEFAULT_LIMIT_GB = 20.0  # unless COHAPTIC_CACHE_GB is set
 
 _LOG = logging.getLogger(__name__)
+_insisting = False
+
+
+class UnkeptError(CohapticError):
+    """What was prepared cannot be stored."""
+
+
+def insist() -> None:
+    """From now on what this process cannot store is an error, and not a warning.
+
+    For one that prepares an object for another process: without an entry the other one would do all
+    of it again.
+    """
+    global _insisting
+    _insisting = True
 
 
 def cache_folder() -> Path:
@@ -86,12 +101,18 @@ def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -
         path: Path from `entry_path`.
         label: Name of the content in a warning.
         arrays: As in `save_arrays`.
+
+    Raises:
+        UnkeptError: It cannot be written, and this process insists.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         make_room(path.parent, sum(array.nbytes for array in arrays.values()))
         save_arrays(path, arrays)
     except OSError as error:
+        if _insisting:
+            why = error.strerror or "no more of it fits"
+            raise UnkeptError(f"this server cannot keep what was prepared: {why}") from error
         _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
 
 

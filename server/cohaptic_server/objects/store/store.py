@@ -35,7 +35,7 @@ from cohaptic_server.progress import Progress
 
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.
-_TETS_FORM = 7
+_TETS_FORM = 8
 _REPAIRED_FORM = 2  # beside it, of surfaces that are repaired
 _PARTS_FORM = 6
 

@@ -13,26 +13,13 @@ from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import filling_seconds
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
-from cohaptic_server.objects.parts.membership import MAX_VOLUME_LOSS
+from cohaptic_server.objects.parts.volume_lost import MAX_AWAY, MAX_VOLUME_LOSS, VolumeLostError
 from cohaptic_server.objects.surface.checks import SurfaceReport
-from cohaptic_server.objects.tetrahedralise import ENVELOPE
+from cohaptic_server.objects.tetrahedralise import ENVELOPE, envelope
 
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
 _TETS_PER_TRIANGLE = 3.0  # of a surface too fine for its edge; 2.3 on a noisy scan
 _DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
-
-
-class VolumeLostError(BodyError):
-    """The tetrahedra miss a part of what the surface encloses.
-
-    Args:
-        words: The error.
-        share: Of the volume that they have.
-    """
-
-    def __init__(self, words: str, share: float) -> None:
-        super().__init__(words)
-        self.share = share
 
 
 def check_count(path: Path, count: int) -> None:
@@ -52,12 +39,29 @@ def check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> No
     enclosed = abs(report.volume) * source.scale**3
     if source.repair or tets.volume >= (1.0 - MAX_VOLUME_LOSS) * enclosed:
         return
-    share = tets.volume / enclosed
     raise VolumeLostError(
-        f"{source.path}: the tetrahedra have {share:.0%} of the volume that the"
-        f" surface encloses: parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost."
+        f"the tetrahedra have {tets.volume / enclosed:.0%} of the volume that the surface encloses",
+        f": parts thinner than about {2.0 * ENVELOPE:.1%} of the object are lost."
         " Thicken them, or take what there is with --repair",
-        share,
+        path=source.path,
+    )
+
+
+def check_deviation(source: ObjectFile, size: float, deviation: float) -> None:
+    """Refuse tetrahedra that have the volume, but end far from a part of the surface.
+
+    Args:
+        source: The file and its options.
+        size: Diagonal of the surface's bounding box [m].
+        deviation: Largest distance of the surface from that of the tetrahedra [m].
+    """
+    if source.repair or deviation <= (envelope(source.edge) + MAX_AWAY) * size:
+        return
+    raise VolumeLostError(
+        f"the tetrahedra end {1e3 * deviation:.2g} mm from a part of the surface",
+        ": it is too thin for elements of this size. Take a smaller --edge, or what there is with"
+        " --repair",
+        path=source.path,
     )
 
 
