@@ -10,6 +10,8 @@ from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN
 from cohaptic_server.guard.limits import Limits
 
+_FRAMING = re.compile(r"https?://([A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]{2,45}\])(:\d{1,5})?")
+
 
 @dataclass(frozen=True, slots=True)
 class ServerSettings:
@@ -33,6 +35,8 @@ class ServerSettings:
         laws: Control laws that users may have.
         room: Name in its address; None for what several rooms have in common.
         max_waiting: Most who wait for a place in a full room; 0 lets nobody wait.
+        allow_frames: Origins whose pages may show the page in a frame, as `allow_origins`.
+        watchers_point: Whether who only watches may point at the surface, too.
 
     Raises:
         SettingError: A value is out of its range.
@@ -53,6 +57,8 @@ class ServerSettings:
     laws: tuple[Law, ...] = tuple(Law)
     room: str | None = MAIN
     max_waiting: int = 16
+    allow_frames: tuple[str, ...] = ()
+    watchers_point: bool = True
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:
@@ -69,6 +75,11 @@ class ServerSettings:
             if not re.fullmatch(r"https?://[^/\s@]+", origin):
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
                 raise SettingError("origin", repr(origin), limit)
+        for origin in self.allow_frames:
+            # It becomes part of a header: no blank, semicolon, comma, quote or star.
+            if not _FRAMING.fullmatch(origin):
+                limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
+                raise SettingError("frame", repr(origin[:100]), limit)
         for host in self.allow_hosts:
             if not re.fullmatch(r"[A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]+\]", host):
                 limit = "a name or an address without a port: lab.example"

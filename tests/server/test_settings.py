@@ -38,6 +38,21 @@ def test_an_absurd_crowd_is_refused_with_its_limits(users: int) -> None:
         ServerSettings(max_users=users)
 
 
+@pytest.mark.parametrize(
+    "frame",
+    ["", "*", "lab.example", "https://*.example", "https://a b", "https://a;x", "https://a/b",
+     "https://a,b", "https://a'b", "https://lab.example\n", "data:", "https://a:123456"],
+)  # fmt: skip
+def test_a_frame_that_would_say_more_than_one_origin_is_refused(frame: str) -> None:
+    with pytest.raises(SettingError, match="it must be a scheme, a host and a port"):
+        ServerSettings(allow_frames=(frame,))
+
+
+@pytest.mark.parametrize("frame", ["https://lab.example", "http://[::1]:80", "http://localhost:1"])
+def test_origins_may_be_frames(frame: str) -> None:
+    assert ServerSettings(allow_frames=(frame,)).allow_frames == (frame,)
+
+
 @pytest.mark.parametrize("host", ["", "lab.example:8765", "http://lab", "a b", "*", "[::1]:80"])
 def test_a_host_that_no_browser_would_name_is_refused(host: str) -> None:
     with pytest.raises(SettingError, match="it must be a name or an address without a port"):

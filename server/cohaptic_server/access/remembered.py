@@ -98,12 +98,16 @@ def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
     """Those of them that say something at a Unix time [s], in order and bounded in number."""
     used: dict[str, Used] = {}
     removals: list[Removal] = []
-    for record in records:
+    pardoned: set[str] = set()
+    # Backwards: a pardon is of those who were put out before it, and is looked at once.
+    for record in reversed(tuple(records)):
         if isinstance(record, Removal):
-            removals.append(record)
+            if record.name not in pardoned:
+                removals.append(record)
         elif isinstance(record, Pardon):
-            removals = [one for one in removals if one.name != record.name]
+            pardoned.add(record.name)
         else:
-            used[record.jti] = record
-    kept = [one for one in used.values() if wall < one.ends][-MOST_USED:]
-    return [*kept, *[one for one in removals if one.counts(wall)][-MOST_REMOVED:]]
+            used.setdefault(record.jti, record)
+    kept = [one for one in used.values() if wall < one.ends][:MOST_USED]
+    keeping_out = [one for one in removals if one.counts(wall)][:MOST_REMOVED]
+    return [*reversed(kept), *reversed(keeping_out)]

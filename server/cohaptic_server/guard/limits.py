@@ -31,6 +31,8 @@ class Limits:
             the screen for a second or two.
         beats: Pings, pongs and closes of a connection. A library pings every few seconds.
         texts_in_all: Other messages of all connections of an address: people move few sliders.
+        points: How often one who watches points at the surface, which everybody is told.
+        points_in_all: The same of all connections of an address.
         connections: New ones of an address, each of which is one HTTP request or one websocket. A
             page asks for Green's functions one by one, a few hundred under a new hand.
         joins: Of an address, to touch or to watch. A classroom behind one address comes within a
@@ -49,6 +51,8 @@ class Limits:
     samples: Budget = field(default=Budget(2, 12))
     texts: Budget = field(default=Budget(60, 180))
     texts_in_all: Budget = field(default=Budget(200, 400))
+    points: Budget = field(default=Budget(0.5, 4))
+    points_in_all: Budget = field(default=Budget(2, 10))
     beats: Budget = field(default=Budget(4, 40))
     connections: Budget = field(default=Budget(100, 600))
     joins: Budget = field(default=Budget(5, 100))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic_server.guard.budget import FULL, spend, wait
@@ -19,6 +20,7 @@ _MOST_SOURCES = 4096  # half a megabyte; an attacker with more addresses spends 
 UNKNOWN = "unknown"
 
 
+@lru_cache(maxsize=_MOST_SOURCES)
 def source_of(host: str) -> str:
     """Whom a connection is counted with: the address, of IPv6 the network of one subscriber (/64).
 
@@ -77,6 +79,7 @@ class _Source:
     joins: float = FULL
     texts: float = FULL
     dismissals: float = FULL
+    points: float = FULL
 
 
 class Sources:
@@ -152,6 +155,14 @@ class Sources:
             return too_many("control messages from one address", texts, budget)
         self._keep(source, replace(known, texts=spent), now)
         return None
+
+    def point(self, source: str, now: float) -> bool:
+        """Count somebody who points; False where too many of that address do."""
+        known = self._known.get(source, _Source())
+        spent = spend(known.points, 1.0, self.limits.points_in_all, now)
+        if spent is not None:
+            self._keep(source, replace(known, points=spent), now)
+        return spent is not None
 
     def dismiss(self, source: str, now: float) -> None:
         """A connection is closed because it asked for too much."""

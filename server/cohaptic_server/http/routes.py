@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from urllib.parse import quote
 
 from cohaptic_server.http.page_files import INDEX, PageFile
 
 # The page loads nothing from elsewhere. Websockets to other hosts are allowed, since a page may
 # connect to another server.
-POLICY = (
+_SOURCES = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:;"
     " connect-src 'self' ws: wss:; worker-src 'self'; manifest-src 'self'; base-uri 'none';"
-    " form-action 'none'; frame-ancestors 'none'"
+    " form-action 'none'; frame-ancestors "
 )
+POLICY = f"{_SOURCES}'none'"
+_UNFRAMED = ("X-Frame-Options", "DENY")  # for browsers that do not know frame-ancestors
 _HEADERS = (
     ("Connection", "close"),
     ("Content-Security-Policy", POLICY),
+    _UNFRAMED,
     ("Referrer-Policy", "no-referrer"),
     ("X-Content-Type-Options", "nosniff"),
 )
 _FOR_EVER = "public, max-age=31536000, immutable"
 _ASK_AGAIN = "no-cache"
 _TEXT = "text/plain; charset=utf-8"
+_OF_ADDRESSES = "%/:?#[]@!$&'()*+,;=~"  # beside letters and digits
 _GREEN = re.compile(r"/v1/models/([0-9a-f]{1,64})/green/([0-9]{1,9})")
 NOT_BUILT = (
     "cohaptic is running here, but its page was not built.\n\n"
@@ -82,10 +87,18 @@ class Site:
         page: Files by path; empty if the page was not built.
         model: Name of the body's Green's functions; None if it has none.
         vertices: Number of vertices of the body.
+        frames: Origins whose pages may show the page in a frame.
     """
 
-    def __init__(self, page: Mapping[str, PageFile], model: str | None, vertices: int) -> None:
+    def __init__(
+        self,
+        page: Mapping[str, PageFile],
+        model: str | None,
+        vertices: int,
+        frames: Sequence[str] = (),
+    ) -> None:
         self._page = page
+        self._frames = tuple(frames)
         self._model = model
         self._vertices = vertices
 
@@ -100,9 +113,11 @@ class Site:
             message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
             return text(request, 405, "Method Not Allowed", message, ("Allow", "GET, HEAD"))
         path = request.target.split("?", 1)[0].split("#", 1)[0]
-        file = self._page.get(INDEX if path == "/" else path)
+        named = INDEX if path == "/" else path
+        file = self._page.get(named)
         if file is not None:
-            return _file(request, file)
+            answer = _file(request, file)
+            return framed(answer, self._frames) if named == INDEX and self._frames else answer
         if path == "/":
             return text(request, 200, "OK", NOT_BUILT)
         if path == "/healthz":
@@ -126,6 +141,17 @@ class Site:
         return BlockNeeded(vertex)
 
 
+def framed(answer: Answer, frames: Sequence[str]) -> Answer:
+    """The same, which pages of these origins may show in a frame.
+
+    X-Frame-Options knows no list of origins: it is left out, since no browser of today goes by it
+    where there is `frame-ancestors`.
+    """
+    policy = ("Content-Security-Policy", _SOURCES + " ".join(frames))
+    headers = (policy if header[0] == policy[0] else header for header in answer.headers)
+    return replace(answer, headers=tuple(header for header in headers if header != _UNFRAMED))
+
+
 def page(request: Request, kind: str, body: bytes, policy: str | None = None) -> Answer:
     """A response that is not cached.
 
@@ -144,7 +170,8 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
 
 
 def moved(request: Request, location: str) -> Answer:
-    """A redirection that is not remembered."""
+    """A redirection that is not remembered; what no header can hold becomes %XX."""
+    location = quote(location, safe=_OF_ADDRESSES)
     return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
 
 

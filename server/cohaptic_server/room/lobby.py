@@ -11,7 +11,8 @@ from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.protocol.watch_messages import Moderate, Watch
+from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
+from cohaptic_server.room.company.gathering import Gathering
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.moderation import end_freeze, moderate
@@ -38,6 +39,7 @@ class Lobby:
     Attributes:
         peers: In the order in which they connected.
         reception: That takes them in.
+        gathering: Who of them knows of whom.
     """
 
     def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
@@ -46,6 +48,7 @@ class Lobby:
         self.audience = audience
         self.peers: list[Peer] = []
         self.reception = Reception(room, audience, self.entrance, self.peers)
+        self.gathering = Gathering(room, audience.watchers, self.entrance.sources)
         self._ticked = 0.0
         self._scene_problem: str | None = None
 
@@ -86,16 +89,8 @@ class Lobby:
         outcome = Outcome()
         session.receive(data, now)
         if isinstance(session, Watcher):
-            for change in session.events():
-                if isinstance(change, Moderate):
-                    who = (self.room, self.peers, self.entrance.removed, peer)
-                    moderate(*who, change, now, to_wall, outcome)
-                    continue
-                error = refusal(peer, allowed=self.room.settings.allow_latency)
-                if error is None:
-                    set_latency(self.peers, self.audience.watchers, change, outcome)
-                else:
-                    session.fail(error)
+            for request in session.events():
+                self._carry_out(peer, session, request, now, to_wall, outcome)
             outcome.flush.append(peer)
             return outcome
         self._handle_events(peer, session, now, to_wall, outcome)
@@ -132,8 +127,9 @@ class Lobby:
         return [peer for peer in self.peers if peer.watches]
 
     def update_scene(self) -> None:
-        """Take the world of the newest tick as the scene for all watchers."""
+        """Take the world of the newest tick as the scene for all watchers, and who is here."""
         self.audience.see(self.room.world, self.room.patches, self._ticked)
+        self.gathering.step(self._ticked)
 
     def show(self, peer: Peer, now: float, *, clear: bool) -> Outcome:
         """Queue the newest scene for a watcher, if it is due.
@@ -251,6 +247,30 @@ class Lobby:
                     self._set_law(peer, peer.user, event)
                 case _:
                     pass
+
+    def _carry_out(
+        self,
+        peer: Peer,
+        session: Watcher,
+        request: WatchRequest,
+        now: float,
+        to_wall: float,
+        outcome: Outcome,
+    ) -> None:
+        match request:
+            case Moderate():
+                who = (self.room, self.peers, self.entrance.removed, peer)
+                moderate(*who, request, now, to_wall, outcome)
+            case SetLatency():
+                error = refusal(peer, allowed=self.room.settings.allow_latency)
+                if error is None:
+                    set_latency(self.peers, self.audience.watchers, request, outcome)
+                else:
+                    session.fail(error)
+            case SetView():
+                pass  # the session's own
+            case _:
+                self.gathering.hear(session, request, peer.source, now)
 
     def _rename(self, peer: Peer, wish: SetName, now: float, outcome: Outcome) -> None:
         room, waiting = self.room, self.reception.waiting

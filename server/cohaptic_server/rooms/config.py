@@ -93,6 +93,7 @@ class RoomTable(Table):
         users: How many the object of a file is prepared for; None as `cohaptic serve` without it.
         allow_fixed_gains: Whether clients may choose their own gains.
         allow_latency: Whether pages may inject latency.
+        watchers_point: Whether who only watches may point at the surface, too.
         object: Of a body from a file.
         limits: Budgets of its connections, beside those of the server.
     """
@@ -109,6 +110,7 @@ class RoomTable(Table):
     users: int | None = Field(default=None, ge=1, le=64)
     allow_fixed_gains: bool = False
     allow_latency: bool = False
+    watchers_point: bool = True
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
 
@@ -125,6 +127,7 @@ class RoomsConfig(BaseSettings):
         lease: A room that says nothing for so long is ended and started again [s].
         allow_hosts: Further names of the server.
         allow_origins: Further origins whose pages may connect.
+        allow_frames: Origins whose pages may show the rooms' pages in a frame.
         limits: Budgets of all connections together.
         access: Who may come in.
         admin: Metrics and health for those who look after the server.
@@ -145,6 +148,7 @@ class RoomsConfig(BaseSettings):
     lease: float = Field(default=10.0, ge=2.0, le=3600.0)
     allow_hosts: tuple[str, ...] = ()
     allow_origins: tuple[str, ...] = ()
+    allow_frames: tuple[str, ...] = ()
     limits: LimitTable = Field(default_factory=dict)
     access: AccessTable = AccessTable()
     admin: AdminTable = AdminTable()
@@ -160,6 +164,7 @@ class RoomsConfig(BaseSettings):
             table.allow_fixed_gains, table.allow_latency, table.max_watchers, self.allow_origins,
             allow_hosts=self.allow_hosts, limits=limits_of(table.limits), laws=table.laws,
             room=room, max_waiting=table.max_waiting,
+            allow_frames=self.allow_frames, watchers_point=table.watchers_point,
         )  # fmt: skip
 
     @property
@@ -167,7 +172,7 @@ class RoomsConfig(BaseSettings):
         """Settings of what all rooms have in common."""
         return ServerSettings(
             self.host, self.port, allow_origins=self.allow_origins, allow_hosts=self.allow_hosts,
-            limits=limits_of(self.limits), room=None,
+            limits=limits_of(self.limits), room=None, allow_frames=self.allow_frames,
         )  # fmt: skip
 
 

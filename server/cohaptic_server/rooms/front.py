@@ -1,29 +1,28 @@
-"""Accepts every connection and gives it to its room, by the path that its request asks for.
+"""Gives every connection that has asked for something to its room, by the path that it asks for.
 
-It looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request.
-A peer that sends none within a few seconds is closed; nothing here waits for a peer or a room.
+It looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request. Who
+has not asked yet is the door's to hold; nothing here waits for a peer or a room.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
-import logging
 import socket
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.rooms.request_line import MOST, target_of
-from cohaptic_server.shell.door import Door, turn_away
+from cohaptic_server.shell.doors.door import Door
+from cohaptic_server.shell.doors.turn_away import turn_away
 from cohaptic_server.shell.gate import Gate, Taken, source_of_peer
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
-log = logging.getLogger("cohaptic.server")
-
-# s until a request whose first line is not complete is looked at again; twice as long each time.
-# Bytes that were only looked at make a socket readable without an end, so it is not waited for.
+# s until a request whose first line is not complete is looked at again; twice as long each time,
+# and given up beyond `HEAD_TIMEOUT`. So it may be where doors hold nobody, and of who sends its
+# bytes one by one.
 _AGAIN = 2e-3
 _BUSY = Refusal("the room does not take anybody at present", 2.0)
 
@@ -34,25 +33,6 @@ class Place(Protocol):
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
         """Hand it over; returns whether it is taken. The source is to be counted out later."""
         ...
-
-
-@dataclass(eq=False, slots=True)
-class _Newcomer:
-    """A connection whose request has not been seen.
-
-    Args:
-        connection: Its socket.
-        source: Whom it is counted with.
-        deadline: Ends it.
-        again: When it is looked at again; None while it is waited for.
-        pause: Until then [s].
-    """
-
-    connection: socket.socket
-    source: str
-    deadline: asyncio.TimerHandle | None = None
-    again: asyncio.TimerHandle | None = None
-    pause: float = _AGAIN
 
 
 class Front:
@@ -68,14 +48,8 @@ class Front:
         self, doors: Sequence[Door], gate: Gate, places: Callable[[str], Sequence[Place]]
     ) -> None:
         self._doors, self._gate, self._places = doors, gate, places
-        self._newcomers: set[_Newcomer] = set()
         self._numbers = itertools.count(1)
         self._loop = asyncio.get_running_loop()
-
-    @property
-    def newcomers(self) -> int:
-        """Connections whose request has not been seen."""
-        return len(self._newcomers)
 
     def open(self) -> None:
         """Let people in."""
@@ -87,72 +61,43 @@ class Front:
         for door in self._doors:
             self._loop.remove_reader(door)
             door.close()
-        for newcomer in list(self._newcomers):
-            self._drop(newcomer)
 
     def left(self, source: str) -> None:
         """A connection of an address has ended."""
         self._gate.sources.leave(source)
 
     def _accept(self, door: Door) -> None:
-        try:
-            connection, peer = door.accept()
-        except OSError:  # nobody any more, for now
-            return
-        connection.setblocking(False)
-        if isinstance(connection, Taken):
-            connection.keep_counted()
-        newcomer = _Newcomer(connection, source_of_peer(peer))
-        newcomer.deadline = self._loop.call_later(HEAD_TIMEOUT, self._expire, newcomer)
-        self._newcomers.add(newcomer)
-        self._look(newcomer)
+        with contextlib.suppress(OSError):  # nobody any more, for now
+            while True:
+                connection, peer = door.accept()
+                connection.setblocking(False)
+                if isinstance(connection, Taken):
+                    connection.keep_counted()
+                self._look(connection, source_of_peer(peer))
 
-    def _look(self, newcomer: _Newcomer) -> None:
-        """Look for the request, and wait for it where it has not come."""
-        newcomer.again = None
+    def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
+        """Look for the request, and later again where its line is not complete."""
+        seen: bytes | None
         try:
-            seen = newcomer.connection.recv(MOST, socket.MSG_PEEK)
+            seen = connection.recv(MOST, socket.MSG_PEEK)
         except BlockingIOError:
-            self._loop.add_reader(newcomer.connection, self._look, newcomer)
-            return
+            seen = None
         except OSError:
-            self._drop(newcomer)
-            return
-        self._loop.remove_reader(newcomer.connection)
-        target = target_of(seen)
-        if not seen:
-            self._drop(newcomer)
+            seen = b""
+        target = None if seen is None else target_of(seen)
+        if seen == b"" or (target is None and pause > HEAD_TIMEOUT):
+            connection.close()
+            self.left(source)
         elif target is None:
-            newcomer.again = self._loop.call_later(newcomer.pause, self._look, newcomer)
-            newcomer.pause *= 2.0
+            self._loop.call_later(pause, self._look, connection, source, 2.0 * pause)
         else:
-            self._place(newcomer, target)
+            self._place(connection, source, target)
 
-    def _place(self, newcomer: _Newcomer, target: str) -> None:
-        self._forget(newcomer)
+    def _place(self, connection: socket.socket, source: str, target: str) -> None:
         number = next(self._numbers)
         for place in self._places(target):
-            if place.take(newcomer.connection, number, newcomer.source):
-                newcomer.connection.close()  # our end of it; the room has its own
+            if place.take(connection, number, source):
+                connection.close()  # our end of it; the room has its own
                 return
-        self.left(newcomer.source)
-        turn_away(newcomer.connection, _BUSY, 503)
-
-    def _expire(self, newcomer: _Newcomer) -> None:
-        source = newcomer.source
-        told = f"{source} sent no request in {HEAD_TIMEOUT:g} s"
-        self._gate.tell(source, "no_request", told)
-        self._drop(newcomer)
-
-    def _drop(self, newcomer: _Newcomer) -> None:
-        """Close a connection that asks for nothing."""
-        self._forget(newcomer)
-        self._loop.remove_reader(newcomer.connection)
-        newcomer.connection.close()
-        self.left(newcomer.source)
-
-    def _forget(self, newcomer: _Newcomer) -> None:
-        self._newcomers.discard(newcomer)
-        for timer in (newcomer.deadline, newcomer.again):
-            if timer is not None:
-                timer.cancel()
+        self.left(source)
+        turn_away(connection, _BUSY, 503)

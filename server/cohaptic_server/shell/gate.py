@@ -75,11 +75,10 @@ class Gate:
             told = {"event": line.event, "user": line.user, "source": line.source}
             log.log(level, "%s", line.text, extra=told)
 
-    def enter(self, connection: Taken, source: str) -> Refusal | None:
-        """Count a connection until it is closed.
+    def admit(self, source: str) -> Refusal | None:
+        """Count a connection; `Sources.leave` has to follow when it has ended.
 
         Args:
-            connection: That has come.
             source: Address of the peer; that of a proxy is settled when it says whom it brings.
 
         Returns:
@@ -87,10 +86,18 @@ class Gate:
         """
         now, sources = self.clock.now(), self.sources
         by_proxy = source in self.proxies
-        refusal = sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
+        return sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
+
+    def keep(self, connection: Taken, source: str) -> None:
+        """A connection that was admitted counts until it is closed."""
+        connection.gate, connection.source = self, source
+        self.taken[connection.fileno()] = connection
+
+    def enter(self, connection: Taken, source: str) -> Refusal | None:
+        """Both; arguments as for them. Returns why it is not taken."""
+        refusal = self.admit(source)
         if refusal is None:
-            connection.gate, connection.source = self, source
-            self.taken[connection.fileno()] = connection
+            self.keep(connection, source)
         return refusal
 
     def settle(self, file: int, said: Sequence[str], now: float) -> str | Refusal:

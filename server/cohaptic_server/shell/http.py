@@ -34,7 +34,7 @@ from cohaptic_server.http.routes import (
     text,
 )
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.door import machine_addresses
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.shell.wire import Wire
@@ -124,7 +124,8 @@ class Web:
         source = green_source(body)
         model = None if source is None else model_name(source)
         blocks = None if source is None else GreenBlocks(solve or _solver(source))
-        site = Site(self._page, model, len(body.mesh.vertices))
+        frames = self._settings.allow_frames
+        site = Site(self._page, model, len(body.mesh.vertices), frames)
         self.close()
         self.model, self._blocks, self._site = model, blocks, site
 

@@ -20,7 +20,7 @@ from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.door import Door
+from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
@@ -147,7 +147,7 @@ async def _doors(host: str, port: int, gate: Gate, *, tls: bool) -> list[Door]:
         for family, _, _, _, address in dict.fromkeys(found):
             if doors:  # the system chose the port of the first
                 address = (address[0], doors[0].getsockname()[1], *address[2:])
-            doors.append(Door.opened(address, family, gate, loop.call_soon, tls=tls))
+            doors.append(Door.opened(address, family, gate, loop, tls=tls))
     except OSError:
         for door in doors:
             door.close()

@@ -23,14 +23,21 @@ def keep(content: bytes, name: str, kind: str) -> Path:
         content: Of the file.
         name: As the visitor has it; what of it is no letter or digit is left out.
         kind: Suffix, with the point.
+
+    Raises:
+        OSError: It cannot be written; nothing of it is left.
     """
     folder = uploads_folder()
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     digest = hashlib.sha256(content).hexdigest()[:8]
     path = folder / f"{plain_name(name)}-{digest}{kind}"
     part = path.with_suffix(".part")
-    part.write_bytes(content)
-    part.replace(path)
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
     kept = sorted(folder.iterdir(), key=lambda file: file.stat().st_mtime)
     for old in kept[: max(0, len(kept) - _KEPT)]:
         old.unlink(missing_ok=True)

@@ -9,18 +9,20 @@ whatever a library prints goes nowhere.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import os
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, HeldError, SettingError, one_line
+from cohaptic_server.objects.store.cache import UnkeptError, insist
 from cohaptic_server.upload.confine import confine
 from cohaptic_server.upload.kept_files import keep, kind_of
 from cohaptic_server.upload.limits import SIZE
@@ -33,12 +35,14 @@ T = TypeVar("T")
 _TELL_EVERY = 0.2  # s between two words on the same phase
 _READABLE = 100  # characters of a rule
 _LONGEST = 1500  # characters of an error
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows has no quota
 
 
 def main() -> None:
     """Serve one upload, with the limits that the command line says as JSON."""
     limits: dict[str, Any] = json.loads(sys.argv[1])
     confine(limits["memory"], limits["cpu"], limits["memory"])
+    insist()
     incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -47,6 +51,9 @@ def main() -> None:
         _serve(incoming, outgoing, limits)
     except PipeEnded:
         pass  # the server has no more use for this process
+    except (OSError, UnkeptError) as error:
+        with contextlib.suppress(PipeEnded):
+            send_text(outgoing, event="failed", about="file", why=_unkept(error))
     # Without the end of the interpreter, in which a thread of a library may wait for another.
     os._exit(0)
 
@@ -106,12 +113,11 @@ def _prepare(
     preview: Preview,
 ) -> bool:
     from cohaptic_server.bodies.solid.shape import SolidSettings
-    from cohaptic_server.objects.auto.resolve import find_problems, resolve
+    from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_affordable
     from cohaptic_server.objects.demand import Demand
     from cohaptic_server.objects.object_file import ObjectFile
-    from cohaptic_server.objects.surface.accept import VolumeLostError
     from cohaptic_server.upload.described import to_fields
 
     material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
@@ -125,13 +131,9 @@ def _prepare(
         source = resolve(source, tell, scale_given=True).source
         build(source, tell)
     else:
-        source = find_problems(source, scale_given=True).source
         demand, damping = Demand(hz=1.0 / rubber["period"], nonlinear=True), rubber["damping"]
-        try:
-            source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
-        except VolumeLostError:
-            source = replace(source, repair=True)
-            source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
+        source = resolve(source, tell, scale_given=True, demand=demand).source
+        source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
     send_text(outgoing, event="prepared", source=to_fields(source))
     return True
 
@@ -170,7 +172,7 @@ class _Step:
         event, about = "failed", "file"
         try:
             return work()
-        except PipeEnded:
+        except (PipeEnded, UnkeptError):
             raise
         except MemoryError:
             why = "it takes more memory than an upload may have here"
@@ -179,7 +181,9 @@ class _Step:
         except CohapticError as error:
             event, self.hopeless = self._event, self._event == "failed"
             about, why = _choice_of(error)
-        except Exception as error:  # of a library, which did not foresee this file
+        except Exception as error:  # of a disk, or of a library, which did not foresee this file
+            if isinstance(error, OSError) and error.errno in _FULL:
+                raise
             why = f"it cannot be read ({type(error).__name__}: {error})"
         said = why.replace(f"{self._path}: ", "").replace(self._path, self._name)
         if self._painted:
@@ -188,6 +192,16 @@ class _Step:
             said = f"{self._name}: {said}"
         send_text(self._outgoing, event=event, about=about, why=said[:_LONGEST])
         return None
+
+
+def _unkept(error: OSError | UnkeptError) -> str:
+    """Why a file that came, or what was made of it, is nowhere; no path of this machine is told."""
+    if isinstance(error, UnkeptError):
+        return str(error)
+    # Where nothing can be written into a folder, the library says that there is none.
+    is_full = error.errno in _FULL or isinstance(error, FileNotFoundError)
+    why = os.strerror(errno.ENOSPC) if is_full else error.strerror or type(error).__name__
+    return f"this server cannot keep the file: {why}"
 
 
 def _choice_of(error: CohapticError) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from cohaptic_server.access.remembered import (
     LONGEST,
     MOST_REMOVED,
+    Pardon,
     Record,
     Removal,
     Used,
@@ -62,3 +63,23 @@ def test_the_newest_who_were_put_out_are_kept() -> None:
         for i in range(2 * MOST_REMOVED)
     ]
     assert still_counting(removals, 0.0) == removals[MOST_REMOVED:]
+
+
+FEW = st.sampled_from("abc")
+PUT_OUT = st.builds(
+    Removal, session=FEW, invitation=FEW, name=FEW, source=FEW, at=st.just(0.0), until=st.none()
+)
+PARDONS = st.builds(Pardon, name=FEW, at=st.just(0.0))
+
+
+@given(st.lists(st.one_of(PUT_OUT, PARDONS), max_size=30))
+def test_a_pardon_takes_back_what_was_before_it_by_its_name_and_nothing_else(
+    records: list[Record],
+) -> None:
+    staying: list[Removal] = []
+    for record in records:
+        if isinstance(record, Removal):
+            staying.append(record)
+        elif isinstance(record, Pardon):
+            staying = [one for one in staying if one.name != record.name]
+    assert still_counting(records, 1.0) == staying

@@ -29,7 +29,7 @@ from cohaptic_server.testing.blocks import block
 
 pytestmark = pytest.mark.patient
 
-PATIENCE = 10.0  # s
+PATIENCE = 60.0  # s
 
 
 def solid(young: float = 2e4) -> Solid:

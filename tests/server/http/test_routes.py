@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import gzip
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic_server.http.page_files import PageFile, has_page, load_page
@@ -16,6 +17,7 @@ from cohaptic_server.http.routes import (
     Request,
     Site,
     green_block,
+    moved,
 )
 
 MODEL = "0123456789abcdef" * 2
@@ -89,6 +91,24 @@ def test_every_answer_is_whole_and_guarded(
         assert target.split("?")[0].split("#")[0] in ("/", "/index.html", "/healthz") or (
             MODEL in target
         )
+
+
+def test_no_page_may_show_this_one_in_a_frame_unless_the_owner_names_it() -> None:
+    lab = "https://lab.example"
+    framed = Site(PAGE, MODEL, 42, (lab, "http://localhost:8000"))
+    for target in ("/", "/index.html"):
+        answer = framed.answer(Request("GET", target), ticking=True)
+        assert not isinstance(answer, BlockNeeded)
+        policy = header(answer, "Content-Security-Policy")
+        assert policy == POLICY.replace(
+            "frame-ancestors 'none'", f"frame-ancestors {lab} http://localhost:8000"
+        )
+        assert header(answer, "X-Frame-Options") is None
+    for site, target in ((framed, "/healthz"), (framed, "/nothing"), (SITE, "/")):
+        answer = site.answer(Request("GET", target), ticking=True)
+        assert not isinstance(answer, BlockNeeded)
+        assert header(answer, "Content-Security-Policy") == POLICY
+        assert header(answer, "X-Frame-Options") == "DENY"
 
 
 def test_the_policy_has_nothing_unsafe() -> None:
@@ -169,3 +189,14 @@ def test_a_folder_becomes_a_page(tmp_path: Path) -> None:
     assert script.gzipped is not None
     assert gzip.decompress(script.gzipped) == b"x" * 500
     assert script.kind == "text/javascript; charset=utf-8"
+
+
+@given(st.text())
+@example("main/?\x00")
+@example("main/?a=%41&b=[1]")
+def test_whatever_an_address_has_a_redirection_to_it_is_one_header_of_ascii(address: str) -> None:
+    """A zero byte in a query ended in a 500: no header can hold it."""
+    answer = moved(Request("GET", "/"), address)
+    (location,) = [value for name, value in answer.headers if name == "Location"]
+    assert all("!" <= character <= "~" for character in location)
+    assert unquote(location) == unquote(address)

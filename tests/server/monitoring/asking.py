@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import urllib.error
 import urllib.request
 from collections.abc import Callable
 from typing import Any
+
+from cohaptic_server.monitoring.admin_port import AdminPort
+from tests.server.monitoring.some import health, room
 
 PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 
@@ -38,3 +42,17 @@ async def status_once(url: str, condition: Callable[[dict[str, Any]], bool]) -> 
             except OSError:
                 pass
             await asyncio.sleep(0.1)
+
+
+async def told_until(port: AdminPort, state: str, **more: Any) -> dict[str, Any]:
+    """What a port tells once it is in a state; it hears of a room again, as all it knows soon is
+    old.
+    """
+    ticks = itertools.count(1)
+
+    def reached(told: dict[str, Any]) -> bool:
+        port.tell(health())
+        port.tell(room(ticks=next(ticks), **more))
+        return bool(told[state])
+
+    return await status_once(port.url, reached)

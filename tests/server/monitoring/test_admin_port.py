@@ -14,7 +14,7 @@ import pytest
 
 from cohaptic.errors import SettingError
 from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort, admin_address
-from tests.server.monitoring.asking import ask, status_once
+from tests.server.monitoring.asking import ask, status_once, told_until
 from tests.server.monitoring.some import health, room
 
 pytestmark = pytest.mark.patient
@@ -40,10 +40,7 @@ def pid(port: AdminPort) -> int:
 def test_it_answers_only_its_own_names_and_comes_back_when_it_is_killed() -> None:
     async def run() -> None:
         async with opened("metrics.example") as port:
-            port.tell(health())
-            port.tell(room(ticks=1))
-            port.tell(room(ticks=2))
-            told = await status_once(port.url, lambda told: bool(told["ready"]))
+            told = await told_until(port, "ready")
             assert told["rooms"][0]["name"] == "main"
             # A page whose name was made to point here reads nothing; a scraper's name is said.
             assert (await ask(f"{port.url}/status", Host="evil.example"))[0] == 421
@@ -55,8 +52,7 @@ def test_it_answers_only_its_own_names_and_comes_back_when_it_is_killed() -> Non
             port.tell(health())  # to nobody, which hurts nobody
             await status_once(url, lambda told: not told["alive"])
             assert pid(port) != first
-            port.tell(health())
-            assert (await status_once(url, lambda told: bool(told["alive"])))["rooms"]
+            assert (await told_until(port, "alive"))["rooms"]
             again = pid(port)
         with pytest.raises(ProcessLookupError):
             os.kill(again, 0)

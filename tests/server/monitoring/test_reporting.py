@@ -67,6 +67,7 @@ def test_what_happens_in_a_server_is_told_by_its_admin_port(small_balloon: Ballo
                 assert told["rooms"][0]["metrics"]["users"][0]["seat"] == 1
                 # Who is there holds up the end, and meanwhile nobody is sent here.
                 running.cancel()
+                await status_once(admin.url, lambda told: bool(told["draining"]))
                 assert (await ask(f"{admin.url}/readyz"))[0] == 503
         finally:
             running.cancel()

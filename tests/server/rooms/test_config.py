@@ -104,6 +104,7 @@ def test_the_environment_goes_before_the_file(
         ),
         ("[limits]\nopen = 'many'\n[rooms.main]\nbody = 'balloon'", "limits.open is 'many'"),
         ("allow_hosts = ['a b']\n[rooms.main]\nbody = 'balloon'", "allow_hosts: host is 'a b'"),
+        ("allow_frames = ['*']\n[rooms.main]\nbody = 'balloon'", "allow_frames: frame is '*'"),
         ("rooms = {}", "rooms is {}"),
         ("port = = 1", "is not TOML: Invalid value (at line 1, column 8)"),
     ],

@@ -11,14 +11,15 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.rooms import front as module
 from cohaptic_server.rooms.front import Front
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.doors import door as module
+from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.listener import open_doors
 
 PATIENCE = 10.0
-LINE = b"GET /r/a HTTP/1.1\r\n"
+LINE = b"GET /r/a HTTP/1.1\r\n\r\n"
 
 
 class Taker:
@@ -41,13 +42,13 @@ class Taker:
 @contextlib.asynccontextmanager
 async def opened(
     *places: Taker, limits: Limits | None = None
-) -> AsyncGenerator[tuple[Front, Gate, int]]:
+) -> AsyncGenerator[tuple[Door, Gate, int]]:
     gate = Gate(limits or Limits(), SystemClock())
     doors = await open_doors(ServerSettings(port=0), gate)
     front = Front(doors, gate, lambda target: places if target.startswith("/r/") else places[1:])
     front.open()
     try:
-        yield front, gate, doors[0].getsockname()[1]
+        yield doors[0], gate, doors[0].getsockname()[1]
     finally:
         front.close()
 
@@ -62,7 +63,7 @@ async def until(condition: object) -> None:
 def test_a_request_goes_whole_to_its_place_however_slowly_its_line_comes() -> None:
     async def main() -> None:
         taker = Taker()
-        async with opened(taker) as (front, gate, port):
+        async with opened(taker) as (door, gate, port):
             _, writer = await asyncio.open_connection("127.0.0.1", port)
             for at in range(len(LINE)):
                 assert taker.seen == []
@@ -70,7 +71,7 @@ def test_a_request_goes_whole_to_its_place_however_slowly_its_line_comes() -> No
                 await asyncio.sleep(0.002)
             await until(lambda: taker.seen)
             assert taker.seen == [(1, LINE)]
-            assert (front.newcomers, gate.sources.open) == (0, 1)  # counted out by its place
+            assert (door.silent, gate.sources.open) == (0, 1)  # counted out by its place
             writer.close()
 
     asyncio.run(main())
@@ -82,18 +83,18 @@ def test_who_says_nothing_is_closed_at_the_deadline_and_who_goes_is_forgotten(
     monkeypatch.setattr(module, "HEAD_TIMEOUT", 0.3)
 
     async def main() -> None:
-        async with opened(Taker()) as (front, gate, port):
+        async with opened(Taker()) as (door, gate, port):
             silent, silent_writer = await asyncio.open_connection("127.0.0.1", port)
             half, half_writer = await asyncio.open_connection("127.0.0.1", port)
             half_writer.write(LINE[:8])
             _, gone = await asyncio.open_connection("127.0.0.1", port)
-            await until(lambda: front.newcomers == 3)
+            await until(lambda: door.silent == 3)
             gone.close()
-            await until(lambda: front.newcomers == 2)
+            await until(lambda: door.silent == 2)
             for reader in (silent, half):
                 with contextlib.suppress(ConnectionError):
                     assert await asyncio.wait_for(reader.read(), PATIENCE) == b""
-            assert (front.newcomers, gate.sources.open) == (0, 0)
+            assert (door.silent, gate.sources.open) == (0, 0)
             silent_writer.close()
             half_writer.close()
 
@@ -122,12 +123,12 @@ def test_the_next_place_takes_whom_the_first_does_not_and_else_it_is_said() -> N
 def test_those_who_say_nothing_are_bounded_for_an_address() -> None:
     async def main() -> None:
         limits = Limits().changed(["open=5"])
-        async with opened(Taker(), limits=limits) as (front, gate, port):
+        async with opened(Taker(), limits=limits) as (door, gate, port):
             ends = [await asyncio.open_connection("127.0.0.1", port) for _ in range(20)]
             await until(lambda: gate.sources.refused == 15)
-            assert front.newcomers == 5
+            assert door.silent == 5
             for _, writer in ends:
                 writer.close()
-            await until(lambda: front.newcomers == gate.sources.open == 0)
+            await until(lambda: door.silent == gate.sources.open == 0)
 
     asyncio.run(main())

@@ -97,7 +97,7 @@ class Visitor:
     async def live(self) -> None:
         while True:
             with contextlib.suppress(OSError, InvalidHandshake, TimeoutError):
-                async with visit(self.url) as client:
+                async with visit(self.url, patience=10.0) as client:
                     with contextlib.suppress(ConnectionClosed):
                         await self._press(client)
                     self.closed.append((client.ws.close_code, client.ws.close_reason or ""))

@@ -19,8 +19,8 @@ from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.shell import wire
-from cohaptic_server.shell.door import KERNEL_BUFFER
+from cohaptic_server.shell.doors import door
+from cohaptic_server.shell.doors.door import KERNEL_BUFFER
 from tests.server.peers import hello_text, sample
 from tests.server.shell.stage import FAR, PATIENCE, REQUEST, ZERO, Stage, names, serving, visit
 
@@ -107,7 +107,7 @@ def test_an_address_that_was_closed_for_floods_waits_and_who_is_inside_stays(
 def test_connections_that_never_ask_are_bounded_told_and_cut(
     small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(wire, "HEAD_TIMEOUT", 0.2)
+    monkeypatch.setattr(door, "HEAD_TIMEOUT", 1.0)
 
     async def come() -> tuple[list[bytes], int, bytes]:
         limits = Limits(open=20)

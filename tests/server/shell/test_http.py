@@ -105,6 +105,16 @@ def test_each_request_is_answered_though_the_body_is_another(small_balloon: Ball
     asyncio.run(happen())
 
 
+def test_a_byte_that_no_header_can_hold_ends_in_no_fault(small_balloon: Balloon) -> None:
+    async def ask() -> str:
+        async with asyncio.timeout(PATIENCE), serving(small_balloon) as served:
+            return await get(served.url, "/r/main?\x00")
+
+    answer = asyncio.run(ask())
+    assert answer.startswith("HTTP/1.1 307 ")
+    assert "\r\nLocation: main/?%00\r\n" in answer
+
+
 @pytest.mark.parametrize("listens_on", ["127.0.0.1", "0.0.0.0"])
 def test_only_this_machines_own_page_hears_where_others_reach_the_server(
     small_balloon: Balloon, listens_on: str

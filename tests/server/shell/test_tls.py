@@ -20,7 +20,8 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.network.link import Link
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.credentials.certificate import Certificate
-from cohaptic_server.shell import listener
+from cohaptic_server.shell import listener, wire
+from cohaptic_server.shell.doors import door
 from cohaptic_server.shell.gate import Turns
 from cohaptic_server.shell.protection import Protection
 from tests.server.credentials.pairs import write_authority, write_pair
@@ -91,7 +92,8 @@ def test_a_certificate_that_was_renewed_is_served_and_nobody_inside_notices(
 def test_connections_whose_handshake_fails_are_not_counted_for_ever(
     small_balloon: Balloon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", 0.3)
+    monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", 1.0)
+    monkeypatch.setattr(door, "HEAD_TIMEOUT", 1.0)
 
     async def run() -> None:
         async with serving(small_balloon, protection=protected(tmp_path)) as served:
@@ -134,8 +136,13 @@ def test_of_many_handshakes_at_once_a_few_go_on_before_others_have_their_turn() 
 
 
 def test_all_who_shake_hands_at_once_come_in_and_a_connection_keeps_little_memory(
-    small_balloon: Balloon, tmp_path: Path
+    small_balloon: Balloon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # However long this machine takes for all of them.
+    monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", PATIENCE)
+    monkeypatch.setattr(door, "HEAD_TIMEOUT", PATIENCE)
+    monkeypatch.setattr(wire, "HEAD_TIMEOUT", PATIENCE)
+
     async def run() -> None:
         trust = trusting(tmp_path)
         async with serving(small_balloon, protection=protected(tmp_path)) as served:

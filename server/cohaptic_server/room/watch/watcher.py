@@ -13,6 +13,7 @@ from collections import deque
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
+from cohaptic.protocol.control.company import Aim, Follow, Point, Present
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.watch_messages import (
@@ -23,10 +24,12 @@ from cohaptic.protocol.watch_messages import (
     SetView,
     Watch,
     Watching,
+    WatchRequest,
     decode_client_message,
 )
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
+from cohaptic_server.room.watch.mailbox import Mailbox
 
 IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, one being drawn
 SLOW_AFTER = 2.0  # s behind, after which a watcher counts as slow
@@ -34,6 +37,8 @@ DROPPED_AFTER = 10.0  # s behind, after which it is disconnected
 # s; a page says that it has no word after twice this, so that one scene may be late.
 SIGN_OF_LIFE = 0.5
 _MAX_LATENCIES = 64  # most users of a room
+_REQUESTS: tuple[type[WatchRequest], ...] = (SetView, SetLatency, Moderate)
+_COMPANY: tuple[type[WatchRequest], ...] = (Present, Follow, Aim, Point)
 
 
 class Watcher:
@@ -49,6 +54,7 @@ class Watcher:
         outbox: Messages to be written.
         mesh: Form in which it takes the resting mesh.
         slow: Whether it has been behind for `SLOW_AFTER`.
+        mailbox: News of who else is here; None for one that did not ask for it.
     """
 
     def __init__(self, watch: Watch, *, has_model: bool) -> None:
@@ -56,11 +62,12 @@ class Watcher:
         self.outbox = Outbox()
         self.slow = False
         self.mesh: MeshForm = watch.mesh
+        self.mailbox = Mailbox() if watch.company else None
         self._has_model = has_model
         self._encoding, self._rate = watch.encoding, watch.rate
         self._wants = False
         self._accepted = False
-        self._events: list[SetLatency | Moderate] = []
+        self._events: list[WatchRequest] = []
         self._latencies: dict[int, Latency] = {}
         self._in_flight: deque[int] = deque()  # ticks
         self._sent_tick = 0
@@ -80,11 +87,10 @@ class Watcher:
                 self._acknowledge(Ack.decode(data))
                 return
             message = decode_client_message(data)
-            if not isinstance(message, SetView | SetLatency | Moderate):
-                kind = type(message).__name__
-                raise RemoteProtocolError(
-                    "message", kind, "Ack, SetView, SetLatency or Moderate: watches"
-                )
+            if not isinstance(message, self._allowed):
+                *names, last = (kind.__name__ for kind in (Ack, *self._allowed))
+                kind, allowed = type(message).__name__, f"{', '.join(names)} or {last}"
+                raise RemoteProtocolError("message", kind, f"{allowed}: watches")
         except ProtocolError as error:
             self.fail(error)
             return
@@ -94,7 +100,11 @@ class Watcher:
         else:
             self._events.append(message)
 
-    def events(self) -> list[SetLatency | Moderate]:
+    @property
+    def _allowed(self) -> tuple[type[WatchRequest], ...]:
+        return _REQUESTS if self.mailbox is None else (*_REQUESTS, *_COMPANY)
+
+    def events(self) -> list[WatchRequest]:
         """Requests to the server since the last call."""
         events, self._events = self._events, []
         return events
@@ -185,13 +195,15 @@ class Watcher:
             self._latencies.pop(next(iter(self._latencies)))
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Messages to write now: events, latencies, then a scene."""
+        """Messages to write now: events, latencies and company, then a scene."""
         messages = self.outbox.take(clear=clear)
-        if clear and self._latencies:
+        if clear:
+            state = [encode_control(latency) for latency in self._latencies.values()]
+            self._latencies.clear()
+            state += [] if self.mailbox is None else self.mailbox.take()
             ends_with_scene = bool(messages) and isinstance(messages[-1], bytes)
             at = len(messages) - int(ends_with_scene)
-            messages[at:at] = [encode_control(latency) for latency in self._latencies.values()]
-            self._latencies.clear()
+            messages[at:at] = state
         return messages
 
     def fail(self, error: ProtocolError) -> None:

@@ -14,7 +14,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from cohaptic_server.shell.door import turn_away
+from cohaptic_server.shell.doors.turn_away import turn_away
 from cohaptic_server.shell.gate import Gate, Taken, source_of_peer
 
 _NUMBER = struct.Struct("<Q")

@@ -121,4 +121,4 @@ async def pressing(served: Serving, name: str = "ann") -> AsyncGenerator[Client]
                 await playing
 
 
-AGES = 6.0 * PATIENCE  # s; for a test that moves the clock
+AGES = 2.0 * PATIENCE  # s; for a test that moves the clock

@@ -24,7 +24,7 @@ pytestmark = [
 def connected() -> Generator[tuple[socket.socket, socket.socket]]:
     """Both ends of a connection over loopback."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        ours = socket.create_connection(listening.getsockname(), timeout=5.0)
+        ours = socket.create_connection(listening.getsockname(), timeout=60.0)
         theirs, _ = listening.accept()
     with ours, theirs:
         yield ours, theirs

@@ -3,7 +3,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 
-from cohaptic_server.shell.door import machine_addresses
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
 
 
 def test_every_address_is_one_of_this_machine_and_said_once() -> None:

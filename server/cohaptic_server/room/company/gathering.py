@@ -1,0 +1,274 @@
+"""Who is here, who follows whose view, and who points: a state machine without I/O.
+
+Laws, whatever anybody sends: a view is followed only while its owner has a hand here and lets
+others; who follows is not followed, so there are no chains and no circles; a view has a bounded
+number of followers; a page hears of the company at most each `TOLD_EVERY`, and of a view at most
+each `AIMED_EVERY`. A message costs the room no more than being read, and those who asked for
+company pay: nobody else hears of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
+
+from cohaptic.protocol.control.company import (
+    MOST_FOLLOWERS,
+    MOST_OPEN,
+    Aim,
+    Aimed,
+    Company,
+    CompanyRequest,
+    Declined,
+    Follow,
+    Point,
+    Pointed,
+    Present,
+)
+from cohaptic.protocol.messages import encode_control
+from cohaptic_server.guard.budget import spend
+from cohaptic_server.guard.sources import Sources
+from cohaptic_server.room.company.follows import Follows
+from cohaptic_server.room.company.visitor import Visitor
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.watch.watcher import Watcher
+
+TOLD_EVERY = 0.25  # s between two looks at who is here
+AIMED_EVERY = 0.1  # s between two views of one who is followed
+# What one tick makes of the news of a look, in messages and followers named in them, of which each
+# takes up to 30 us: one who toggles may have all of them made anew. The rest waits for the next.
+NEWS_AT_ONCE = 32
+_TOLD = object()
+
+
+class Gathering:
+    """Of one room.
+
+    Args:
+        room: The users.
+        watchers: Who watches; the audience's own set.
+        sources: Budgets of addresses.
+
+    Attributes:
+        visitors: Those of the watchers who want to hear who else is here.
+    """
+
+    def __init__(self, room: Room, watchers: AbstractSet[Watcher], sources: Sources) -> None:
+        self.room = room
+        self.visitors: dict[Watcher, Visitor] = {}
+        self._follows = Follows()
+        self._watchers = watchers
+        self._sources = sources
+        self._looked = float("-inf")  # [s]
+        self._seen: tuple[object, ...] = ()
+        self._changed = True
+        self._telling: Iterator[None] | None = None  # a look whose news is not told to all yet
+
+    def hear(self, watcher: Watcher, said: CompanyRequest, source: str, now: float) -> None:
+        """Carry out what a page says, or tell it why not.
+
+        Args:
+            watcher: Its session.
+            said: The message.
+            source: Whom its connection is counted with.
+            now: Time [s].
+        """
+        self._meet(watcher)
+        visitor = self.visitors.get(watcher)
+        if visitor is None:
+            return  # it was not taken in
+        self._check_hand(visitor)
+        match said:
+            case Present():
+                self._present(visitor, said)
+            case Follow():
+                self._follow(visitor, said.user)
+            case Aim():
+                # It may have been on its way when the last follower left: no fault.
+                if visitor.user and visitor.open:
+                    visitor.aim, visitor.aim_told = said, False
+            case Point():
+                self._point(visitor, said, source, now)
+
+    def step(self, now: float) -> None:
+        """Tell everybody what has changed, as far as it is due; at every tick."""
+        if self._telling is None and (now - self._looked >= TOLD_EVERY or now < self._looked):
+            self._looked = now
+            self._telling = self._tell_company() if self._look() else None
+        if self._telling is not None and next(self._telling, _TOLD) is _TOLD:
+            self._telling = None
+        for visitor in self._follows.pages:
+            if not visitor.aim_told and (now - visitor.aimed >= AIMED_EVERY or now < visitor.aimed):
+                visitor.aimed, visitor.aim_told = now, True
+                self._tell_aim(visitor, self._follows.of(visitor.user))
+
+    def _meet(self, watcher: Watcher) -> None:
+        if watcher.mailbox is not None and watcher.hears_news and watcher not in self.visitors:
+            self.visitors[watcher] = Visitor(watcher, watcher.mailbox)
+            self._changed = True
+
+    def _look(self) -> bool:
+        """See who has come and gone since the last time; whether there is news."""
+        for watcher in self._watchers:
+            self._meet(watcher)
+        for watcher in [one for one in self.visitors if one not in self._watchers]:
+            self._follows.leave(self.visitors.pop(watcher))
+            self._changed = True
+        room = self.room
+        if not self.visitors:
+            return False
+        names = tuple((user, one.hello.name) for user, one in room.members.items())
+        seen = (len(self._watchers), names)
+        if seen == self._seen and not self._changed:
+            return False
+        self._seen, self._changed = seen, False
+        for visitor in tuple(self._follows.pages):
+            self._check_hand(visitor)
+        for user in self._follows.users:
+            self._end_if_closed(user)
+        return True
+
+    def _tell_company(self) -> Iterator[None]:
+        """Tell everybody for whom something has changed; ends a tick where it has done enough."""
+        room, follows = self.room, self._follows
+        watching = len(self._watchers) - len(follows.pages)
+        open_ones = tuple(sorted(one.user for one in follows.pages if self._is_open(one)))
+        # Of a thousand who watch most are told the same: it is made and encoded once.
+        news: dict[tuple[int, Visitor | None, bool], str] = {}
+        made = 0
+        for visitor in tuple(self.visitors.values()):
+            followers = follows.of(visitor.user)
+            may_point = room.settings.watchers_point or bool(visitor.user)
+            which = (visitor.following, visitor if followers else None, may_point)
+            if which not in news:
+                company = Company(
+                    watching=watching,
+                    open=open_ones[:MOST_OPEN],
+                    following=visitor.following or None,
+                    followers=tuple(one.as_follower(room) for one in followers),
+                    may_point=may_point,
+                )
+                news[which] = encode_control(company)
+                made += 1 + len(followers)
+            if visitor.told != news[which]:
+                visitor.told = news[which]
+                visitor.mailbox.put_company(news[which])
+            if made >= NEWS_AT_ONCE:
+                made = 0
+                yield
+
+    def _check_hand(self, visitor: Visitor) -> None:
+        """Take the hand off a page whose hand has left."""
+        if visitor.user and not visitor.owns(self.room, visitor.user):
+            self._follows.take_hand(visitor, 0)
+            visitor.open, self._changed = False, True
+
+    def _end_if_closed(self, user: int) -> None:
+        """Let go of a user all who follow it, if its view may not be followed any more."""
+        reason = self._why_closed(user)
+        if not reason:
+            return
+        for follower in self._follows.of(user):
+            self._follows.follow(follower, 0)
+            self._changed = True
+            follower.watcher.send(Declined(what="follow", reason=reason))
+
+    def _present(self, visitor: Visitor, said: Present) -> None:
+        before = visitor.user
+        visitor.name, visitor.key = said.name, said.key
+        proved = said.user is not None and visitor.owns(self.room, said.user)
+        # A page that was opened anew speaks for the hand from now on.
+        other = self._follows.take_hand(visitor, said.user or 0 if proved else 0)
+        if other is not None:
+            other.open = False
+        visitor.open = said.open and proved
+        self._changed = True
+        if not visitor.open:
+            visitor.aim = None
+        for user in {before, visitor.user} - {0}:
+            self._end_if_closed(user)
+
+    def _follow(self, visitor: Visitor, user: int | None) -> None:
+        if user is None:
+            self._changed = self._changed or visitor.following != 0
+            self._follows.follow(visitor, 0)
+            return
+        reason = self._why_not(visitor, user)
+        if reason:
+            visitor.watcher.send(Declined(what="follow", reason=reason))
+            return
+        if visitor.following == user:
+            return
+        self._follows.follow(visitor, user)
+        self._changed = True
+        if visitor.user:
+            self._end_if_closed(visitor.user)
+        host = self._follows.page(user)
+        if host is not None:
+            self._tell_aim(host, [visitor])
+
+    def _why_not(self, visitor: Visitor, user: int) -> str:
+        """Why a page cannot follow a user; empty if it can."""
+        if visitor.user == user:
+            return "That is your own view."
+        closed = self._why_closed(user)
+        if closed:
+            return closed
+        others = self._follows.count(user) - int(visitor.following == user)
+        if others >= MOST_FOLLOWERS:
+            name = self.room.name_of(user)
+            return f"{MOST_FOLLOWERS} see what {name} sees already, which is the most."
+        return ""
+
+    def _why_closed(self, user: int) -> str:
+        """Why nobody can follow a user; empty if some can."""
+        if user not in self.room.members:
+            return "Whom you wanted to follow has left."
+        name, host = self.room.name_of(user), self._follows.page(user)
+        if host is None:
+            return f"{name} touches without a page: there is no view to follow."
+        if not host.open:
+            return f"{name} keeps its view to itself."
+        if host.following:
+            return f"{name} sees what {self.room.name_of(host.following)} sees: follow that one."
+        return ""
+
+    def _is_open(self, visitor: Visitor) -> bool:
+        return bool(visitor.user) and visitor.open and not visitor.following
+
+    def _tell_aim(self, host: Visitor, followers: Sequence[Visitor]) -> None:
+        aim = host.aim
+        if aim is None or not followers:
+            return
+        aimed = Aimed(
+            user=host.user, azimuth=aim.azimuth, elevation=aim.elevation, distance=aim.distance
+        )
+        text = encode_control(aimed)
+        for follower in followers:
+            follower.mailbox.put_aimed(text)
+
+    def _point(self, visitor: Visitor, said: Point, source: str, now: float) -> None:
+        reason = self._why_not_point(visitor, source, now)
+        if reason:
+            visitor.watcher.send(Declined(what="point", reason=reason))
+            return
+        name = visitor.called(self.room)
+        text = encode_control(Pointed(user=visitor.user or None, name=name, point=said.point))
+        for other in self.visitors.values():
+            other.mailbox.put_pointed(visitor, text)
+
+    def _why_not_point(self, visitor: Visitor, source: str, now: float) -> str:
+        limits = self._sources.limits
+        if not visitor.called(self.room):
+            return "Nobody knows your name yet."
+        if not visitor.user and not self.room.settings.watchers_point:
+            return "In this room only those who touch may point."
+        if visitor.user and self.room.members[visitor.user].muted:
+            return "An administrator has muted you."
+        left = spend(visitor.points, 1.0, limits.points, now)
+        if left is None:
+            return f"You point too often: at most {limits.points}."
+        visitor.points = left
+        if not self._sources.point(source, now):
+            return f"From your address people point too often: at most {limits.points_in_all}."
+        return ""

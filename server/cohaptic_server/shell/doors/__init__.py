@@ -1,0 +1,1 @@
+"""Listening sockets, and those who have come to them and have not asked for anything yet."""

@@ -1,0 +1,244 @@
+"""A listening socket, out of which connections come once they have asked for something.
+
+asyncio makes a transport, a protocol and a task of every connection, which takes 0.3 ms. Here one
+that says nothing is a socket in a set, and one whom the server has no budget for is turned away. It
+is told why in HTTP, which everybody who comes speaks.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import os
+import socket
+from typing import Any
+
+from cohaptic_server.guard.sources import Refusal
+from cohaptic_server.shell.doors.porch import CAN_HOLD, Porch, Silent
+from cohaptic_server.shell.doors.turn_away import turn_away
+from cohaptic_server.shell.gate import Gate, Taken, Turns, source_of_peer
+from cohaptic_server.shell.wire import HEAD_TIMEOUT
+
+_OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+# Work that is done within `_WINDOW`, in units of about 30 us: 1 ms before a tick has its turn, and
+# a quarter of a core. A process of real-time priority that took all of one would be stopped by the
+# system for 50 ms of each second. One who comes, is looked at or turned away is a unit; one that
+# is given to asyncio costs as eight.
+_WORK_AT_ONCE = 32
+_WINDOW = 4e-3  # s
+_TAKING = 8
+_LET_IN_AT_ONCE = 8  # before those who have asked are looked for
+_ENDED_AT_ONCE = 64  # of those who said nothing; 0.7 ms
+# Bytes that wait in the kernel for a connection, each way; Linux takes twice as much for its own
+# records. A download over 250 ms of round trip then still has 0.25 to 0.5 MB/s; without a bound
+# the kernel keeps 4 MB and more for one who does not read.
+KERNEL_BUFFER = 64 * 1024
+_NO_MEMORY = Refusal("this machine has no more memory for connections", 5.0)
+
+
+class Door(socket.socket):
+    """One address that a server listens on.
+
+    What an event loop watches of it, its `fileno`, is the set of those who are on its porch, of
+    which the listening socket is one; where there are no such sets, everybody comes out at once.
+
+    Args:
+        family: Of the address.
+        gate: Knows whom there is a budget for.
+        loop: Gives other events their turn, and keeps deadlines.
+        tls: Whether connections begin with a handshake.
+    """
+
+    def __init__(
+        self,
+        family: int,
+        gate: Gate,
+        loop: asyncio.AbstractEventLoop,
+        *,
+        tls: bool = False,
+    ) -> None:
+        super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        self._own = super().fileno()
+        self._porch = Porch(self._own, tls=tls) if CAN_HOLD else None
+        self._gate, self._loop = gate, loop
+        self._turns = Turns(loop.call_soon) if tls else None
+        self._work = 0  # within this window
+        self._in_window = False
+        self._timer: asyncio.TimerHandle | None = None
+        # A file to give up when there are no more: a connection that cannot be accepted could
+        # not be closed either, and would be asked about again and again.
+        self._spare: int | None = None
+
+    @classmethod
+    def opened(
+        cls,
+        address: Any,
+        family: int,
+        gate: Gate,
+        loop: asyncio.AbstractEventLoop,
+        *,
+        tls: bool = False,
+    ) -> Door:
+        """Listen; raises OSError."""
+        door = cls(family, gate, loop, tls=tls)
+        try:
+            if os.name == "posix":
+                door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if family == socket.AF_INET6:
+                door.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            # Connections inherit them.
+            door.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
+            door.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BUFFER)
+            door.setblocking(False)
+            door.bind(address)
+            door.listen(128)
+        except OSError:
+            door.close()
+            raise
+        return door
+
+    @property
+    def silent(self) -> int:
+        """Connections that have not asked for anything yet."""
+        return 0 if self._porch is None else len(self._porch)
+
+    def fileno(self) -> int:
+        """Of what an event loop has to watch."""
+        return super().fileno() if self._porch is None else self._porch.fileno()
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """The next connection that has asked for something; BlockingIOError if there is none."""
+        if not self._in_window:
+            self._in_window = True
+            if self._porch is None:  # what is readable stays so: the loop would do nothing else
+                self._loop.call_soon(self._go_on)
+            else:
+                self._loop.call_later(_WINDOW, self._go_on)
+        while self._work < _WORK_AT_ONCE:
+            if self._porch is None:
+                return self._taken(*self._let_in())
+            ready = self._porch.ready()
+            if ready is None:
+                break
+            file, ends = ready
+            if file == self._own:
+                self._let_several_in(self._porch)
+                continue
+            self._work += 1
+            one, asked = self._porch.look(file, ends=ends)
+            if one is None:
+                continue
+            if not asked:
+                self._end(one)
+                continue
+            try:
+                peer = one.connection.getpeername()
+            except OSError:  # gone already
+                self._end(one)
+                continue
+            return self._taken(one.connection, one.source, peer)
+        if self._porch is not None and self._work >= _WORK_AT_ONCE:
+            self._porch.show(readable=False)
+        raise BlockingIOError
+
+    def close(self) -> None:
+        """Listen no more, and close whoever has asked for nothing."""
+        spare, self._spare = getattr(self, "_spare", None), None
+        if spare is not None:
+            os.close(spare)
+        porch, self._porch = getattr(self, "_porch", None), None
+        if porch is not None:
+            for one in porch.close():
+                self._end(one)
+        timer: asyncio.TimerHandle | None = getattr(self, "_timer", None)
+        if timer is not None:
+            timer.cancel()
+        super().close()
+
+    def _go_on(self) -> None:
+        if self._porch is not None and self._work >= _WORK_AT_ONCE:
+            self._porch.show(readable=True)
+        self._in_window, self._work = False, 0
+
+    def _let_in(self) -> tuple[socket.socket, str, Any]:
+        """The next who may come in, counted; BlockingIOError if there is none, or work enough."""
+        while self._work < _WORK_AT_ONCE:
+            self._work += 1
+            self._keep_spare()
+            try:
+                connection, peer = super().accept()
+            except OSError as error:
+                if error.errno not in _OUT_OF_FILES:
+                    raise
+                self._turn_away_without_files(error)
+                continue
+            source = source_of_peer(peer)
+            refusal = self._gate.admit(source)
+            if refusal is None:
+                return connection, source, peer
+            turn_away(connection, refusal)
+            told = f"a connection from {source} was refused: {refusal.why}"
+            self._gate.tell(source, "refused", told)
+        raise BlockingIOError
+
+    def _let_several_in(self, porch: Porch) -> None:
+        deadline = self._gate.clock.now() + HEAD_TIMEOUT
+        for _ in range(_LET_IN_AT_ONCE):
+            try:
+                connection, source, _ = self._let_in()
+            except (BlockingIOError, ConnectionAbortedError):
+                break
+            connection.setblocking(False)
+            try:
+                porch.hold(connection, source, deadline)
+            except OSError as error:
+                turn_away(connection, _NO_MEMORY, 503)
+                self._gate.sources.leave(source)
+                self._gate.tell("no files", "no_files", f"{error}", warning=True)
+        if self._timer is None and len(porch):
+            self._timer = self._loop.call_later(HEAD_TIMEOUT, self._end_overdue)
+
+    def _taken(self, connection: socket.socket, source: str, peer: Any) -> tuple[Taken, Any]:
+        """A connection that is to be served."""
+        self._work += _TAKING
+        taken = Taken(self.family, self.type, self.proto, fileno=connection.detach())
+        taken.turns = self._turns
+        self._gate.keep(taken, source)
+        return taken, peer
+
+    def _end_overdue(self) -> None:
+        """Close those who have asked for nothing in time, a few at once."""
+        self._timer = None
+        if self._porch is None:
+            return
+        gate = self._gate
+        now = gate.clock.now()
+        for one in self._porch.overdue(now, _ENDED_AT_ONCE):
+            gate.traffic.refused["no request"] += 1
+            gate.tell(
+                one.source, "no_request", f"{one.source} sent no request in {HEAD_TIMEOUT:g} s"
+            )
+            self._end(one)
+        due = self._porch.next_deadline()
+        if due is not None:
+            self._timer = self._loop.call_later(max(0.0, due - now), self._end_overdue)
+
+    def _end(self, one: Silent) -> None:
+        one.connection.close()
+        self._gate.sources.leave(one.source)
+
+    def _keep_spare(self) -> None:
+        if self._spare is None:
+            with contextlib.suppress(OSError):
+                self._spare = os.open(os.devnull, os.O_RDONLY)
+
+    def _turn_away_without_files(self, error: OSError) -> None:
+        if self._spare is not None:
+            os.close(self._spare)
+            self._spare = None
+            with contextlib.suppress(OSError):
+                connection, _ = super().accept()
+                turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
+        told = f"connections are refused: {error.strerror}"
+        self._gate.tell("no files", "no_files", told, warning=True)

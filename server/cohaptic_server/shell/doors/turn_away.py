@@ -1,0 +1,23 @@
+"""The end of a connection that is not taken: one sentence in HTTP, and nothing is waited for."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+
+from cohaptic_server.guard.sources import Refusal
+
+
+def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
+    """Tell why, as far as that goes without waiting, and close."""
+    phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
+    text = f"{refusal.why}\n".encode()
+    head = (
+        f"HTTP/1.1 {status} {phrase}\r\nConnection: close\r\nContent-Type: text/plain\r\n"
+        f"Retry-After: {int(refusal.retry) + 1}\r\nContent-Length: {len(text)}\r\n\r\n"
+    )
+    with contextlib.suppress(OSError):
+        connection.setblocking(False)
+        connection.send(head.encode() + text)
+        connection.shutdown(socket.SHUT_WR)
+    connection.close()
