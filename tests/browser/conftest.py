@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,8 +8,8 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.browser.chromium import open_browser
-from tests.browser.room import SEAT, Room
-from tests.browser.visitor import CLOCK, SMALL, Look, Visitor, visitor_of
+from tests.browser.room import Room
+from tests.browser.visitor import SMALL, Look, Visitor, visitor_of
 
 Open = Callable[..., Visitor]
 Serve = Callable[..., Room]
@@ -31,21 +30,6 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def visitors(browser: Browser) -> Iterator[Open]:
-    """Opens pages; at the end none may have had a word for the console."""
-    opened: list[Visitor] = []
-
-    def open_one(look: Look = SMALL) -> Visitor:
-        opened.append(visitor_of(browser, look))
-        return opened[-1]
-
-    yield open_one
-    for visitor in opened:
-        visitor.close()
-    assert [problem for visitor in opened for problem in visitor.problems] == []
-
-
-@pytest.fixture
 def serve(tmp_path: Path) -> Iterator[Serve]:
     """Starts servers that end with the test."""
     rooms: list[Room] = []
@@ -59,6 +43,25 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
         room.close()
 
 
+@pytest.fixture
+def visitors(browser: Browser, serve: Serve) -> Iterator[Open]:
+    """Opens pages; at the end none may have had a word for the console.
+
+    They are closed before the test's own servers: a page whose server ends tells the console.
+    """
+    del serve
+    opened: list[Visitor] = []
+
+    def open_one(look: Look = SMALL) -> Visitor:
+        opened.append(visitor_of(browser, look))
+        return opened[-1]
+
+    yield open_one
+    for visitor in opened:
+        visitor.close()
+    assert [problem for visitor in opened for problem in visitor.problems] == []
+
+
 @pytest.fixture(scope="package")
 def shared_room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
     room = Room(tmp_path_factory.mktemp("room"), "--allow-latency", "--allow-fixed-gains")
@@ -69,13 +72,8 @@ def shared_room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
 @pytest.fixture
 def room(shared_room: Room) -> Room:
     """A server that allows everything, with nobody on its body."""
-    deadline = CLOCK.now() + SEAT
-    with contextlib.closing(shared_room.scenes()) as scenes:
-        for users in scenes:
-            if not users:
-                return shared_room
-            assert CLOCK.now() < deadline, "those of the test before are still here"
-    raise AssertionError("the server has ended")
+    shared_room.until(lambda users: not users, "those of the test before to be gone")
+    return shared_room
 
 
 @pytest.fixture(scope="package")

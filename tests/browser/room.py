@@ -6,12 +6,13 @@ import contextlib
 import itertools
 import os
 import signal
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
 
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from cohaptic.clock import SystemClock
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
@@ -23,9 +24,11 @@ from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
 
-SOON = 10.0  # s; a scene comes at once
-# s; a seat is kept so long for a page that was closed without a word, and nothing is news till then
-SEAT = 20.0
+# s for the server to answer, to say something, and for a condition to come true. A seat is kept for
+# 15 s for a page that was closed without a word; the rest is for a machine with much else to do.
+PATIENCE = 60.0
+CLOCK = SystemClock()
+Users = dict[int, UserRecord]  # by number
 _LOG = itertools.count()
 
 
@@ -61,25 +64,46 @@ class Room:
         finally:
             hand.process.wait()
 
-    def users(self) -> dict[int, UserRecord]:
+    def users(self) -> Users:
         """Who is on the body now, as the server tells those who watch."""
         with contextlib.closing(self.scenes()) as scenes:
             return next(scenes)
 
-    def scenes(self) -> Generator[dict[int, UserRecord]]:
+    def until(self, condition: Callable[[Users], bool], what: str) -> Users:
+        """Wait until those on the body are as they should; what they were then.
+
+        One who watches all the time, since everybody who comes counts at the door: whoever looks in
+        again and again is sent away after some seconds.
+        """
+        deadline = CLOCK.now() + PATIENCE
+        with contextlib.closing(self.scenes()) as scenes:
+            for users in scenes:
+                if condition(users):
+                    return users
+                assert CLOCK.now() < deadline, f"waited for {what}; there are {users}"
+        raise AssertionError("the server has ended")
+
+    def scenes(self) -> Generator[Users]:
         """The same again and again, of one who watches: each who comes counts at the door."""
+        with contextlib.closing(self.whole_scenes()) as scenes:
+            for scene in scenes:
+                yield {user.user: user for user in scene.users}
+
+    def whole_scenes(self) -> Generator[Scene]:
+        """The same with the room's lag and all else that a scene has."""
         with connect(
             self.url,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
             compression=None,
             max_size=MAX_BYTES,
             proxy=None,
+            open_timeout=PATIENCE,
         ) as ws:
             watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=60.0)
             ws.send(encode_control(watch))
             mesh: RestMesh | None = None
             while True:
-                data = ws.recv(SEAT)
+                data = ws.recv(PATIENCE)
                 if isinstance(data, str):
                     continue
                 if mesh is None:
@@ -87,14 +111,18 @@ class Room:
                     continue
                 scene = Scene.decode(data, Traversal.of(len(mesh.vertices), mesh.faces))
                 ws.send(Ack(scene.tick).encode())
-                yield {user.user: user for user in scene.users}
+                yield scene
 
 
 class NativeHand:
     """A simulated hand from the command line."""
 
     def __init__(self, url: str, name: str, options: tuple[str, ...], log: Path) -> None:
-        self.process = Process("touch", url, "--name", name, "--json-lines", *options, log=log)
+        # By itself a hand gives up at once, also on a server that is only slow.
+        self.process = Process(
+            "touch", url, "--name", name, "--wait", f"{PATIENCE:g}", "--json-lines", *options,
+            log=log,
+        )  # fmt: skip
 
     @property
     def status(self) -> TouchStatus:

@@ -13,6 +13,9 @@ from tests.browser.conftest import Open
 
 pytestmark = pytest.mark.patient
 
+_LOOP = re.compile(r"(\d+)\sms there and back")
+DELAY_MS = 80  # each way, of a demonstration that was asked for none
+
 
 def test_the_demos_page_shows_both_hands_and_may_do_everything(visitors: Open) -> None:
     demo = subprocess.Popen(
@@ -27,8 +30,20 @@ def test_the_demos_page_shows_both_hands_and_may_do_everything(visitors: Open) -
             assert address is not None
             ann = visitors()
             ann.visit(address[1])
-            ann.until(lambda: ann.force_of("left") > 0.5, "left to press")
-            assert ann.force_of("right") > 0.5
+            ann.until(
+                lambda: all(ann.force_of(name) > 0.5 for name in ("left", "right")),
+                "both of them to press",
+            )
+            # The delay that the clients put there, by what went there and back.
+            loops: list[str] = []
+
+            def measured() -> bool:
+                cards = ann.page.locator(".card[data-user] .card-people").all_inner_texts()
+                loops[:] = [ms for words in cards for ms in _LOOP.findall(words)]
+                return len(loops) == len(cards) == 2
+
+            ann.until(measured, "both loops to be measured")
+            assert all(int(ms) >= 2 * DELAY_MS for ms in loops)
             # What a server has to allow: sliders of delay, and the paper's own rule.
             assert ann.page.locator(".card .latency").first.is_visible()
             assert ann.page.locator("input[value=paper]").is_enabled()

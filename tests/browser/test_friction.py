@@ -23,7 +23,7 @@ def test_a_finger_that_sticks_is_dragged_along_and_a_smooth_one_is_not(
     ann.take_part("ann")
     assert not any(user.friction for user in room.users().values())
     ann.choose_friction("0.8")
-    ann.until(lambda: any(user.friction for user in room.users().values()), "the rough finger")
+    room.until(lambda users: any(user.friction for user in users.values()), "the rough finger")
     ann.press(right=0.1, up=0.1)
     ann.steady_force()
     alone = ann.along
@@ -34,9 +34,10 @@ def test_a_finger_that_sticks_is_dragged_along_and_a_smooth_one_is_not(
         ann.until(lambda: abs(ann.force_of("ann (you)") - ann.force) < 0.1, "the panel to know it")
 
         ann.release()
+        ann.until(lambda: ann.force == 0.0, "the rough finger to be off")
         ann.choose_friction("Smooth")
-        ann.until(
-            lambda: [user.friction for user in room.users().values()].count(True) == 1,
+        room.until(
+            lambda users: sorted(user.friction for user in users.values()) == [False, True],
             "the smooth finger",
         )
         ann.press(right=0.1, up=0.1)

@@ -38,7 +38,7 @@ def test_the_page_fits_its_window(visitors: Open, room: Room, look: Look) -> Non
         ann.take_part("ann")
         ann.press(right=0.1, up=0.1)
         ann.until(
-            lambda: min(ann.force_of("left"), ann.force_of("right")) > 1.0,
+            lambda: all(ann.force_of(name) > 1.0 for name in ("left", "right")),
             "left and right to press",
         )
         ann.steady_force()

@@ -48,7 +48,7 @@ def test_nothing_is_cut_off_whoever_is_here(
         ann.visit(room.address)
         ann.take_part("ann")
         ann.press(right=0.1, up=0.1)
-        ann.until(lambda: min(ann.force_of("left"), ann.force_of(LONG)) > 1.0, "both to press")
+        ann.until(lambda: all(ann.force_of(name) > 1.0 for name in ("left", LONG)), "both to press")
         ann.steady_force()
         OUT.mkdir(parents=True, exist_ok=True)
         level = "engineer" if engineer else "people"

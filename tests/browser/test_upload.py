@@ -66,11 +66,16 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     assert box is not None
     # What it is compared with stands on the left, so the object is on the right of the middle.
     x, y = box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"]
-    ann.page.mouse.move(x - 20, y)
-    ann.page.mouse.down()
-    ann.page.mouse.move(x + 20, y + 10, steps=4)
-    ann.page.mouse.up()
-    ann.until(go.is_enabled, "something to be painted")
+
+    def painted() -> bool:
+        ann.catch_up()  # a slow page has not drawn it there yet
+        ann.page.mouse.move(x - 20, y)
+        ann.page.mouse.down()
+        ann.page.mouse.move(x + 20, y + 10, steps=4)
+        ann.page.mouse.up()
+        return go.is_enabled()
+
+    ann.until(painted, "something to be painted")
     OUT.mkdir(parents=True, exist_ok=True)
     ann.page.screenshot(path=OUT / f"upload-{look.width}.png", caret="initial")
     ann.prefer("dark")
@@ -110,10 +115,10 @@ def test_who_touches_comes_back_touching_when_somebody_brings_another_object(
         ann.until(ann.watches, "the page to come back")
         ann.until(lambda: ann.text(".dock-facts") == "in the air", "the hand to be engaged again")
         ann.release()
-        assert ann.notice == ""
+        ann.until(lambda: ann.notice == "", "no notice")
         ann.press()
         ann.until(lambda: ann.force > 0.1, "a force from the block")
-        ann.until(lambda: len(room.users()) == 2, "the native hand")
+        room.until(lambda users: len(users) == 2, "the native hand")
         for visitor in (ann, ben):
             visitor.away = True  # the server ends before the pages
 
@@ -130,15 +135,22 @@ def test_what_holds_nothing_is_said_beside_the_choice_and_another_is_taken(
     ann.page.locator(".upload .choice-option", has_text="Paint").click()
     box = ann.page.locator(".upload-host").bounding_box()
     assert box is not None
-    # On a face of two triangles the brush reaches no vertex.
-    ann.page.mouse.click(box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"])
+    x, y = box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"]
     go = ann.page.locator(".upload-foot .primary").first
-    ann.until(go.is_enabled, "something to be painted")
+
+    def painted() -> bool:
+        ann.catch_up()  # a slow page has not drawn it there yet
+        # On a face of two triangles the brush reaches no vertex.
+        ann.page.mouse.click(x, y)
+        return go.is_enabled()
+
+    ann.until(painted, "something to be painted")
     go.click()
     refusal = ann.page.locator("section[aria-labelledby=upload-held] .upload-refusal")
     ann.until(refusal.is_visible, "the sentence beside the choice")
     assert "it would float away" in refusal.inner_text()
-    assert ann.page.evaluate("document.activeElement?.textContent") == "Clear"
+    focused = "document.activeElement?.textContent"
+    ann.until(lambda: ann.page.evaluate(focused) == "Clear", "the way to another choice")
     OUT.mkdir(parents=True, exist_ok=True)
     ann.page.screenshot(path=OUT / "upload-refused.png", caret="initial")
     ann.page.locator(".upload .choice-option", has_text="Bottom").click()

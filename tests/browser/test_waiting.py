@@ -15,7 +15,7 @@ def test_a_page_waits_is_told_its_place_and_comes_in(visitors: Open, serve: Serv
     guest = visitors()
     with room.hand("native"):
         guest.visit(room.address)
-        guest.until(lambda: bool(room.users()), "the hand to be there")
+        room.until(bool, "the hand to be there")
         guest.page.fill(".name", "guest")
         guest.page.click(".touch-button")
         guest.until(lambda: "No place to touch" in guest.notice, "word of the full room")
@@ -60,7 +60,7 @@ def test_a_name_is_changed_in_the_queue_and_in_a_full_room_and_neither_place_is_
     assert bob.page.input_value(".name") == "bob of elsewhere"
     ann.page.click(".touch-button")
     bob.until(lambda: bob.force_of("bob of elsewhere (you)") == 0.0, "the other to come in")
-    bob.until(lambda: len(room.users()) == 1, "the first to be gone")
+    room.until(lambda users: len(users) == 1, "the first to be gone")
 
 
 def rename(visitor: Visitor, name: str) -> None:

@@ -8,15 +8,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from playwright.sync_api import Browser, ConsoleMessage, Page, Response
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Response
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.http.routes import POLICY
+from tests.browser.scripts import ENGINEER, TEXT, TWO_FRAMES, VIOLATIONS
 
 PATIENCE = 45.0  # s; far more than anything here takes on an idle machine
 POLL = 40  # ms between two looks
-# A steady force: over so many looks and seconds it does not change by more.
-MANY, LONG, STILL = 8, 0.8, 0.01  # and N
+WRITTEN = 150  # ms; the page writes its numbers ten times a second, where it draws as often
+# A steady force: over so many looks and seconds it does not change by more. A server that stands
+# still for so long is a silent one, of which no force is shown.
+MANY, LONG, STILL = 8, 1.5, 0.01  # and N
 LENS = math.radians(16.0)  # half of the picture's height, seen from the eye
 AWAY = 5.4  # radii of the body from its middle to the eye, in the first view
 AZIMUTH = -1.36  # rad, where the eye stands then
@@ -28,13 +31,8 @@ _NUMBER = r"([\d.\u2212-]+)"
 # What the browser itself prints of a connection that cannot be had.
 _NETWORK = re.compile(r"WebSocket connection to .* failed|net::ERR_")
 _UNSOLVED = re.compile(r"responded with a status of (404|503)")
-# A page that never loaded has no storage.
-_ENGINEER = "try { localStorage.setItem('cohaptic.engineer', 'yes') } catch {}"
-_VIOLATIONS = """
-addEventListener("securitypolicyviolation", (e) => {
-  console.error("policy: " + e.violatedDirective + " " + e.blockedURI);
-});
-"""
+# Of the machine: one of its networks, if only a container's, has come or gone.
+_CHANGED = "net::ERR_NETWORK_CHANGED"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +66,9 @@ def visitor_of(browser: Browser, look: Look = SMALL) -> Visitor:
         has_touch=look.phone,
         is_mobile=look.phone,
     )
+    context.set_default_timeout(1000.0 * PATIENCE)
     if look.engineer:
-        context.add_init_script(_ENGINEER)
+        context.add_init_script(ENGINEER)
     return Visitor(context.new_page())
 
 
@@ -79,6 +78,7 @@ class Visitor:
     Attributes:
         page: Playwright's handle.
         problems: What the console said that it should not have.
+        policies: Content-Security-Policies that answers may have.
         away: Whether the server may be away, which the browser tells the console.
     """
 
@@ -86,13 +86,18 @@ class Visitor:
         self.page = page
         self.problems: list[str] = []
         self.away = False
-        page.add_init_script(_VIOLATIONS)
+        self.policies = {POLICY}
+        self._changes = 0  # of the machine's networks, which take what is being fetched with them
+        page.add_init_script(VIOLATIONS)
         page.on("console", self._heard)
         page.on("pageerror", lambda error: self.problems.append(f"uncaught: {error}"))
         page.on("response", self._answered)
 
     def _heard(self, message: ConsoleMessage) -> None:
         if message.type not in ("error", "warning"):
+            return
+        if _CHANGED in message.text:
+            self._changes += 1
             return
         if self.away and _NETWORK.search(message.text):
             return
@@ -107,13 +112,29 @@ class Visitor:
 
     def _answered(self, response: Response) -> None:
         policy = response.headers.get("content-security-policy")
-        if policy != POLICY:
+        if policy not in self.policies:
             self.problems.append(f"{response.url} came with the policy {policy}")
 
     def visit(self, address: str) -> None:
-        """Open the page and wait until it watches."""
-        self.page.goto(address)
-        self.until(self.watches, "the page to watch")
+        """Open the page and wait until it watches; anew where a network has changed meanwhile."""
+        changes = -1
+
+        def watches() -> bool:
+            nonlocal changes
+            if changes != self._changes:
+                changes = self._changes
+                self._go_to(address)
+            return self.page.locator(".lamp").count() == 1 and self.watches()
+
+        self.until(watches, "the page to watch")
+
+    def _go_to(self, address: str) -> None:
+        try:
+            self.page.goto(address)
+        except Error as error:
+            if _CHANGED not in error.message:
+                raise
+            self._changes += 1
 
     def prefer(self, scheme: Literal["light", "dark"]) -> None:
         """Day or night, as the system would have it."""
@@ -130,20 +151,31 @@ class Visitor:
             assert CLOCK.now() < deadline, f"waited for {what}; the page says: {self.words()}"
             self.page.wait_for_timeout(POLL)
 
+    def catch_up(self) -> None:
+        """Wait until all words and numbers were written after this call, however slow the page."""
+        self.page.wait_for_timeout(WRITTEN)
+        self.page.evaluate(TWO_FRAMES)
+
     def words(self) -> str:
         """All that can be read."""
         return self.page.inner_text("body").replace("\n", " | ")
 
     def text(self, selector: str) -> str:
         """Of the first of these elements; empty where it is not seen."""
-        found = self.page.locator(selector).first
-        return found.inner_text() if found.is_visible() else ""
+        return str(self.page.locator(selector).evaluate_all(TEXT))
 
     def watches(self) -> bool:
         """The room's messages come, and the object is drawn."""
         phase = self.page.locator(".lamp").get_attribute("data-phase")
         busy = self.page.locator(".stage-host").get_attribute("aria-busy")
         return phase == "watching" and busy == "false"
+
+    @property
+    def outlined(self) -> bool:
+        """Whether an outline stands where the object will, or would."""
+        host = self.page.locator(".stage-host")
+        content: str = host.evaluate("(host) => getComputedStyle(host, '::before').content")
+        return content != "none"
 
     @property
     def notice(self) -> str:
@@ -176,8 +208,12 @@ class Visitor:
         """The hand out of the room."""
         self.page.click(".touch-button")
 
-    def press(self, right: float = 0.0, up: float = 0.0) -> None:
-        """Press on the body and hold, beside its middle by shares of its radius in the picture."""
+    def press(self, right: float = 0.0, up: float = 0.0) -> tuple[float, float]:
+        """Press on the body and hold, beside its middle by shares of its radius in the picture.
+
+        Returns:
+            Where in the window [px].
+        """
         box = self.page.locator(".stage-canvas").bounding_box()
         assert box is not None
         back = max(1.0, NARROW * box["height"] / box["width"])
@@ -188,6 +224,7 @@ class Visitor:
         y = box["y"] + 0.5 * (box["height"] - covered) - up * radius
         self.page.mouse.move(x, y)
         self.page.mouse.down()
+        return x, y
 
     def height(self, selector: str) -> float:
         box = self.page.locator(selector).bounding_box()
@@ -200,6 +237,17 @@ class Visitor:
     def force(self) -> float:
         """On the own hand, as shown [N]."""
         return _number(rf"{_NUMBER} N", self.text(".dock-force"))
+
+    def known_force(self) -> float:
+        """The same once there is one: while a busy server is silent, none is shown [N]."""
+        seen = [math.nan]
+
+        def known() -> bool:
+            seen[0] = self.force
+            return not math.isnan(seen[0])
+
+        self.until(known, "a force of now")
+        return seen[0]
 
     @property
     def from_others(self) -> float:
@@ -235,6 +283,7 @@ class Visitor:
 
         def steady() -> bool:
             nonlocal since
+            self.page.evaluate(TWO_FRAMES)  # the number of a page that does not draw is steady, too
             seen.append(self.force)
             if not (seen[-1] > 0.1 and abs(seen[-1] - seen[0]) <= STILL):
                 since, seen[:] = CLOCK.now(), seen[-1:]

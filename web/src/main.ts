@@ -2,7 +2,7 @@
 
 import { here, Invitation } from "./page/invitation";
 import { Page } from "./page/page";
-import { prepareTouch, startTouch } from "./touch/handle";
+import { KEY, prepareTouch, startTouch } from "./touch/handle";
 import { openWatch } from "./watch/connection";
 
 const invitation = new Invitation(here());
@@ -17,4 +17,5 @@ new Page({
   startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
   prepareTouch,
   invited: () => invitation.token !== undefined,
+  key: KEY,
 });

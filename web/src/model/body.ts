@@ -33,3 +33,9 @@ export interface RestMesh {
   /** Counter-clockwise seen from outside, shape (m, 3). */
   readonly faces: Uint32Array;
 }
+
+/** Whether it is the same object: a page that comes in again reads its mesh anew. */
+export function sameMesh(a: RestMesh, b: RestMesh): boolean {
+  const same = (p: Float32Array | Uint32Array, q: Float32Array | Uint32Array): boolean => p.length === q.length && p.every((x, i) => x === q[i]);
+  return same(a.vertices, b.vertices) && same(a.faces, b.faces);
+}

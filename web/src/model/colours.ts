@@ -8,11 +8,21 @@ export type ColourMap = readonly Rgb[];
 
 export type Scheme = "light" | "dark";
 
-/** Apart from each other, and from the blue and the amber that the displacement is shown in: no hand is part of the field. */
+/**
+ * Apart from each other, and from the blue and the amber that the displacement is shown in: no hand is part of the field.
+ * The first eight are easy to tell; the others come with the ninth who is here. A room has sixteen places as it comes.
+ */
 export const USERS: Record<Scheme, readonly string[]> = {
-  light: ["#0a7f52", "#b0278a", "#6b3fc0", "#b8263a", "#4c7a1c", "#00727a", "#6e3552", "#454b52"],
-  dark: ["#3fcf8e", "#f07cd0", "#b79cff", "#ff8088", "#a6d468", "#4fd0d8", "#d8a4bc", "#c3cbd3"],
+  light: [
+    "#0a7f52", "#b0278a", "#6b3fc0", "#b8263a", "#3d5900", "#00727a", "#6e3552", "#454b52",
+    "#b469f0", "#d26987", "#003c00", "#4b0087", "#876978", "#5a0f00", "#699687", "#c42fe0",
+  ],
+  dark: [
+    "#3fcf8e", "#f07cd0", "#b79cff", "#ff8088", "#a6d468", "#4fd0d8", "#d8a4bc", "#c3cbd3",
+    "#009600", "#965ad2", "#e13c0f", "#d23c96", "#87ffd2", "#00a5a5", "#f0f000", "#96a500",
+  ],
 };
+const EASY = 8;
 
 /** Who has which colour: of those who are here no two have the same, while there are enough. */
 export class UserColours {
@@ -33,8 +43,7 @@ export class UserColours {
     const known = this.indices.get(user);
     if (known !== undefined) return known;
     const taken = new Set(this.indices.values());
-    const colours = USERS.light.length;
-    let index = (((user - 1) % colours) + colours) % colours;
+    let index = (((user - 1) % EASY) + EASY) % EASY;
     if (taken.has(index)) {
       index = 0;
       while (taken.has(index)) index++;

@@ -109,8 +109,14 @@ export interface TouchHandle {
   readonly state: TouchState | null;
   /** Why there are no more reports, if the Worker itself has failed; empty otherwise. */
   readonly failure: string;
-  /** Move the intended hand position [m]. */
-  point(target: Vec3): void;
+  /**
+   * Move the intended hand position [m].
+   *
+   * @param presses Whether it is there to be touched, which it is unless said otherwise: one that is not gives way.
+   */
+  point(target: Vec3, presses?: boolean): void;
+  /** The page draws. To be said with each picture: a hand of which nobody was told so for five seconds gives way. */
+  alive(): void;
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
   setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;

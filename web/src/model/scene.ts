@@ -8,7 +8,9 @@
 
 import type { BodyInfo, RestMesh, RoomLag } from "./body";
 import type { GeometryName, LawName } from "./laws";
+import type { CompanyLink } from "./company";
 import type { Order, Restraints } from "./orders";
+import type { Recording } from "./recording";
 import type { Subscribe } from "./subscribe";
 import type { Vec3 } from "./vec";
 
@@ -166,6 +168,8 @@ export interface SceneStore {
   readonly restraints: Restraints;
   /** Names of those who were put out; empty for who is no administrator. */
   readonly putOut: readonly string[];
+  /** Who else is here. */
+  readonly company: CompanyLink;
   /** All users in the room, also without a contact, sorted by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
   /**
@@ -175,6 +179,8 @@ export interface SceneStore {
   at(now: number): SceneSnapshot | null;
   /** Rolling histories for plots, by user. */
   history(user: number): UserHistory | null;
+  /** The last minute as it was received (`watch/frame_ring.ts`); null before there is any of this object. */
+  recorded(): Recording | null;
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
   setLatency(user: number, latency: Latency): void;

@@ -29,6 +29,11 @@ export class Announcer {
     this.node = node;
   }
 
+  /** One thing that is no event of the server. */
+  say(words: string): void {
+    this.node.textContent = words;
+  }
+
   news(events: readonly RoomEvent[]): void {
     const fresh = events.filter((event) => event.at > this.newest);
     const last = fresh.at(-1);

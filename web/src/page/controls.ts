@@ -1,14 +1,18 @@
-/** Pointers and keys: translates their events into actions of the page. */
+/** Pointers, keys and a gamepad: translates what they do into actions of the page. */
 
+import type { CompanyCorner } from "../company/corner";
+import { isLive, type SceneStore } from "../model/scene";
+import type { PadHost } from "../ui/gamepad/desk";
 import type { LazyDialog } from "../ui/lazy_dialog";
 import { actionOf, type KeyAction } from "../ui/keyboard";
 import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
-import { HOME, rotated, zoomed } from "../view/orbit";
+import { eye, HOME, rotated, zoomed } from "../view/orbit";
 import { attachPointer } from "../view/pointing/pointer";
 import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
 import type { OwnHand } from "./own_hand";
+import type { ReplayPlace } from "./replay/place";
 import type { Tour } from "./tour";
 
 /** The actions of the page that pointers and keys may use. */
@@ -16,40 +20,59 @@ export interface PageActions {
   /** Null until the graphics are there, and without WebGL. */
   readonly stage: Stage | null;
   readonly own: OwnHand;
+  readonly store: SceneStore;
   readonly tour: Pick<Tour, "running" | "yield">;
   readonly help: LazyDialog;
+  readonly replay: ReplayPlace;
   /** Press where a ray meets the object, and come into the room for that; false where there is nothing to press. */
   press(origin: Vec3, direction: Vec3): boolean;
   /** Bring the visitor's hand into the room, or take it out. */
   touch(on: boolean): void;
+  readonly company: Pick<CompanyCorner, "armed" | "point" | "followNext" | "following" | "moved">;
   toggleTour(): void;
+  /** Show a time of before, or of now; with `bar` the bar for it, or none. */
+  lookBack(bar: boolean): void;
   toggleTheme(): void;
-  /** The tab went to the background. */
+  /** The tab went to the background, and came back. */
   hide(): void;
+  wake(): void;
 }
 
 const TURN = 0.12; // rad for an arrow key
 
 export function attachKeys(page: PageActions): void {
+  let held = false; // the space bar, which presses
+  const letGo = (): void => {
+    if (held) page.own.release();
+    held = false;
+  };
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
-    const action = actionOf(event, target);
     // In an open dialog keys belong to the dialog.
     const dialog = document.querySelector("dialog[open]") !== null;
+    if (!dialog && page.replay.key(event)) {
+      event.preventDefault();
+      return;
+    }
+    const action = actionOf(event, target);
     if (action === null || (dialog && !(page.help.open && action === "help"))) return;
     if (event.repeat && action === "press") {
       event.preventDefault();
       return;
     }
     event.preventDefault();
+    held ||= action === "press";
     act(page, action);
   });
   addEventListener("keyup", (event) => {
-    if (event.key === " " && page.own.pressing) page.own.release();
+    if (event.key === " ") letGo();
   });
+  // Of a key that goes up in another window this one hears nothing.
+  addEventListener("blur", letGo);
   document.addEventListener("visibilitychange", () => {
     // In the background nobody watches the hand: it lets go.
     if (document.hidden) page.hide();
+    else page.wake();
   });
   addEventListener("pagehide", () => {
     page.own.stop();
@@ -58,27 +81,84 @@ export function attachKeys(page: PageActions): void {
 
 /** @returns A function that removes the listeners. */
 export function attachPointers(page: PageActions, stage: Stage, host: HTMLElement): () => void {
-  const ray = (x: number, y: number): ReturnType<typeof stage.ray> => stage.ray(x, y);
+  // Between what is seen under the pointer and the picture that does not lean, for a press while the camera comes back [px].
+  let beside = { x: 0, y: 0 };
+  // A dock that grows with the first press moves the picture under the finger, and must not take the hand along.
+  let moved = stage.moved;
+  const ray = (x: number, y: number): ReturnType<typeof stage.ray> =>
+    stage.ray(x + beside.x + stage.moved.x - moved.x, y + beside.y + moved.y - stage.moved.y);
   return attachPointer(host, {
     press: (x, y) => {
-      const { origin, direction } = ray(x, y);
-      return page.press(origin, direction);
+      const { origin, direction } = stage.seen(x, y);
+      if (!page.press(origin, direction)) return false;
+      const { held } = page.own;
+      const straight = held === null || (stage.leaning?.angle ?? 0) === 0 ? { x, y } : stage.unleaned(held.point);
+      beside = { x: straight.x - x, y: straight.y - y };
+      ({ moved } = stage);
+      return leanOver(page, stage);
     },
+    point: (x, y) => {
+      const { origin, direction } = stage.seen(x, y);
+      return pointAt(page, origin, direction);
+    },
+    pointing: () => page.company.armed,
     slide: (x, y) => {
       const { origin, direction } = ray(x, y);
-      page.own.slide(origin, direction);
+      if (!page.replay.active) page.own.slide(origin, direction);
     },
     hover: (x, y) => {
-      const { origin, direction } = ray(x, y);
-      if (!page.tour.running) page.own.hover(origin, direction);
+      const { origin, direction } = stage.seen(x, y);
+      if (!page.tour.running && !page.replay.active) page.own.hover(origin, direction);
     },
     release: () => { page.own.release(); },
-    deeper: (by) => { page.own.deeper(by); },
-    depth: (depth) => { page.own.depth(depth); },
-    rotate: (right, up) => { stage.target = rotated(stage.target, right, up); stage.touch(); },
-    zoom: (factor) => { stage.target = zoomed(stage.target, factor); stage.touch(); },
+    deeper: (by) => { if (!page.replay.active) page.own.deeper(by); },
+    depth: (depth) => { if (!page.replay.active) page.own.depth(depth); },
+    rotate: (right, up) => { stage.target = rotated(stage.target, right, up); stage.touch(); page.company.moved(); },
+    zoom: (factor) => { stage.target = zoomed(stage.target, factor); stage.touch(); page.company.moved(); },
     took: () => { page.tour.yield(); },
   });
+}
+
+/** Off the normal of what was pressed, while the press lasts; who follows another sees what that one sees. */
+function leanOver(page: PageActions, stage: Stage): true {
+  if (!stage.still && page.company.following === null) void lean(page, stage);
+  return true;
+}
+
+async function lean({ own, store }: PageActions, stage: Stage): Promise<void> {
+  try {
+    stage.leaning ??= new (await import("../view/pointing/leaning")).Leaning();
+  } catch {
+    return; // the picture stays as it is, and the next press asks again
+  }
+  stage.leaning.hold(own, stage.straight, store.info?.body.radius ?? 0);
+}
+
+/** Point at what is there now; the picture of a time of before shows something else. */
+function pointAt(page: PageActions, origin: Vec3, direction: Vec3): boolean {
+  return !page.replay.active && page.company.point(origin, direction);
+}
+
+/** What a gamepad uses of the page; while the tour leads the hand, or one looks back, the pad rests. */
+export function padHost(page: PageActions): PadHost {
+  return {
+    touch: () => { page.touch(true); },
+    towardsEye: () => page.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1),
+    body: () => page.store.info?.body ?? null,
+    felt: () => {
+      const state = page.own.state;
+      if (state === null || rests(page)) return null;
+      const { force, t, fault, phase } = state;
+      return { force, t, fault, live: phase === "joined" && isLive(page.store.status) };
+    },
+    steer: (target) => {
+      if (!rests(page) || target === null) page.own.steer(target);
+    },
+  };
+}
+
+function rests(page: PageActions): boolean {
+  return page.tour.running || page.replay.active;
 }
 
 function act(page: PageActions, action: KeyAction): void {
@@ -87,11 +167,13 @@ function act(page: PageActions, action: KeyAction): void {
     if (stage === null) return;
     stage.target = rotated(stage.target, right, up);
     stage.touch();
+    page.company.moved();
   };
   const zoom = (factor: number): void => {
     if (stage === null) return;
     stage.target = zoomed(stage.target, factor);
     stage.touch();
+    page.company.moved();
   };
   const actions: Record<KeyAction, () => void> = {
     left: () => { turn(-TURN, 0); },
@@ -100,16 +182,23 @@ function act(page: PageActions, action: KeyAction): void {
     down: () => { turn(0, -TURN); },
     closer: () => { zoom(1 / 1.12); },
     farther: () => { zoom(1.12); },
-    reset: () => { stage?.goTo(HOME); },
+    reset: () => { stage?.goTo(HOME); page.company.moved(); },
     full: toggleFullScreen,
     touch: () => { page.touch(page.own.handle === null); },
     press: () => {
       const middle = stage?.middle();
-      if (middle !== undefined) page.press(middle.origin, middle.direction);
+      if (stage !== null && middle !== undefined && page.press(middle.origin, middle.direction)) leanOver(page, stage);
     },
+    point: () => {
+      const middle = stage?.middle();
+      if (middle !== undefined) pointAt(page, middle.origin, middle.direction);
+    },
+    follow: () => { page.company.followNext(); },
     deeper: () => { page.own.deeper(DEPTH.notch); },
     shallower: () => { page.own.deeper(-DEPTH.notch); },
     tour: () => { page.toggleTour(); },
+    replay: () => { page.lookBack(false); },
+    delay: () => { page.replay.delay(); },
     theme: () => { page.toggleTheme(); },
     help: () => { page.help.toggle(); },
     escape: () => {

@@ -8,12 +8,15 @@ export interface Parts {
   readonly dock: HTMLElement;
   readonly legend: HTMLElement;
   readonly notice: HTMLElement;
+  readonly pill: HTMLElement;
   readonly tour: HTMLElement;
   readonly trace: HTMLElement;
   readonly ghost: HTMLElement;
+  readonly replay: HTMLElement;
   readonly help: HTMLElement;
   readonly upload: HTMLElement;
   readonly share: HTMLElement;
+  readonly gamepad: HTMLElement;
 }
 
 export interface Layout {
@@ -42,13 +45,43 @@ export function layOut(parts: Parts): Layout {
     parts.toolbar,
     parts.ghost,
     parts.trace,
-    el("div", { class: "stack" }, parts.notice),
+    el("div", { class: "stack" }, parts.notice, parts.pill),
+    parts.replay,
     parts.dock,
     parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share), live);
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share, parts.gamepad), live);
   return { root, host, live };
+}
+
+/** What stands over the stage, as far as it matters here. */
+type Over = Pick<HTMLElement, "offsetTop" | "offsetHeight">;
+
+/**
+ * How much of the stage is covered at its top and at its foot [px].
+ *
+ * @param stage Its height.
+ * @param replay Height of the bar above the dock.
+ * @param trace Of the tour; it stands at the top of a wide stage, else at its foot.
+ */
+export function covered(stage: number, toolbar: Over, dock: Over, replay: number, trace: Over): [number, number] {
+  const { offsetTop: top, offsetHeight: height } = trace;
+  const high = height > 0 && 2 * top + height < stage;
+  const low = height > 0 && !high;
+  return [Math.max(toolbar.offsetHeight, high ? top + height : 0), Math.max(dock.offsetHeight + replay, low ? stage - top : 0)];
+}
+
+/**
+ * Says of which time what is shown is: nothing of before looks like now.
+ *
+ * @param then Whether anything was heard at the time that a replay shows; null for no replay.
+ * @param now Whether the server speaks now; the dock is of now, also beside a replay.
+ */
+export function showTime(root: HTMLElement, then: boolean | null, now: boolean): void {
+  root.classList.toggle("replaying", then !== null);
+  root.classList.toggle("stale", !(then ?? now));
+  root.classList.toggle("deaf", !now);
 }
 
 /** The panel beside the stage, or the stage alone. */

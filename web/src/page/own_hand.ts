@@ -1,14 +1,14 @@
 /** The visitor's hand: in the room or not, its target position, and the law it presses with. */
 
-import type { RestMesh } from "../model/body";
+import { type RestMesh, sameMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import { type LawName, PAPER } from "../model/laws";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
-import { along, norm, sub, unit, type Vec3 } from "../model/vec";
+import { along, norm, scale, sub, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
-import { vertexNormals } from "../view/body/normals";
-import { deeper, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
-import { at, pick, type Place, placeTowards } from "../view/pointing/pick";
+import { deeper, depart, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
+import type { Place } from "../view/pointing/pick";
+import { type Met, Shape } from "../view/shape";
 
 /** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
 export const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
@@ -30,17 +30,23 @@ export class OwnHand {
   /** mu of the finger. */
   friction = 0;
   private readonly startTouch: StartTouch;
-  private mesh: RestMesh | null = null;
-  private normals: Float32Array = new Float32Array(0);
+  private shape: Shape | null = null;
   private info: WatchInfo | null = null;
-  private positions: Float32Array | null = null;
   private finger: Finger | null = null;
   private tip: Vec3 = [0, 0, 0];
   private grip: "natural" | "firm" = "natural";
   private paperPending = false;
   private guided: Vec3 | null = null;
+  /** Whether a gamepad says where the hand is to be; pointers wait meanwhile. */
+  private steered = false;
   /** A press that waits until the hand is in the room and free. */
-  private pending: Place3 | null = null;
+  private pending: Met | null = null;
+  /** Where the eye was when the finger was last put somewhere: from there to it nothing was in between. */
+  private free_way: Vec3 = [0, 0, 1];
+  /** Off the object, that way, whatever the finger was to do. */
+  private leaving = false;
+  /** Where on the object it was put. */
+  private over: Place | null = null;
 
   constructor(startTouch: StartTouch) {
     this.startTouch = startTouch;
@@ -62,10 +68,23 @@ export class OwnHand {
     return this.finger?.pressing === true || this.pending !== null;
   }
 
-  /** One line about the next step; empty when it is obvious. */
-  hint(): string {
+  /** What the visitor's own press has taken hold of, as it stood then; null while there is none. */
+  get held(): Place3 | null {
+    if (!this.pressing || this.guided !== null || this.leaving) return null;
+    if (this.pending !== null || this.finger === null) return this.pending;
+    const { surface, normal, offset } = this.finger;
+    return { surface, normal, point: along(surface, offset, normal) };
+  }
+
+  /**
+   * One line about the next step; empty when it is obvious.
+   *
+   * @param then Whether the page shows a time of before, in which nothing can be pressed.
+   */
+  hint(then: boolean): string {
     const state = this.state;
     if (this.handle === null) return "";
+    if (then && state?.phase === "joined" && state.fault === "") return "Your hand is still in the room: this is its force now.";
     if (state?.place) return `The room is full. You wait for a place: place ${state.place[0]} of ${state.place[1]}.`;
     if (state === null || (state.phase === "connecting" && state.user === 0)) return "Joining the room\u2026";
     if (state.phase === "connecting") return "Your hand waits for the server to come back.";
@@ -76,11 +95,9 @@ export class OwnHand {
 
   setBody(mesh: RestMesh | null, info: WatchInfo | null): void {
     this.info = info;
-    if (mesh === null || mesh === this.mesh) return;
-    const another = this.mesh !== null && !sameShape(mesh, this.mesh);
-    this.mesh = mesh;
-    this.normals = vertexNormals(mesh.vertices, mesh.faces);
-    this.positions = null;
+    if (mesh === null || mesh === this.shape?.mesh) return;
+    const another = this.shape !== null && !sameMesh(mesh, this.shape.mesh);
+    this.shape = new Shape(mesh);
     this.finger = null;
     if (another && info !== null) this.standOff(info.body);
   }
@@ -143,7 +160,9 @@ export class OwnHand {
   /** Take hold of the surface where a ray meets it. */
   press(origin: Vec3, direction: Vec3, now: number): boolean {
     const place = this.meet(origin, direction);
-    if (this.handle === null || place === null) return false;
+    if (this.handle === null || place === null || this.steered) return false;
+    this.shape?.grasp();
+    this.put(place, scale(direction, -1));
     this.guided = null;
     if (!this.free) {
       this.pending = place;
@@ -154,20 +173,24 @@ export class OwnHand {
   }
 
   slide(origin: Vec3, direction: Vec3): void {
-    const place = this.meet(origin, direction);
-    if (place !== null && this.pending !== null) this.pending = place;
-    else if (place !== null && this.finger !== null) this.finger = slide(this.finger, place);
+    const place = this.shape?.meetGrasped(origin, direction) ?? null;
+    if (place === null || (this.pending === null && this.finger === null)) return;
+    this.put(place, scale(direction, -1));
+    if (this.pending !== null) this.pending = place;
+    else if (this.finger !== null) this.finger = slide(this.finger, place);
   }
 
   hover(origin: Vec3, direction: Vec3): void {
-    if (this.handle === null || this.pressing) return;
+    if (this.handle === null || this.pressing || this.steered) return;
     const place = this.meet(origin, direction);
-    if (place !== null) this.finger = hover(place, this.finger?.depth);
+    if (place === null) return;
+    this.put(place, scale(direction, -1));
+    this.finger = hover(place, this.finger?.depth);
   }
 
-  /** Whether a ray meets the object. */
-  meets(origin: Vec3, direction: Vec3): boolean {
-    return this.meet(origin, direction) !== null;
+  /** Point of the surface at rest that a ray meets as it is now; null beside it. */
+  placeAt(origin: Vec3, direction: Vec3): Vec3 | null {
+    return this.meet(origin, direction)?.surface ?? null;
   }
 
   /** In the room, and let go of what was there before: from then on it may press. */
@@ -181,6 +204,33 @@ export class OwnHand {
     if (this.finger !== null) this.finger = release(this.finger);
   }
 
+  /** Where a gamepad has the hand be [m]; null to give it back to pointers and keys. */
+  steer(target: Vec3 | null): void {
+    this.steered = target !== null;
+    if (target === null || this.handle === null) return;
+    this.finger = null;
+    this.pending = null;
+    this.tip = target;
+    this.handle.point(target);
+  }
+
+  /**
+   * Well off the object, whatever others do to it: nobody looks where the hand is.
+   *
+   * @param asleep Whether the page draws no more, and so nobody calls `step`.
+   */
+  retreat(asleep = false): void {
+    this.release();
+    this.leaving = this.finger !== null;
+    if (!asleep || !this.leaving || this.info === null) return;
+    this.tip = this.departed(this.info.body, Infinity);
+    this.handle?.point(this.tip, false);
+  }
+
+  private departed({ center, radius }: WatchInfo["body"], dt: number): Vec3 {
+    return depart(this.tip, this.free_way, center, radius, AWAY * radius, dt);
+  }
+
   /** In radii of the body. */
   deeper(by: number): void {
     if (this.finger !== null) this.finger = deeper(this.finger, by);
@@ -192,7 +242,7 @@ export class OwnHand {
 
   /** Press where the body looks in a direction, as a guide does who takes one's hand. */
   guide(direction: Vec3, depth: number, now: number): void {
-    if (this.mesh === null || this.info === null) return;
+    if (this.shape === null || this.info === null) return;
     const { center, radius } = this.info.body;
     // ContactForce again, the own dent would count as the surface.
     if (this.finger?.pressing === true && this.guided === direction) {
@@ -200,14 +250,17 @@ export class OwnHand {
       return;
     }
     this.guided = direction;
-    const hit = placeTowards(this.mesh.vertices, this.mesh.faces, center, unit(direction), radius);
-    if (hit !== null) this.finger = press(this.place(hit), now, depth);
+    const met = this.shape.towards(unit(direction), center, radius);
+    if (met === null) return;
+    this.put(met, unit(direction));
+    this.finger = press(met, now, depth);
   }
 
   /** Move on to `now`; the loop is told where the hand wants to be. */
   step(view: SceneSnapshot | null, now: number, dt: number): void {
-    if (view !== null) this.positions = view.positions;
+    if (view !== null && this.shape?.mesh.vertices.length === view.positions.length) this.shape.positions = view.positions;
     const { handle, info } = this;
+    handle?.alive();
     if (handle === null || info === null) return;
     if (this.pending !== null && this.free) {
       this.finger = press(this.pending, now, this.finger?.depth);
@@ -216,8 +269,10 @@ export class OwnHand {
     if (this.finger !== null) {
       const { center, radius } = info.body;
       const before = this.tip;
-      this.tip = follow(this.tip, goal(this.finger, now, radius), center, radius, Math.min(dt, 0.1));
-      if (this.tip !== before) handle.point(this.tip);
+      this.finger = this.clear(this.finger);
+      if (this.leaving) this.tip = this.departed(info.body, Math.min(dt, 0.1));
+      else this.tip = follow(this.tip, goal(this.finger, now, radius), center, radius, Math.min(dt, 0.1));
+      if (this.tip !== before) handle.point(this.tip, this.finger.pressing);
     }
     const k_o = handle.state?.k_o ?? 0;
     if (this.paperPending && handle.state?.phase === "joined" && k_o > 0 && norm(handle.state.force) > 0) {
@@ -226,25 +281,18 @@ export class OwnHand {
     }
   }
 
-  private meet(origin: Vec3, direction: Vec3): Place3 | null {
-    if (this.mesh === null) return null;
-    const hit = pick(this.positions ?? this.mesh.vertices, this.mesh.faces, origin, direction);
-    return hit === null ? null : this.place(hit);
+  /** The finger goes somewhere, where the way off the object is free towards there. */
+  private put({ place }: Met, free_way: Vec3): void {
+    [this.over, this.free_way, this.leaving] = [place, free_way, false];
   }
 
-  private place(place: Place): Place3 {
-    const mesh = this.mesh;
-    if (mesh === null) return { surface: [0, 0, 0], normal: [0, 0, 1], point: [0, 0, 0] };
-    const surface = at(mesh.vertices, mesh.faces, place);
-    return {
-      surface,
-      normal: unit(at(this.normals, mesh.faces, place)),
-      point: at(this.positions ?? mesh.vertices, mesh.faces, place),
-    };
+  /** Who does not press is not touched: where others let the surface come back, the hand gives way to it. */
+  private clear(finger: Finger): Finger {
+    if (finger.pressing || this.over === null) return finger;
+    return { ...finger, offset: Math.max(finger.offset, this.shape?.height(this.over) ?? 0) };
   }
-}
 
-/** Whether it is the object of before: a page that comes in again reads its mesh anew. */
-function sameShape(a: RestMesh, b: RestMesh): boolean {
-  return a.vertices.length === b.vertices.length && a.vertices.every((x, i) => x === b.vertices[i]);
+  private meet(origin: Vec3, direction: Vec3): Met | null {
+    return this.shape?.meet(origin, direction) ?? null;
+  }
 }

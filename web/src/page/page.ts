@@ -1,18 +1,20 @@
 /** The whole page: makes its parts, connects them, and runs the frame. */
 
 import { socketUrl } from "../address";
+import { CompanyCorner } from "../company/corner";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Dock, type LawChoice } from "../ui/dock";
 import { LazyDialog } from "../ui/lazy_dialog";
 import { Ghost } from "../ui/ghost";
+import { GamepadPlace } from "../ui/gamepad/place";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
 import { Panel } from "../ui/cards/panel";
 import { inks } from "../ui/plots/canvas";
-import { Rumble } from "../ui/rumble";
-import { keep, recall, Theme } from "../ui/theme";
+import type { Rumble } from "../ui/rumble";
+import { Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
 import type { Vec3 } from "../model/vec";
 import { UserColours } from "../model/colours";
@@ -21,16 +23,16 @@ import { eye, HOME } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
 import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
-import { attachKeys, attachPointers } from "./controls";
-import { layOut, toggleFullScreen, togglePanel } from "./layout";
-import { freshName, usableName } from "./names";
+import { attachKeys, attachPointers, padHost } from "./controls";
+import { covered, layOut, showTime, toggleFullScreen, togglePanel } from "./layout";
+import { VisitorName } from "./names";
 import { noticeFacts } from "./notice_facts";
 import { OwnHand, type StartTouch } from "./own_hand";
+import { ReplayPlace } from "./replay/place";
 import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
 import { UploadPlace } from "./upload_place";
 
-const NAME = "cohaptic.name";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
@@ -43,6 +45,8 @@ export interface PageSettings {
   readonly prepareTouch: () => void;
   /** Whether this visitor came by an invitation: so must others. */
   readonly invited: () => boolean;
+  /** The secret of this page's hand. */
+  readonly key: string;
 }
 
 export class Page {
@@ -54,10 +58,13 @@ export class Page {
   readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
   private readonly ghost = new Ghost();
   readonly upload: UploadPlace;
+  private readonly gamepad: GamepadPlace;
+  readonly replay: ReplayPlace;
   readonly panel: Panel;
   /** Null until the graphics are there, and without WebGL: everything else goes on. */
   stage: Stage | null = null;
   view: SceneSnapshot | null = null;
+  readonly company: CompanyCorner;
 
   private readonly address: string;
   private readonly host: HTMLElement;
@@ -70,68 +77,64 @@ export class Page {
   private readonly toolbar: Toolbar;
   private readonly legend: LegendBox;
   private readonly bar = new NoticeBar(() => { location.reload(); }, () => { this.touch(true, true); });
-  private readonly rumble = new Rumble();
+  private rumble: Rumble | null = null;
   private readonly sleep = new SleepDetector();
   private readonly announcer: Announcer;
-  private name = usableName(recall(NAME) ?? "", freshName(Math.random));
+  private readonly visitor = new VisitorName();
   private last = 0;
   private written = 0;
   private did: TouchState["doing"] | undefined;
   private letGo = false;
   private wish: "touch" | "wait" | null = null;
+  private shown: SceneSnapshot | null = null;
   private seen = false;
   private pressed = false;
   private live = false;
 
-  constructor({ address, openStore, startTouch, prepareTouch, invited }: PageSettings) {
-    this.address = address;
-    this.prepareTouch = prepareTouch;
+  constructor({ address, openStore, startTouch, prepareTouch, invited, key }: PageSettings) {
+    [this.address, this.prepareTouch] = [address, prepareTouch];
     // The largest part of the page; socket, words and buttons are there before it.
     const graphics = import("../view/scene_view");
     this.store = openStore();
     this.own = new OwnHand(startTouch);
+    const speak = (words: string): void => { this.announcer.say(words); };
+    this.company = new CompanyCorner({ store: () => this.store, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
     this.upload = new UploadPlace(address);
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
     const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); });
+    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
     this.legend = new LegendBox((by) => { this.setColouring(by); });
-    this.dock = new Dock(this.name, {
-      touch: (on) => { this.touch(on); },
-      law: (law) => { this.setLaw(law); },
-      friction: (mu) => { this.own.setFriction(mu); },
-      name: (name) => { this.rename(name); },
+    this.dock = new Dock(this.visitor.name, {
+      touch: (on) => { this.touch(on); }, law: (law) => { this.setLaw(law); }, friction: (mu) => { this.own.setFriction(mu); },
+      name: (name) => { this.own.rename(this.visitor.choose(name)); },
     });
+    this.replay = new ReplayPlace({
+      store: () => this.store, stage: () => this.stage, letGo: () => { this.gamepad.pause(); this.own.retreat(); }, changed: () => { this.body(); }, colour,
+    });
+    this.gamepad = new GamepadPlace(padHost(this));
     this.toolbar = new Toolbar({
+      gamepad: this.gamepad.button,
       tour: () => { this.toggleTour(); },
-      reset: () => { this.stage?.goTo(HOME); },
-      full: toggleFullScreen,
-      theme: () => { this.theme.switch(); },
+      replay: () => { this.lookBack(true); },
+      reset: () => { this.stage?.goTo(HOME); this.company.moved(); },
+      full: toggleFullScreen, theme: () => { this.theme.switch(); },
       panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
-      help: () => { this.help.toggle(); },
-      upload: () => { this.upload.open(); },
+      help: () => { this.help.toggle(); }, upload: () => { this.upload.open(); },
     });
     this.tour = new Tour({
-      store: () => this.store,
-      view: () => this.view,
-      own: this.own,
-      touch: () => { this.touch(true); },
-      law: (law) => { this.setLaw(law); },
-      measure: (by) => { this.panel.area.measure(by); },
-      colour: (by) => { this.setColouring(by); },
-      look: (orbit) => { this.stage?.goTo(orbit); },
+      store: () => this.store, view: () => this.view, own: this.own,
+      touch: () => { this.touch(true); }, law: (law) => { this.setLaw(law); },
+      measure: (by) => { this.panel.area.measure(by); }, colour: (by) => { this.setColouring(by); },
+      look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
-      startTouch,
-      url: socketUrl(address),
-      colour_of: colour,
-      inks: () => inks(this.panel.root),
+      startTouch, url: socketUrl(address), colour_of: colour, inks: () => inks(this.panel.root),
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, help: this.help.root, upload: this.upload.root, share: share.root,
+      notice: this.bar.root, pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, replay: this.replay.root, help: this.help.root, upload: this.upload.root, share: share.root, gamepad: this.gamepad.root,
     });
-    this.root = layout.root;
-    this.host = layout.host;
+    [this.root, this.host] = [layout.root, layout.host];
     this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
     this.panel.level.begin(location.search);
@@ -140,6 +143,7 @@ export class Page {
     this.theme.apply();
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
+    void graphics.then(() => import("../ui/rumble")).then(({ Rumble }) => { this.rumble = new Rumble(); }, () => undefined);
     graphics.then(
       ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
       () => { this.picture = "not loaded"; },
@@ -150,8 +154,7 @@ export class Page {
     const scene = open();
     this.picture = scene === null ? "no webgl" : "well";
     if (scene === null) return;
-    this.stage = scene.stage;
-    this.sceneView = scene.view;
+    [this.stage, this.sceneView] = [scene.stage, scene.view];
     scene.view.setScheme(this.theme.scheme);
     scene.view.setColouring(this.colouring);
     const detach = attachPointers(this, scene.stage, this.host);
@@ -164,18 +167,23 @@ export class Page {
     this.body();
   }
 
-  /** The tab went to the background: nobody watches the hand, so it lets go. */
-  hide(): void {
-    this.sleep.hide();
-    if (this.tour.running || !this.own.pressing) return;
-    this.own.release();
-    this.letGo = true;
+  hide(): void { this.sleep.hide(); this.rest(); }
+
+  /** The tab is seen again, and the tour shows what nobody saw. */
+  wake(): void { this.tour.again(); }
+
+  /** Nobody watches the hand, so it lets go. */
+  private rest(): void {
+    this.gamepad.pause();
+    this.letGo ||= this.own.pressing && !this.tour.running;
+    this.own.retreat(true);
   }
 
   /** The first press is the way in. */
   press(origin: Vec3, direction: Vec3): boolean {
+    if (this.replay.active) return false; // what is seen is not what would be pressed
     if (this.own.handle === null) {
-      if (this.store.info?.can_touch !== true || !this.own.meets(origin, direction)) return false;
+      if (this.store.info?.can_touch !== true || this.own.placeAt(origin, direction) === null) return false;
       this.touch(true);
     }
     const pressed = this.own.press(origin, direction, performance.now() / 1000);
@@ -187,19 +195,25 @@ export class Page {
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
-    if (on) this.own.start(socketUrl(this.address), this.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
+    if (on) this.own.start(socketUrl(this.address), this.visitor.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
     else this.own.stop();
-    if (!on) this.rumble.still();
+    if (!on) this.rumble?.still();
     this.write(performance.now() / 1000);
   }
 
+  /** @param bar Its bar, or none; else a time of before, or now. The tour is of now. */
+  lookBack(bar: boolean): void {
+    if (this.tour.running) this.toggleTour();
+    if (bar) this.replay.toggle();
+    else this.replay.look();
+  }
+
   toggleTour(): void {
+    this.replay.close();
     this.tour.toggle(performance.now() / 1000);
   }
 
-  toggleTheme(): void {
-    this.theme.switch();
-  }
+  toggleTheme(): void { this.theme.switch(); }
 
   private setLaw(law: LawChoice): void {
     this.own.setLaw(law);
@@ -211,22 +225,9 @@ export class Page {
     this.sceneView?.setColouring(by);
   }
 
-  private rename(text: string): void {
-    this.name = usableName(text, this.name);
-    keep(NAME, this.name);
-    this.own.rename(this.name);
-  }
-
-  /** The name that the room knows, where it did not give the one that was asked for. */
-  private takeName({ name, name_refused }: TouchState): void {
-    if (name_refused === "" || name === this.name) return;
-    this.name = name;
-    keep(NAME, name);
-    this.dock.setName(name);
-  }
-
   private body(): void {
-    this.sceneView?.setBody(this.store.mesh, this.store.info);
+    const shown = this.replay.recording ?? this.store;
+    this.sceneView?.setBody(shown.mesh, shown.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
     if (this.store.mesh !== null) this.prepareTouch();
@@ -246,20 +247,20 @@ export class Page {
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     const dt = now - this.last;
     this.last = now;
-    if (this.sleep.frame(now) > 0 && this.own.pressing) {
-      this.own.release();
-      this.letGo = true;
-    }
+    if (this.sleep.frame(now) > 0) { this.rest(); this.wake(); }
     this.view = this.store.at(now);
     this.seen ||= this.view !== null;
     const live = isLive(this.store.status);
     if (this.view !== null && live) this.panel.record(this.view);
+    this.gamepad.frame(now);
     this.own.step(this.view, now, dt);
     if (live !== this.live) this.write(now);
-    this.sceneView?.draw(this.view, this.own.state, dt);
+    this.company.frame();
     const own = this.own.state;
+    this.shown = this.replay.frame(this.view, own, now, dt);
+    this.sceneView?.draw(this.shown, this.replay.active ? null : own, dt, { marks: this.replay.active ? [] : this.store.company.marks, now });
     this.tour.frame();
-    if (own !== null) this.rumble.feel(own.force, 1000 * now);
+    if (own !== null && !this.gamepad.used) this.rumble?.feel(own.force, 1000 * now);
     if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
     // That a hand is in the air, or touches, is said at once.
     if (now - this.written >= WRITE_EVERY || own?.doing !== this.did) this.write(now);
@@ -268,24 +269,28 @@ export class Page {
   /** Words, numbers and plots; nobody reads them sixty times a second. */
   private write(now: number): void {
     this.written = now;
-    this.colours.present([...this.store.roster, ...(this.view?.users ?? [])].map(({ user }) => user));
+    this.colours.present([...this.store.roster, ...(this.shown?.users ?? [])].map(({ user }) => user));
     this.live = isLive(this.store.status);
-    this.root.classList.toggle("stale", this.seen && !this.live);
+    const { lens } = this.replay;
+    showTime(this.root, lens?.known ?? null, this.live || !this.seen);
     const own = this.own.state;
     this.did = own?.doing;
-    if (own !== null) this.takeName(own);
+    if (own !== null && this.visitor.take(own)) this.dock.setName(own.name);
     this.own.tidy();
-    this.stage?.uncover(this.toolbar.root.offsetHeight, this.dock.root.offsetHeight);
+    this.replay.update(now);
+    this.stage?.uncover(...covered(this.host.offsetHeight, this.toolbar.root, this.dock.root, this.replay.height, this.tour.trace));
+    this.root.style.setProperty("--foot", `${this.dock.root.offsetHeight}px`);
     this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
     this.tour.update(now);
-    this.toolbar.update(this.store);
-    this.panel.update(this.store, this.view, own?.user ?? 0);
+    this.toolbar.update(this.store, this.replay.words);
+    this.company.update(now);
+    this.panel.update(this.store, this.shown, own?.user ?? 0, lens, this.company.following);
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
-    this.dock.set(this.own.handle !== null, this.own.hint());
+    this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
     // Who pressed before a full room has learned nothing yet.
     if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
-    this.ghost.show(!this.own.pressing && this.sceneView?.drawn === true && this.live && !this.tour.running && this.store.info?.can_touch === true);
+    this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
     this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));

@@ -50,6 +50,7 @@ export class Partner {
 
   /** Presses once it may. */
   update(): void {
+    this.handle?.alive();
     const state = this.handle?.state;
     if (this.handle === null || state === null || state === undefined) return;
     if (state.phase === "closed") {

@@ -39,6 +39,11 @@ export class Tour {
     this.runner?.yield();
   }
 
+  /** The step from its beginning: nobody saw it. */
+  again(): void {
+    this.runner?.again();
+  }
+
   frame(): void {
     this.runner?.frame();
   }

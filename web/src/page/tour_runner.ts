@@ -7,6 +7,7 @@ import { TourCard } from "../tour/card";
 import { Delays } from "../tour/delays";
 import {
   type Action,
+  again,
   type Facts,
   goBack,
   goNext,
@@ -93,6 +94,11 @@ export class TourRunner {
     this.direction = null;
     this.measured.begin();
     this.take(start(STEPS, this.facts(), now));
+  }
+
+  /** Nobody saw the step, and its hand has let go: it begins anew. */
+  again(): void {
+    if (this.state !== null) this.take(again(STEPS, this.state, this.facts(), performance.now() / 1000));
   }
 
   /** The visitor took over: the guide's hand lets go of theirs. */

@@ -1,29 +1,19 @@
 /**
  * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
  *
- * client -> server    hello, come, set_name, set_law, bye; a watcher: watch, set_view, set_latency, moderate
- * server -> client    place, called, welcome, named, user_joined, user_left, restraints, error; to a watcher: watching, latency, moderated, put_out
+ * client -> server    hello, come, set_name, set_law, bye; a watcher: watch, set_view, set_latency, moderate, present, follow, aim, point
+ * server -> client    place, called, welcome, named, user_joined, user_left, restraints, error;
+ *                     to a watcher: watching, latency, moderated, put_out, company, aimed, pointed, declined
  */
 
 import type { BodyInfo } from "../model/body";
+import type { Aim, Company, Presence } from "../model/company";
 import type { GeometryName, LawName } from "../model/laws";
 import type { Encoding } from "../model/scene";
 import type { Order } from "../model/orders";
+import type { Vec3 } from "../model/vec";
 import { MAX_POSITION, ProtocolError } from "./frame";
-import {
-  checkKeys,
-  type Fields,
-  flag,
-  integer,
-  isFields,
-  list,
-  number,
-  object,
-  parseFields,
-  positive,
-  text,
-  vector,
-} from "./json";
+import { checkKeys, type Fields, flag, integer, isFields, list, number, object, parseFields, positive, text, vector } from "./json";
 import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_TEXT = 4096; // characters of one control message
@@ -71,7 +61,13 @@ export type ClientControl =
       readonly rate: number;
       readonly mesh: "exact" | "quantised";
       readonly token?: string;
+      /** Whether it wants to hear who else is here; not sent if not. */
+      readonly company?: true;
     }
+  | ({ readonly type: "present" } & Presence)
+  | { readonly type: "follow"; readonly user: number | null }
+  | ({ readonly type: "aim" } & Aim)
+  | { readonly type: "point"; readonly point: Vec3 }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
   | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number }
   | { readonly type: "moderate"; readonly action: Order; readonly user: number | null; readonly name?: string };
@@ -117,6 +113,10 @@ export type ServerControl =
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
   | { readonly type: "moderated"; readonly action: string; readonly user: number | null; readonly done: boolean }
   | { readonly type: "put_out"; readonly names: readonly string[] }
+  | ({ readonly type: "company" } & Company)
+  | ({ readonly type: "aimed"; readonly user: number } & Aim)
+  | { readonly type: "pointed"; readonly user: number | null; readonly name: string; readonly point: Vec3 }
+  | { readonly type: "declined"; readonly what: string; readonly reason: string }
   | { readonly type: "error"; readonly code: number; readonly message: string };
 
 export function encodeControl(message: ClientControl): string {
@@ -166,7 +166,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
     (f: Fields): ServerControl => ({
       type: "restraints",
       frozen: flag(f, "frozen"),
-      muted: list(f, "muted").map((_, i, all) => integer(Object.fromEntries(all.entries()), `${i}`)),
+      muted: integers(f, "muted"),
     }),
   ],
   [
@@ -174,11 +174,40 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
     (f: Fields): ServerControl => ({
       type: "moderated",
       action: text(f, "action"),
-      user: f["user"] === null ? null : integer(f, "user"),
+      user: somebody(f),
       done: flag(f, "done"),
     }),
   ],
   ["put_out", (f: Fields): ServerControl => ({ type: "put_out", names: texts(f, "names") })],
+  [
+    "company",
+    (f: Fields): ServerControl => ({
+      type: "company",
+      watching: integer(f, "watching"),
+      open: integers(f, "open"),
+      following: f["following"] === null ? null : integer(f, "following"),
+      followers: list(f, "followers").map((one, i) => {
+        if (!isFields(one)) throw new ProtocolError(`followers.${i}`, one, "an object");
+        return { user: somebody(one), name: text(one, "name") };
+      }),
+      may_point: flag(f, "may_point"),
+    }),
+  ],
+  [
+    "aimed",
+    (f: Fields): ServerControl => ({
+      type: "aimed",
+      user: integer(f, "user"),
+      azimuth: number(f, "azimuth", -7, 7),
+      elevation: number(f, "elevation", -1.6, 1.6),
+      distance: number(f, "distance", 1, 50),
+    }),
+  ],
+  [
+    "pointed",
+    (f: Fields): ServerControl => ({ type: "pointed", user: somebody(f), name: text(f, "name"), point: vector(f, "point", MAX_POSITION) }),
+  ],
+  ["declined", (f: Fields): ServerControl => ({ type: "declined", what: text(f, "what"), reason: text(f, "reason") })],
   ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), message: text(f, "message") })],
 ]);
 
@@ -194,6 +223,15 @@ function welcome(f: Fields): Welcome {
     users: texts(f, "users"),
     ...session(f),
   };
+}
+
+/** Number of a user; null for nobody in particular. */
+function somebody(f: Fields): number | null {
+  return f["user"] === null ? null : integer(f, "user");
+}
+
+function integers(f: Fields, key: string): readonly number[] {
+  return list(f, key).map((_, i, all) => integer(Object.fromEntries(all.entries()), `${i}`));
 }
 
 function texts(f: Fields, key: string): readonly string[] {

@@ -70,6 +70,16 @@ export interface Scene {
  * @param traversal Finds that of the rest mesh; called for a frame with a surface.
  */
 export function decodeScene(bytes: Uint8Array, traversal: () => Traversal): Scene {
+  const { reader, whole, ...scene } = readUsers(bytes);
+  return { ...scene, surface: whole ? readSurface(reader, traversal()) : null };
+}
+
+/** Who touches where in a frame, whose surface is left as it is; throws ProtocolError. */
+export function decodeUsers(bytes: Uint8Array): readonly UserRecord[] {
+  return readUsers(bytes).users;
+}
+
+function readUsers(bytes: Uint8Array): Omit<Scene, "surface"> & { readonly reader: Reader; readonly whole: boolean } {
   const { flags, reader } = openFrame(bytes, "scene", HEAD);
   checkRange("flags of a scene", flags, 0, 1);
   const tick = reader.u32();
@@ -84,7 +94,7 @@ export function decodeScene(bytes: Uint8Array, traversal: () => Traversal): Scen
   if (bytes.length < end) throw new ProtocolError("scene length", bytes.length, `at least ${end} bytes`);
   const users = Array.from({ length: count }, () => readUser(reader));
   if (flags === 0) checkSize("scene", bytes, end);
-  return { tick, t_server, users, surface: flags === 0 ? null : readSurface(reader, traversal()), room };
+  return { tick, t_server, users, room, reader, whole: flags !== 0 };
 }
 
 function readUser(reader: Reader): UserRecord {

@@ -34,3 +34,15 @@ export async function addressesToShare(page: string, ask: (url: string) => Promi
     .slice(0, MOST)
     .map((host) => addressAt(page, host));
 }
+
+/** Origins that may show the page in a frame, as its Content-Security-Policy has them; none for nobody. */
+export function framesOf(policy: string): readonly string[] {
+  const rule = policy.split(";").map((part) => part.trim().split(/\s+/)).find(([name]) => name === "frame-ancestors");
+  return (rule ?? []).slice(1).filter((origin) => /^https?:\/\//.test(origin));
+}
+
+/** What a page has to say to show the one at an address in a frame; no right of a frame is needed but to be there. */
+export function frameWords(address: string): string {
+  const safe = address.replaceAll("&", "&amp;").replaceAll('"', "&quot;");
+  return `<iframe src="${safe}" title="cohaptic" width="960" height="640" allow="fullscreen; gamepad; clipboard-write"></iframe>`;
+}

@@ -19,6 +19,7 @@ const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
 const OPEN = 1; // of a socket
 const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
 const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: who waits for a seat hears its place every two seconds, behind a slow line later
+const FROZEN = 5; // s without a word of the page, after which nobody presses: it draws no more, though no event said so
 const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
@@ -42,21 +43,26 @@ export class TouchClient {
   private ends_at = Infinity;
   private heard_at = 0; // s; or when the connection was begun
   private leaves = false; // to come in again at once
+  private page_at: number; // s; the newest word of the page
 
   constructor(
     private readonly settings: TouchSettings,
     private readonly world: World,
   ) {
     this.engine = new TouchEngine(settings, world.now());
+    this.page_at = world.now();
     this.connect();
     this.wake();
   }
 
   /** Carry out a message of the page after `start`. */
   obey(message: Exclude<ToWorker, { type: "start" }>): void {
+    this.page_at = this.world.now();
     switch (message.type) {
+      case "alive":
+        break;
       case "point":
-        this.engine.point(message.target);
+        this.engine.point(message.target, message.presses);
         break;
       case "hand":
         this.engine.setHand(message.hand);
@@ -79,6 +85,7 @@ export class TouchClient {
   private wake(): void {
     if (this.ended) return;
     const now = this.world.now();
+    this.engine.attended = now - this.page_at <= FROZEN;
     this.run(now);
     const patience = this.connection.phase === "joined" ? GIVEN_UP : GIVEN_UP_OUTSIDE;
     if (this.socket !== null && now - this.heard_at > patience) this.lost(this.socket, ABNORMAL, "the server does not answer");

@@ -25,10 +25,7 @@ import { type Connection, reportOf } from "./report";
 export class Refused extends Error {
   override readonly name = "Refused";
 
-  constructor(
-    readonly code: number,
-    reason: string,
-  ) {
+  constructor(readonly code: number, reason: string) {
     super(reason);
   }
 }
@@ -41,6 +38,9 @@ export class AnotherObject extends Error {
 /** One user's haptics. */
 export class TouchEngine {
   private cursor: Vec3;
+  private presses = true;
+  /** Whether the page draws, on which one sees what the hand does. A hand of one that does not gives way. */
+  attended = true;
   private hand: HandSettings;
   private readonly requests: Requests;
   private device: CursorState;
@@ -149,8 +149,8 @@ export class TouchEngine {
     return null;
   }
 
-  point(cursor: Vec3): void {
-    this.cursor = cursor;
+  point(cursor: Vec3, presses = true): void {
+    [this.cursor, this.presses] = [cursor, presses];
   }
 
   setHand(hand: HandSettings): void {
@@ -237,7 +237,7 @@ export class TouchEngine {
 
   private period(t: number): void {
     const force = this.output?.force ?? ZERO;
-    this.device = follow(this.device, this.hand, this.cursor, force, HAPTIC_PERIOD);
+    this.device = follow(this.device, this.hand, this.cursor, this.presses && this.attended, force, HAPTIC_PERIOD);
     const settings = this.currentSettings();
     if (settings === null) return;
     const [loop, output] = step(this.loop, this.device.tip, t, settings);

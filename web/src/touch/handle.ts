@@ -3,6 +3,7 @@
 import type { TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
+const ALIVE_EVERY = 1000; // ms between two words that the page draws; it draws far more often, or not at all
 const GRACE = 1500; // ms for the Worker to end by itself; the force may take a second to fade
 // The hand before may still be on its way out of the room, under the same name.
 let previous: Promise<void> = Promise.resolve();
@@ -11,7 +12,7 @@ let previous: Promise<void> = Promise.resolve();
 let ready: Worker | null = null;
 let prepared = false;
 // With which this page comes back to its name at once. A copy of the tab loads anew, with one of its own.
-const KEY = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+export const KEY = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
 /** Have a Worker ready, so that nobody who touches waits for its script. */
 export function prepareTouch(): void {
@@ -46,6 +47,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   };
   const listeners = new Set<() => void>();
   let state: TouchState | null = null;
+  let said = -Infinity;
   let failure = "";
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
@@ -72,8 +74,14 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     get failure() {
       return failure;
     },
-    point: (target) => {
-      say({ type: "point", target });
+    point: (target, presses = true) => {
+      say({ type: "point", target, presses });
+    },
+    alive: () => {
+      const now = performance.now();
+      if (now - said < ALIVE_EVERY) return;
+      said = now;
+      say({ type: "alive" });
     },
     setLaw: (law, fixed = null) => {
       say({ type: "law", law, fixed });

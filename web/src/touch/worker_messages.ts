@@ -11,11 +11,13 @@ export type ToWorker =
       /** Of the page's clock, `performance.timeOrigin` [ms]: both then read the same time. */
       readonly time_origin: number;
     }
-  | { readonly type: "point"; readonly target: Vec3 }
+  | { readonly type: "point"; readonly target: Vec3; readonly presses: boolean }
   | { readonly type: "law"; readonly law: LawName; readonly fixed: FixedGains | null }
   | { readonly type: "hand"; readonly hand: HandSettings }
   | { readonly type: "name"; readonly name: string }
   | { readonly type: "friction"; readonly mu: number }
+  /** The page draws: said now and then, so that a hand whose page stands still does not press on. */
+  | { readonly type: "alive" }
   | { readonly type: "close" };
 
 export type FromWorker =

@@ -117,6 +117,11 @@ export function goBack(steps: readonly Step[], state: TourState, facts: Facts, n
   return enter(steps, Math.max(0, state.index - 1), -1, facts, now, state.paused, []);
 }
 
+/** The same step from its beginning. */
+export function again(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
+  return state.ended ? { state, actions: [] } : goTo(steps, state, state.index, facts, now);
+}
+
 export function pause(state: TourState, paused: boolean): TourState {
   return { ...state, paused };
 }

@@ -2,15 +2,46 @@
 
 import { el } from "./dom";
 import { icon } from "./icons";
-import { SHORTCUTS } from "./keyboard";
+import { type KeyAction, SHORTCUTS } from "./keyboard";
+
+/** What each key does, as it is shown; null where the line of another key says so too. */
+const WORDS: Readonly<Record<KeyAction, readonly [string, string] | null>> = {
+  left: ["\u2190 \u2192 \u2191 \u2193", "turn the view"],
+  right: null,
+  up: null,
+  down: null,
+  closer: ["+ \u2212", "closer, farther"],
+  farther: null,
+  reset: ["R", "first view again"],
+  full: ["F", "full screen"],
+  touch: ["T", "touch, let go"],
+  press: ["Space", "press in the middle of the view while held"],
+  deeper: ["[ ]", "press less, more"],
+  shallower: null,
+  tour: ["G", "guided tour"],
+  replay: ["B", "look back at the last minute, and back to live"],
+  delay: ["L", "outline hands where their delay puts them"],
+  point: ["P", "point at the middle of the view, for everybody to see"],
+  follow: ["V", "see what the next person sees, then your own view again"],
+  theme: ["D", "day, night"],
+  help: ["?", "this list"],
+  escape: ["Esc", "close, let go"],
+};
+
+/** Keys of a replay, for the help: shown, and what they do. */
+const REPLAY_KEYS: readonly (readonly [string, string])[] = [
+  ["Space", "play, pause"], ["\u2190 \u2192", "a frame back, on"], ["Shift \u2190 \u2192", "a second back, on"],
+  ["Home End", "to the oldest, to the newest"], ["Esc", "back to live"],
+];
 
 export class Help {
   readonly root: HTMLDialogElement;
 
   constructor() {
-    const rows = SHORTCUTS.filter((s) => s.shown !== "").map((s) =>
-      el("div", {}, el("dt", {}, ...s.shown.split(" ").map((key) => el("kbd", { text: key }))), el("dd", { text: s.words })),
-    );
+    const rows = SHORTCUTS.flatMap(({ action }) => {
+      const told = WORDS[action];
+      return told === null ? [] : [row(...told)];
+    });
     const close = el(
       "button",
       { class: "icon-button dialog-close", attrs: { type: "button", "aria-label": "Close" }, on: { click: () => { this.root.close(); } } },
@@ -34,6 +65,12 @@ export class Help {
       }),
       el("h3", { text: "Keys" }),
       el("dl", { class: "keys" }, ...rows),
+      el("h3", { text: "Keys of the replay" }),
+      el("p", {
+        text: "The page keeps the last minute of what it received. While it shows a time of before, the picture has a frame and no "
+          + "full colour; your own hand lets go of the object, stays in the room, and its force in the dock is that of now.",
+      }),
+      el("dl", { class: "keys" }, ...REPLAY_KEYS.map(([keys, words]) => row(keys, words))),
     );
     this.root.addEventListener("click", (event) => {
       if (event.target === this.root) this.root.close();
@@ -44,4 +81,8 @@ export class Help {
     if (this.root.open) this.root.close();
     else this.root.showModal();
   }
+}
+
+function row(keys: string, words: string): HTMLElement {
+  return el("div", {}, el("dt", {}, ...keys.split(" ").map((key) => el("kbd", { text: key }))), el("dd", { text: words }));
 }

@@ -1,33 +1,35 @@
-/** Keys of the page, as a table that the help shows too. */
+/** Keys of the page, as a table; the help has the words for each. */
 
 export type KeyAction =
   | "left" | "right" | "up" | "down" | "closer" | "farther" | "reset" | "full" | "touch" | "press" | "deeper" | "shallower"
-  | "tour" | "theme" | "help" | "escape";
+  | "tour" | "replay" | "delay" | "point" | "follow" | "theme" | "help" | "escape";
 
 interface Shortcut {
   readonly keys: readonly string[];
-  readonly shown: string;
-  readonly words: string;
   readonly action: KeyAction;
 }
 
 export const SHORTCUTS: readonly Shortcut[] = [
-  { keys: ["ArrowLeft"], shown: "\u2190 \u2192 \u2191 \u2193", words: "turn the view", action: "left" },
-  { keys: ["ArrowRight"], shown: "", words: "", action: "right" },
-  { keys: ["ArrowUp"], shown: "", words: "", action: "up" },
-  { keys: ["ArrowDown"], shown: "", words: "", action: "down" },
-  { keys: ["+", "="], shown: "+ \u2212", words: "closer, farther", action: "closer" },
-  { keys: ["-", "_"], shown: "", words: "", action: "farther" },
-  { keys: ["r"], shown: "R", words: "first view again", action: "reset" },
-  { keys: ["f"], shown: "F", words: "full screen", action: "full" },
-  { keys: ["t"], shown: "T", words: "touch, let go", action: "touch" },
-  { keys: [" "], shown: "Space", words: "press in the middle of the view while held", action: "press" },
-  { keys: ["]", "."], shown: "[ ]", words: "press less, more", action: "deeper" },
-  { keys: ["[", ","], shown: "", words: "", action: "shallower" },
-  { keys: ["g"], shown: "G", words: "guided tour", action: "tour" },
-  { keys: ["d"], shown: "D", words: "day, night", action: "theme" },
-  { keys: ["?"], shown: "?", words: "this list", action: "help" },
-  { keys: ["Escape"], shown: "Esc", words: "close, let go", action: "escape" },
+  { keys: ["ArrowLeft"], action: "left" },
+  { keys: ["ArrowRight"], action: "right" },
+  { keys: ["ArrowUp"], action: "up" },
+  { keys: ["ArrowDown"], action: "down" },
+  { keys: ["+", "="], action: "closer" },
+  { keys: ["-", "_"], action: "farther" },
+  { keys: ["r"], action: "reset" },
+  { keys: ["f"], action: "full" },
+  { keys: ["t"], action: "touch" },
+  { keys: [" "], action: "press" },
+  { keys: ["]", "."], action: "deeper" },
+  { keys: ["[", ","], action: "shallower" },
+  { keys: ["g"], action: "tour" },
+  { keys: ["b"], action: "replay" },
+  { keys: ["l"], action: "delay" },
+  { keys: ["p"], action: "point" },
+  { keys: ["v"], action: "follow" },
+  { keys: ["d"], action: "theme" },
+  { keys: ["?"], action: "help" },
+  { keys: ["Escape"], action: "escape" },
 ];
 
 /** The action of a key; null where the key belongs to a field, a button or the browser. */

@@ -40,13 +40,15 @@ export interface NoticeFacts {
   readonly frozen: boolean;
 }
 
+/** In place of the server's words, which count messages. */
+const SLOW = "This page did not keep up.";
 const PUT_OUT = /put out|banned/; // in the server's words
 
 /** The most urgent notice; null where all is well. */
 export function notice(c: NoticeFacts): Notice | null {
   if (c.picture === "not loaded") {
     return make("picture", "bad", "The picture did not load",
-      "A part of this page did not come from the server, so the object cannot be drawn. Reloading asks for it again.", "reload");
+      "A part of this page did not come from the server, so the object cannot be drawn.", "reload");
   }
   if (c.picture === "no webgl") {
     return make("webgl", "bad", "This browser shows no 3-D graphics",
@@ -55,7 +57,7 @@ export function notice(c: NoticeFacts): Notice | null {
   }
   if (c.picture === "lost") {
     return make("graphics", "busy", "The graphics are gone for a moment",
-      "The system took this page's graphics away. The picture comes back by itself as soon as it gives them back; if it does not, reload.", "reload");
+      "The system took them, and the picture comes back with them; if it does not, reload.", "reload");
   }
   const watch = ofWatch(c);
   if (watch !== null) return watch;
@@ -72,10 +74,10 @@ export function notice(c: NoticeFacts): Notice | null {
 function ofRestraints(c: NoticeFacts): Notice | null {
   if (c.muted) {
     return make("muted", "info", "You are muted",
-      "An administrator of this room has muted you: the object takes none of your force until you are unmuted.", "dismiss");
+      "An administrator has muted you: the object takes none of your force until you are unmuted.", "dismiss");
   }
   if (c.frozen) {
-    return make("frozen", "info", "The object is frozen", "An administrator of this room has frozen it: it takes nobody's force.", "dismiss");
+    return make("frozen", "info", "The object is frozen", "An administrator has frozen it: it takes nobody's force.", "dismiss");
   }
   return null;
 }
@@ -83,9 +85,9 @@ function ofRestraints(c: NoticeFacts): Notice | null {
 function ofWatch(c: NoticeFacts): Notice | null {
   if (c.code === WRONG_VERSION && c.phase !== "watching") {
     return make("version", "bad", "The server was upgraded",
-      "This page is older than the server and they no longer understand each other. Reloading brings the new page.", "reload");
+      "This page is older than the server. Reloading brings the new one.", "reload");
   }
-  const reason = sentence(c.reason);
+  const reason = c.code === TOO_SLOW ? SLOW : sentence(c.reason);
   if (c.phase === "refused" && c.code === UNAUTHENTICATED) return make("invitation", "bad", "You need an invitation", reason);
   if (c.phase === "refused" && c.code === FORBIDDEN) {
     return make("forbidden", "bad", PUT_OUT.test(reason) ? "You are out of this room" : "You may not come in", reason);

@@ -6,6 +6,8 @@ const KEY = "cohaptic.theme";
 
 export class Theme {
   private readonly system = matchMedia("(prefers-color-scheme: dark)");
+  /** Kept, since a query that is read between a change and the word of it says no word of it any more (Chromium). */
+  private dark = this.system.matches;
   private chosen: Scheme | null;
   private readonly changed: (scheme: Scheme) => void;
 
@@ -13,11 +15,14 @@ export class Theme {
     this.changed = changed;
     const kept = recall(KEY);
     this.chosen = kept === "light" || kept === "dark" ? kept : null;
-    this.system.addEventListener("change", () => { this.apply(); });
+    this.system.addEventListener("change", ({ matches }) => {
+      this.dark = matches;
+      this.apply();
+    });
   }
 
   get scheme(): Scheme {
-    return this.chosen ?? (this.system.matches ? "dark" : "light");
+    return this.chosen ?? (this.dark ? "dark" : "light");
   }
 
   apply(): void {

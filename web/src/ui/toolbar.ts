@@ -7,12 +7,15 @@ import { period } from "./notice";
 
 export interface ToolbarActions {
   readonly tour: () => void;
+  readonly replay: () => void;
   readonly reset: () => void;
   readonly full: () => void;
   readonly theme: () => void;
   readonly panel: () => void;
   readonly help: () => void;
   readonly upload: () => void;
+  /** Hidden where the browser has no way to a gamepad. */
+  readonly gamepad: HTMLButtonElement;
 }
 
 export class Toolbar {
@@ -46,6 +49,8 @@ export class Toolbar {
       el("span", { class: "spring" }),
       tour,
       this.uploadButton,
+      actions.gamepad,
+      iconButton(icon("replay"), "Look back at the last minute", "B", actions.replay),
       iconButton(icon("reset"), "First view again", "R", actions.reset),
       full,
       iconButton(icon("sun"), "Day or night", "D", actions.theme),
@@ -54,13 +59,14 @@ export class Toolbar {
     );
   }
 
-  update(store: SceneStore): void {
+  /** @param replay What a replay says in place of the body's name; empty for none. */
+  update(store: SceneStore, replay: string): void {
     const info = store.info;
     const hz = info === null ? "" : ` \u00b7 ${Math.round(1 / info.simulation_period)} Hz`;
     const name = info === null ? "" : `${info.body.name}${hz}`;
-    say(this.room, info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
+    say(this.room, replay !== "" ? replay : info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
     show(this.uploadButton, info?.allow_upload === true);
     const silent = store.status.phase === "watching" && !isLive(store.status);
-    this.lamp.dataset["phase"] = silent ? "silent" : store.status.phase;
+    this.lamp.dataset["phase"] = replay !== "" ? "replay" : silent ? "silent" : store.status.phase;
   }
 }

@@ -3,20 +3,22 @@
 import type { RoomLag } from "../model/body";
 import type { LawName } from "../model/laws";
 import type { UserState } from "../model/scene";
+import { written } from "./plots/lanes";
 
-const MINUS = "\u2212";
 const THIN = "\u202f";
 
 /** With `places` digits, a true minus, and no minus on nothing. */
-export function fixed(x: number, places: number): string {
-  if (!Number.isFinite(x)) return "\u2013";
-  const text = x.toFixed(places);
-  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", MINUS);
-}
+export const fixed = written;
 
 export const newtons = (f: number): string => `${fixed(f, 2)}${THIN}N`;
 export const millimetres = (x: number, places = 1): string => `${fixed(1e3 * x, places)}${THIN}mm`;
 export const milliseconds = (t: number): string => `${fixed(1e3 * t, 0)}${THIN}ms`;
+
+/** Letters that are written from right to left (Hebrew, Arabic and their kin). */
+const LEFTWARD = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;
+
+/** A name before a number: one that is written to the left would draw the number over to its other side. */
+export const named = (name: string): string => (LEFTWARD.test(name) ? `\u2068${name}\u2069` : name);
 
 /** Stiffness with three digits. */
 export function stiffness(k: number): string {

@@ -8,6 +8,8 @@ interface Label {
   readonly name: HTMLElement;
   readonly force: HTMLElement;
   width: number;
+  /** By how much it stands off its hand's own place [px]; null where there is no room for it. */
+  off: number | null;
 }
 
 interface Pixel {
@@ -17,6 +19,10 @@ interface Pixel {
 
 const CLEAR = 46; // px over a hand whose stem points at the eye
 const TALL = 12; // px, half the height of a name
+const OFF = 20; // px at most by which the dock stands off the foot of the stage
+const APART = 26; // px from the middle of a name to that of one below it
+const STEPS = [0, 1, -1, 2, -2, 3, -3]; // by how many names one may be moved: farther off it is nobody's
+const SLACK = 6; // px more than it needs, for a name to go back to its own place: else it would jump to and fro
 
 /**
  * Middle of a name so that it begins where the stem ends and covers neither stem nor arrow.
@@ -34,6 +40,32 @@ export function beside(tip: Pixel, end: Pixel, half: number): Pixel {
   return { x: end.x + (reach * dx) / length, y: end.y + (reach * dy) / length };
 }
 
+/** A name on the picture. */
+export interface Place extends Pixel {
+  /** Half its width [px]. */
+  readonly half: number;
+  /** What it stands off at the moment [px]; null where it is left out. */
+  readonly off: number | null;
+}
+
+/**
+ * How far up or down each name moves, so that none lies on another; null for one that has no room.
+ *
+ * @param places In the order in which they may choose.
+ * @param low And `high`: between them lie the middles of names [px].
+ */
+export function arranged(places: readonly Place[], low: number, high: number): (number | null)[] {
+  const taken: { x: number; y: number; half: number }[] = [];
+  return places.map(({ x, y, half, off }) => {
+    const free = (by: number, slack: number): boolean => y + by >= low && y + by <= high && taken.every((other) =>
+      Math.abs(other.x - x) >= other.half + half + slack || Math.abs(other.y - y - by) >= APART - 2 + slack);
+    const found = off !== 0 && free(0, SLACK) ? 0 : off !== null && free(off, 0) ? off : STEPS.map((step) => APART * step).find((by) => free(by, 0));
+    if (found === undefined) return null;
+    taken.push({ x, y: y + found, half });
+    return found;
+  });
+}
+
 export class Labels {
   private readonly host: HTMLElement;
   private readonly labels = new Map<number, Label>();
@@ -47,11 +79,13 @@ export class Labels {
   /**
    * @param anchor Where a user's name belongs, world frame.
    * @param project From there to pixels.
+   * @param clear What is covered at the top and at the foot of the picture [px].
    */
   place(
     poses: readonly Pose[],
     anchor: (user: number) => Vec3 | null,
     project: (point: Vec3) => { x: number; y: number } | null,
+    clear: readonly [number, number] = [0, 0],
   ): void {
     const present = new Set(poses.map((pose) => pose.user));
     for (const [user, label] of this.labels) {
@@ -59,31 +93,37 @@ export class Labels {
       label.box.remove();
       this.labels.delete(user);
     }
-    for (const pose of poses) {
-      const label = this.labels.get(pose.user) ?? this.make(pose.user);
-      const words = pose.own ? `${pose.name} (you)` : pose.name;
-      if (label.name.textContent !== words) {
-        label.name.textContent = words;
-        label.width = label.box.offsetWidth;
-      }
-      const f = norm(pose.force);
-      const text = f > LEAST_FORCE ? `${f.toFixed(2)} N` : "";
-      if (label.force.textContent !== text) {
-        label.force.textContent = text;
-        label.width = label.box.offsetWidth;
-      }
+    const places: (Place & { readonly label: Label; readonly pose: Pose })[] = [];
+    const low = clear[0] + TALL + 4;
+    const high = Math.max(low, this.host.clientHeight - clear[1] - OFF - TALL - 4);
+    // One's own has its place first, and the others in the order in which they came.
+    const ordered = [...poses].sort((a, b) => Number(b.own) - Number(a.own) || a.user - b.user);
+    // All are written before one is measured: else each would be laid out anew for the next.
+    const written = ordered.map((pose) => write(this.labels.get(pose.user) ?? this.make(pose.user), pose));
+    for (const [i, pose] of ordered.entries()) {
+      const label = this.labels.get(pose.user);
+      if (label === undefined) continue;
+      if (written[i] === true) label.width = label.box.offsetWidth;
       const end = anchor(pose.user);
       const pixel = end === null ? null : project(end);
-      label.box.classList.toggle("gone", pixel === null || pose.presence < 0.02);
-      if (pixel === null) continue;
+      const gone = pixel === null || pose.presence < 0.02;
+      label.box.classList.toggle("gone", gone);
+      if (gone) continue;
       const half = 0.5 * label.width;
       const middle = beside(project(pose.proxy) ?? pixel, pixel, half);
       // Kept inside the picture, so that a phone shows the names too.
       const x = Math.min(this.host.clientWidth - half - 6, Math.max(half + 6, middle.x));
-      const y = Math.min(this.host.clientHeight - 20, Math.max(20, middle.y));
-      label.box.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
-      label.box.style.opacity = pose.presence.toFixed(2);
+      places.push({ x, y: Math.min(high, Math.max(low, middle.y)), half, off: label.off, label, pose });
     }
+    arranged(places, low, high).forEach((off, i) => {
+      const place = places[i];
+      if (place === undefined) return;
+      const { label, pose, x, y } = place;
+      label.off = off;
+      label.box.classList.toggle("crowded", off === null);
+      label.box.style.transform = `translate(${x.toFixed(1)}px, ${(y + (off ?? 0)).toFixed(1)}px) translate(-50%, -50%)`;
+      label.box.style.opacity = pose.presence.toFixed(2);
+    });
   }
 
   repaint(): void {
@@ -100,8 +140,19 @@ export class Labels {
     force.className = "label-force";
     box.append(name, force);
     this.host.append(box);
-    const label = { box, name, force, width: 80 };
+    const label = { box, name, force, width: 80, off: 0 };
     this.labels.set(user, label);
     return label;
   }
+}
+
+/** @returns Whether it has other words now. */
+function write(label: Label, pose: Pose): boolean {
+  const words = pose.own ? `${pose.name} (you)` : pose.name;
+  const f = norm(pose.force);
+  const text = f > LEAST_FORCE ? `${f.toFixed(2)} N` : "";
+  if (label.name.textContent === words && label.force.textContent === text) return false;
+  label.name.textContent = words;
+  label.force.textContent = text;
+  return true;
 }

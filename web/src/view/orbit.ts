@@ -15,7 +15,7 @@ export interface Orbit {
 export const HOME: Orbit = { azimuth: -1.36, elevation: 0.26, distance: 5.4 };
 export const NEAREST = 1.6;
 export const FARTHEST = 12;
-const STEEPEST = 1.5;
+export const STEEPEST = 1.5;
 
 export function rotated(orbit: Orbit, right: number, up: number): Orbit {
   return {

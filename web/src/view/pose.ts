@@ -24,6 +24,9 @@ export interface Pose {
   readonly presence: number;
 }
 
+/** A user as a scene tells of it. */
+type Told = Omit<UserState, "name" | "latency">;
+
 /** Below this a force is not shown [N]. */
 export const LEAST_FORCE = 0.02;
 
@@ -33,7 +36,7 @@ export const LEAST_FORCE = 0.02;
  * A finger that sticks takes the surface with it in all directions, and its law, f = K (depth - the change of depth by
  * that), tells how far it is below the surface: not at all where K is the object's own.
  */
-export function proxyOf(user: UserState): Vec3 {
+export function proxyOf(user: Told): Vec3 {
   const pressed = Math.max(0, dot(user.force, user.normal));
   if (user.friction && user.law === "predictive" && user.k_h > 0) {
     return along(user.probe, pressed * Math.max(0, 1 / user.k_h - user.c_ii), user.normal);
@@ -42,7 +45,7 @@ export function proxyOf(user: UserState): Vec3 {
 }
 
 /** Of the probe below the surface free of the own force; negative outside [m]. */
-export function depthOf(user: UserState): number {
+export function depthOf(user: Told): number {
   return dot(sub(user.x_free, user.probe), user.normal);
 }
 
@@ -63,6 +66,11 @@ export function poseOf(user: UserState): Pose {
   };
 }
 
+/** Where the own tip is drawn. */
+export function tipOfOwn(state: TouchState): Vec3 {
+  return norm(state.force) > LEAST_FORCE ? state.proxy : state.probe;
+}
+
 /** The own hand: its loop is ahead of the server. */
 export function ownPose(state: TouchState, heard: UserState | undefined): Pose {
   return {
@@ -70,7 +78,7 @@ export function ownPose(state: TouchState, heard: UserState | undefined): Pose {
     name: state.name,
     own: true,
     probe: state.probe,
-    proxy: norm(state.force) > LEAST_FORCE ? state.proxy : state.probe,
+    proxy: tipOfOwn(state),
     normal: state.normal,
     force: state.force,
     x_free: heard?.x_free ?? state.proxy,

@@ -67,7 +67,7 @@ export class Preview {
       depth: () => undefined,
       rotate: (right, up) => { stage.target = rotated(stage.target, right, up); stage.touch(); },
       zoom: (factor) => { stage.target = zoomed(stage.target, factor); stage.touch(); },
-      took: () => undefined,
+      took: () => undefined, point: () => false, pointing: () => false,
     });
   }
 

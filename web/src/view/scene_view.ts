@@ -4,11 +4,13 @@ import { Group } from "three";
 import type { RestMesh } from "../model/body";
 import type { TouchState } from "../model/hand";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
+import type { Mark } from "../model/company";
 import type { Scheme, UserColours } from "../model/colours";
 import { type Colouring, type Legend, Surface } from "./body/surface";
 import { Ground } from "./ground";
 import { Hands } from "./hands";
 import { Labels } from "./labels";
+import type { Marks } from "./marks";
 import { ownPose, type Pose, poseOf } from "./pose";
 import { openStage, type Stage } from "./stage";
 
@@ -18,6 +20,16 @@ interface Props {
   readonly surface: Surface;
   readonly ground: Ground;
   readonly hands: Hands;
+  readonly radius: number;
+  /** Null until somebody has pointed: its code comes then. */
+  marks: Marks | null;
+}
+
+/** Where people point, and how old that is. */
+export interface Pointing {
+  readonly marks: readonly Mark[];
+  /** On the page's clock [s]. */
+  readonly now: number;
 }
 
 /** Everybody's pose; the own hand's comes from the own loop, which is ahead of the server's news. */
@@ -35,10 +47,13 @@ export class SceneView {
   private scheme: Scheme = "light";
   private colouring: Colouring = "displacement";
   private shown = "";
+  /** What the surface was placed by; another array is another time's, whatever it says of having moved. */
+  private fetching = false;
+  private placed: Float32Array | null = null;
   /** Whether there is a picture of the body. */
   drawn = false;
 
-  constructor(stage: Stage, host: HTMLElement, private readonly colours: UserColours) {
+  constructor(stage: Stage, private readonly host: HTMLElement, private readonly colours: UserColours) {
     this.stage = stage;
     this.labels = new Labels(host, (user) => colours.of(user, this.scheme));
   }
@@ -64,7 +79,7 @@ export class SceneView {
   }
 
   /** Take the body; another one replaces it. */
-  setBody(mesh: RestMesh | null, info: WatchInfo | null): void {
+  setBody(mesh: RestMesh | null, info: Pick<WatchInfo, "body"> | null): void {
     if (mesh === null || info === null || this.props?.mesh === mesh) return;
     this.clear();
     const { center, radius, contact_radius } = info.body;
@@ -74,7 +89,7 @@ export class SceneView {
     surface.setColouring(this.colouring);
     const group = new Group();
     group.add(ground.group, surface.mesh, hands.group);
-    this.props = { mesh, group, surface, ground, hands };
+    this.props = { mesh, group, surface, ground, hands, radius, marks: null };
     this.stage.scene.add(group);
     this.stage.frame(center, radius);
     this.setScheme(this.scheme);
@@ -82,11 +97,13 @@ export class SceneView {
   }
 
   /** Show a moment. */
-  draw(view: SceneSnapshot | null, own: TouchState | null, dt: number): void {
+  draw(view: SceneSnapshot | null, own: TouchState | null, dt: number, pointing: Pointing): void {
+    if (view !== null) this.point(view, pointing);
     if (view !== null && this.props !== null) {
       const { surface, hands } = this.props;
-      if (view.moved && view.positions.length === this.props.mesh.vertices.length) {
+      if ((view.moved || view.positions !== this.placed) && view.positions.length === this.props.mesh.vertices.length) {
         surface.deform(view.positions);
+        this.placed = view.positions;
         this.stage.touch();
       }
       if (surface.learn(view)) this.stage.touch();
@@ -102,11 +119,38 @@ export class SceneView {
       const anew = this.stage.draw(dt);
       this.drawn ||= anew;
       if (anew || drawn) {
-        this.labels.place(poses, (user) => hands.anchor(user), (point) => this.stage.project(point));
+        this.labels.place(poses, (user) => hands.anchor(user), (point) => this.stage.project(point), this.stage.clear);
       }
       return;
     }
     if (this.stage.draw(dt) && this.props !== null) this.drawn = true;
+  }
+
+  private point(view: SceneSnapshot, { marks, now }: Pointing): void {
+    const { props, stage } = this;
+    if (props === null) return;
+    if (props.marks === null) {
+      if (marks.length > 0 && !this.fetching) void this.fetchMarks();
+      return;
+    }
+    const any = props.marks.any;
+    // Grey, as the probe of nobody in particular.
+    const colour = (user: number | null): string => (user === null ? WATCHES[this.scheme] : this.colours.of(user, this.scheme));
+    props.marks.place(marks, view.positions, now, colour, stage.still, (point) => stage.project(point));
+    if (any || props.marks.any) stage.touch();
+  }
+
+  /** What draws marks, for the body that is there when its code is. */
+  private async fetchMarks(): Promise<void> {
+    this.fetching = true;
+    try {
+      const code = await import("./marks");
+      if (this.props === null) return;
+      this.props.marks ??= new code.Marks(this.host, this.props.mesh, this.props.radius);
+      this.props.group.add(this.props.marks.group);
+    } finally {
+      this.fetching = false;
+    }
   }
 
   /** Off the page, with its stage. */
@@ -122,11 +166,16 @@ export class SceneView {
     this.props.surface.dispose();
     this.props.ground.dispose();
     this.props.hands.dispose();
+    this.props.marks?.dispose();
     this.props = null;
     this.shown = "";
+    this.placed = null;
     this.drawn = false;
   }
 }
+
+/** Colour of who points and has no hand. */
+const WATCHES: Readonly<Record<Scheme, string>> = { light: "#3c434b", dark: "#dfe4e9" };
 
 /** To a hundredth of a millimetre or of a newton. */
 function short(x: number): number {

@@ -5,33 +5,35 @@ import {
   HemisphereLight,
   NeutralToneMapping,
   PerspectiveCamera,
-  Raycaster,
   Scene,
-  Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
 import type { Vec3 } from "../model/vec";
 import type { Scheme } from "../model/colours";
-import { FramePace, isSoftware } from "./frame_pace";
+import type { DeferredPicture } from "./graphics/deferred_picture";
+import { FramePace } from "./graphics/frame_pace";
+import { type Graphics, openGraphics } from "./graphics/graphics";
 import { roomLight } from "./light";
 import { eased, eye, HOME, nearTurn, type Orbit } from "./orbit";
-
-/** A canvas's graphics, and whether the processor draws them, which the hand's loop needs too. */
-export interface Graphics {
-  readonly canvas: HTMLCanvasElement;
-  readonly context: WebGL2RenderingContext;
-  readonly software: boolean;
-}
+import type { Leaning } from "./pointing/leaning";
 
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(32, 1, 0.001, 100);
   readonly canvas: HTMLCanvasElement;
+  /** As the camera would stand if it did not lean: a press in progress goes by this one, and no lean moves a hand. */
+  readonly straight = new PerspectiveCamera();
+  /** Turns the camera off the normal of what is pressed; null until there was a press. */
+  leaning: Leaning | null = null;
+  /** By how much the picture is moved in its frame, to the right and up [px]. */
+  moved = { x: 0, y: 0 };
   /** Target of the camera, which follows smoothly. */
   target: Orbit = HOME;
   /** How far the body stands beside the middle of the picture, to the right [m]. */
   aside = 0;
+  /** What is covered at the top and at the foot of the picture [px]. */
+  clear: readonly [number, number] = [0, 0];
   /** Softly, or at once for people who asked for less motion. */
   still = false;
 
@@ -40,18 +42,26 @@ export class Stage {
   private readonly sky = new HemisphereLight(0xffffff, 0x8890a0, 0.5);
   private readonly room = roomLight();
   private orbit: Orbit = HOME;
+  /** Of the newest picture, shown or being drawn. */
+  private taken: Orbit = HOME;
   private center: Vec3 = [0, 0, 0];
   private radius = 0.1;
   private dirty = true;
   private lift = 0;
   private readonly sizes = new ResizeObserver(() => { this.resize(); });
   private readonly pace: FramePace;
+  /** Where the processor draws, once its code is there; else the canvas is drawn on, and the browser does not wait for it. */
+  private deferred: DeferredPicture | null = null;
+  private gone = false;
   /** Shaders that are still being compiled. */
   private compiling = 0;
+  /** Whether the canvas has another size than its host: no picture that is being drawn is thrown away for it. */
+  private sizeDue = false;
 
   constructor(host: HTMLElement, { canvas, context, software }: Graphics) {
     this.pace = new FramePace(software, Math.min(window.devicePixelRatio, 2));
     this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
+    if (software) void this.defer(context);
     this.canvas = canvas;
     this.canvas.className = "stage-canvas";
     this.renderer.toneMapping = NeutralToneMapping;
@@ -73,7 +83,9 @@ export class Stage {
 
   /** Off the page; another stage takes its place. */
   dispose(): void {
+    this.gone = true;
     this.sizes.disconnect();
+    this.deferred?.dispose();
     this.renderer.dispose();
     this.canvas.remove();
   }
@@ -89,7 +101,6 @@ export class Stage {
 
   setScheme(scheme: Scheme): void {
     this.renderer.toneMappingExposure = scheme === "light" ? 1.0 : 0.95;
-    this.key.intensity = scheme === "light" ? 1.6 : 1.6;
     this.sky.intensity = scheme === "light" ? 0.2 : 0.12;
     this.room.intensity = scheme === "light" ? 0.5 : 0.8;
     this.touch();
@@ -97,6 +108,7 @@ export class Stage {
 
   /** Keep the body in the middle of the visible part: `above` and `below` are covered [px]. */
   uncover(above: number, below: number): void {
+    this.clear = [above, below];
     const lift = Math.round(0.5 * (below - above));
     if (lift === this.lift) return;
     this.lift = lift;
@@ -127,28 +139,55 @@ export class Stage {
     this.touch();
   }
 
-  /** @returns Whether a frame was drawn. */
+  /** @returns Whether there is a new picture. */
   draw(dt: number): boolean {
     const before = this.orbit;
     this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
-    this.dirty ||= this.orbit !== before;
+    const leant = this.leaning?.step(dt) === true;
+    this.dirty ||= this.orbit !== before || leant;
+    const finished = this.deferred?.finish(dt) === true;
+    if (finished) this.tell();
+    if (finished && this.sizeDue) this.resize();
     const { ratio } = this.pace;
-    const draws = this.pace.next(dt, this.dirty && this.compiling === 0);
+    const draws = this.pace.next(dt, this.dirty && this.compiling === 0, this.deferred?.drawing);
     if (this.pace.ratio !== ratio) this.resize();
-    if (!draws) return false;
+    // In the frame in which one is shown none is begun.
+    if (!draws) return finished;
     this.dirty = false;
     this.place();
-    this.renderer.render(this.scene, this.camera);
+    this.taken = this.orbit;
+    const render = (): void => { this.renderer.render(this.scene, this.camera); };
+    if (this.deferred !== null) {
+      this.deferred.begin(render);
+      return false;
+    }
+    render();
+    this.tell();
     return true;
   }
 
-  /** From the eye through a point of the window. */
+  /** From the eye through a point of the window, as if the camera did not lean. */
   ray(x: number, y: number): { origin: Vec3; direction: Vec3 } {
+    return this.rayOf(this.straight, x, y);
+  }
+
+  /** Through a point of the window to what is seen there. */
+  seen(x: number, y: number): { origin: Vec3; direction: Vec3 } {
+    return this.rayOf(this.camera, x, y);
+  }
+
+  /** Where in the window a point would be seen if the camera did not lean. */
+  unleaned(point: Vec3): { x: number; y: number } {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const p = new Vector3(...point).project(this.straight);
+    return { x: left + 0.5 * (p.x + 1) * width, y: top + 0.5 * (1 - p.y) * height };
+  }
+
+  private rayOf(camera: PerspectiveCamera, x: number, y: number): { origin: Vec3; direction: Vec3 } {
     const box = this.canvas.getBoundingClientRect();
-    const at = new Vector2((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
-    const caster = new Raycaster();
-    caster.setFromCamera(at, this.camera);
-    return { origin: caster.ray.origin.toArray(), direction: caster.ray.direction.toArray() };
+    const from = new Vector3().setFromMatrixPosition(camera.matrixWorld);
+    const at = new Vector3((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height, 0.5);
+    return { origin: from.toArray(), direction: at.unproject(camera).sub(from).normalize().toArray() };
   }
 
   /** Through the middle of the picture. */
@@ -169,6 +208,15 @@ export class Stage {
     return { x: 0.5 * (p.x + 1) * this.canvas.clientWidth, y: 0.5 * (1 - p.y) * this.canvas.clientHeight };
   }
 
+  /** From where the picture was taken, for whoever reads the page by a program: degrees, and radii of the body. */
+  private tell(): void {
+    const { azimuth, elevation, distance } = this.taken;
+    const degrees = (angle: number): string => ((angle * 180) / Math.PI).toFixed(1);
+    this.canvas.dataset["view"] = `${degrees(azimuth)} ${degrees(elevation)} ${distance.toFixed(2)}`;
+    this.canvas.dataset["lift"] = String(this.moved.y);
+    this.canvas.dataset["lean"] = degrees(this.leaning?.angle ?? 0);
+  }
+
   private place(): void {
     // A narrow window sees less to the sides: step back until the body fits.
     const back = Math.max(1, 1.22 / this.camera.aspect);
@@ -179,20 +227,34 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const away = Math.hypot(...from.map((x, k) => x - (this.center[k] ?? 0)));
     const pixels = (0.5 * height) / (away * Math.tan((0.5 * this.camera.fov * Math.PI) / 180)); // for a metre
-    this.camera.setViewOffset(width, height, -this.aside * pixels, this.lift, width, height);
+    this.moved = { x: this.aside * pixels, y: this.lift };
+    this.camera.setViewOffset(width, height, -this.moved.x, this.moved.y, width, height);
+    this.straight.copy(this.camera, false);
+    this.straight.updateMatrixWorld();
+    this.leaning?.apply(this.camera, this.straight);
     // The light comes over the viewer's left shoulder, so that dents show from every side.
     const light = eye({ azimuth: this.orbit.azimuth - 1.05, elevation: 0.72, distance: 6 }, this.center, this.radius);
     this.key.position.set(...light);
     this.key.target.position.set(...this.center);
   }
 
+  private async defer(context: WebGL2RenderingContext): Promise<void> {
+    const { DeferredPicture } = await import("./graphics/deferred_picture");
+    if (this.gone) return;
+    this.deferred = new DeferredPicture(this.renderer, context);
+    this.touch();
+  }
+
   private resize(): void {
     const host = this.canvas.parentElement;
     if (host === null) return;
+    this.sizeDue = this.deferred?.drawing === true;
+    if (this.sizeDue) return;
     const width = Math.max(1, host.clientWidth);
     const height = Math.max(1, host.clientHeight);
     this.renderer.setPixelRatio(this.pace.ratio);
     this.renderer.setSize(width, height);
+    this.deferred?.resized();
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.touch();
@@ -210,27 +272,4 @@ export function openStage(host: HTMLElement): Stage | null {
   } catch {
     return null;
   }
-}
-
-/** Asked for before three.js does, which would fill the console where there are none. */
-function openGraphics(): Graphics | null {
-  const plain = openContext({ antialias: false });
-  if (plain === null || isSoftware(rendererOf(plain.context))) return plain && { ...plain, software: true };
-  // A browser that does not name what draws, or by another name, may still say that it is slow.
-  const smooth = openContext({ antialias: true, failIfMajorPerformanceCaveat: true });
-  if (smooth === null) return { ...plain, software: true };
-  plain.context.getExtension("WEBGL_lose_context")?.loseContext();
-  return { ...smooth, software: false };
-}
-
-function openContext(wanted: WebGLContextAttributes): Omit<Graphics, "software"> | null {
-  const canvas = document.createElement("canvas");
-  const context = canvas.getContext("webgl2", { alpha: true, stencil: false, powerPreference: "high-performance", ...wanted });
-  return context && { canvas, context };
-}
-
-/** What draws, in the words of its driver. */
-function rendererOf(context: WebGL2RenderingContext): string {
-  const names = context.getExtension("WEBGL_debug_renderer_info");
-  return String(context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
 }

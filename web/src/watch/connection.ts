@@ -6,24 +6,16 @@
 
 import { greenUrl, socketUrl } from "../address";
 import type { RestMesh } from "../model/body";
-import type {
-  Encoding,
-  Latency,
-  RoomEvent,
-  SceneStore,
-  SceneSnapshot,
-  UserHistory,
-  WatchInfo,
-  WatchPhase,
-  WatchStatus,
-} from "../model/scene";
+import type { Encoding, Latency, RoomEvent, SceneSnapshot, SceneStore, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../model/scene";
 import type { Order, Restraints } from "../model/orders";
 import type { Pass } from "../model/pass";
+import type { Recording } from "../model/recording";
 import { ABNORMAL, BAD_MESSAGE, FORBIDDEN, NORMAL, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
 import { encodeControl } from "../protocol/messages";
 import { SUBPROTOCOL } from "../protocol/version";
 import { LASTED, wait } from "./backoff";
+import { CompanyTalk } from "./company";
 import { WatchSession } from "./session";
 import { Store } from "./store";
 import { Traffic } from "./traffic";
@@ -70,6 +62,9 @@ export class Watch implements SceneStore {
   private drawn = true;
   private asked: { readonly encoding: Encoding; readonly rate: number };
   private closed = false;
+  readonly company = new CompanyTalk((message) => { this.say(encodeControl(message)); });
+  /** A server of before refuses who asks for company: it is watched without. */
+  private sociable = true;
 
   /** @param address Of the server, http: or ws:. */
   constructor(
@@ -80,9 +75,7 @@ export class Watch implements SceneStore {
     private readonly pass: Pass | null = null,
   ) {
     const fetch = (model: string) => (vertex: number) => world.fetch(greenUrl(address, model, vertex));
-    this.store = new Store(encoding, rate, fetch, () => world.now(), () => {
-      this.notify();
-    });
+    this.store = new Store(encoding, rate, fetch, () => world.now(), () => { this.notify(); });
     this.asked = { encoding, rate };
     this.connect();
   }
@@ -99,11 +92,9 @@ export class Watch implements SceneStore {
   get roster(): SceneStore["roster"] {
     return this.store.room.roster;
   }
-
   get restraints(): Restraints {
     return this.store.room.restraints;
   }
-
   get putOut(): readonly string[] {
     return this.store.room.putOut;
   }
@@ -135,6 +126,10 @@ export class Watch implements SceneStore {
 
   history(user: number): UserHistory | null {
     return this.store.history(user);
+  }
+
+  recorded(): Recording | null {
+    return this.store.recorded();
   }
 
   setView(encoding: Encoding, rate: number): void {
@@ -174,7 +169,7 @@ export class Watch implements SceneStore {
     socket.onopen = () => {
       const { encoding, rate } = this.store;
       this.asked = { encoding, rate };
-      socket.send(WatchSession.greeting(encoding, rate, this.pass?.token));
+      socket.send(WatchSession.greeting(encoding, rate, this.pass?.token, this.sociable));
     };
     socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
       this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
@@ -191,8 +186,11 @@ export class Watch implements SceneStore {
     try {
       const event = this.session.receive(data);
       this.store.take(event, now);
+      this.company.take(event, now);
+      if (event.type === "aimed") return; // seen with the next picture
       if (event.type === "scene") {
         this.traffic.push(now, data.length);
+        if (typeof data !== "string") this.store.keep(event.scene.t_server, data);
         this.expectDrawn();
         return;
       }
@@ -259,7 +257,9 @@ export class Watch implements SceneStore {
     this.reason = reason;
     this.code = code;
     // Of a session that is too old, or of keys of before: the invitation may still be good.
-    const again = code === UNAUTHENTICATED && this.pass?.forget() === true;
+    const stranger = code === BAD_MESSAGE && this.sociable && this.phase !== "watching";
+    if (stranger) this.sociable = false;
+    const again = stranger || (code === UNAUTHENTICATED && this.pass?.forget() === true);
     if (FINAL.includes(code) && !again) {
       this.phase = "refused";
     } else {

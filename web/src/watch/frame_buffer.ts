@@ -8,7 +8,8 @@ import { firstFrame, nextFrame, playoutDelay, type PlayoutClock } from "./playou
 import type { Room } from "./room";
 
 const KEPT = 1; // s of frames behind the time that is shown
-const GAP = 2; // intervals; the transition to a frame takes at most this long
+/** Intervals; the transition to a frame takes at most this long. */
+export const GAP = 2;
 
 /** Newest frames of one connection. */
 export class FrameBuffer {

@@ -3,7 +3,7 @@
 import { norm, type Vec3 } from "../model/vec";
 import { ProtocolError } from "../protocol/frame";
 import { pressure, type Pressure } from "./pressure";
-import type { Quadrature } from "./quadrature";
+import type { Quadrature } from "../model/quadrature";
 
 const LEAST_FORCE = 1e-6; // N; less moves nothing that can be seen
 

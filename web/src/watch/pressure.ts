@@ -1,7 +1,7 @@
 /** Vertices under a contact's pressure, and the share of the force on each; `cohaptic_server/mesh/pressure.py`. */
 
 import type { Vec3 } from "../model/vec";
-import type { Quadrature } from "./quadrature";
+import type { Quadrature } from "../model/quadrature";
 
 /** k vertices, rising; their weights sum to 1. */
 export interface Pressure {

@@ -5,12 +5,14 @@ import { NO_RESTRAINTS, type Restraints } from "../model/orders";
 import type { WatchEvent } from "./session";
 
 const MOST_EVENTS = 100;
+const MOST_REMEMBERED = 256; // names, also of those who have left
 const NONE: Latency = { delay: 0, jitter: 0 };
 
 /** Roster, injected latency and the newest events of a room. */
 export class Room {
   private readonly names = new Map<number, string>();
   private readonly latencies = new Map<number, Latency>();
+  private readonly heard = new Map<number, string>();
   events: readonly RoomEvent[] = [];
   restraints: Restraints = NO_RESTRAINTS;
   /** Names of those who may not come back; only an administrator is told. */
@@ -18,6 +20,11 @@ export class Room {
 
   get roster(): readonly { readonly user: number; readonly name: string }[] {
     return [...this.names].map(([user, name]) => ({ user, name })).sort((a, b) => a.user - b.user);
+  }
+
+  /** Names of all who were heard of of late, also of those who have left. */
+  get everybody(): ReadonlyMap<number, string> {
+    return new Map(this.heard);
   }
 
   nameOf(user: number): string {
@@ -37,11 +44,11 @@ export class Room {
         // A room that has some tells them next.
         this.restraints = NO_RESTRAINTS;
         this.putOut = [];
-        for (const { user, name } of event.users) this.names.set(user, name);
+        for (const { user, name } of event.users) this.call(user, name);
         break;
       case "user_joined": {
         const before = this.names.get(event.user);
-        this.names.set(event.user, event.name);
+        this.call(event.user, event.name);
         if (before === undefined) this.say({ at, kind: "joined", user: event.user, name: event.name, detail: "" });
         else this.say({ at, kind: "renamed", user: event.user, name: before, detail: `goes by the name ${event.name} now.` });
         break;
@@ -68,8 +75,22 @@ export class Room {
         this.say({ at, kind: "error", user: 0, name: "", detail: event.message });
         break;
       case "moderated":
+      case "company":
+      case "aimed":
+      case "pointed":
+      case "declined":
       case "rest_mesh":
       case "scene":
+    }
+  }
+
+  private call(user: number, name: string): void {
+    this.names.set(user, name);
+    this.heard.delete(user); // the newest last
+    this.heard.set(user, name);
+    for (const oldest of this.heard.keys()) {
+      if (this.heard.size <= MOST_REMEMBERED) break;
+      this.heard.delete(oldest);
     }
   }
 

@@ -11,13 +11,13 @@ import { PROTOCOL_VERSION } from "../protocol/version";
 
 export type WatchEvent =
   | Watching
-  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "put_out" | "latency" | "error" }>
+  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "put_out" | "latency" | "company" | "aimed" | "pointed" | "declined" | "error" }>
   | { readonly type: "rest_mesh"; readonly mesh: RestMesh }
   | { readonly type: "scene"; readonly scene: Scene };
 
 type State = "await_watching" | "await_mesh" | "watching" | "closed";
 
-const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "put_out", "error"];
+const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "put_out", "company", "aimed", "pointed", "declined", "error"];
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_watching: ["watching", "error"],
   await_mesh: ["rest_mesh", ...EVENTS],
@@ -40,8 +40,8 @@ export class WatchSession {
   }
 
   /** First message of the connection. */
-  static greeting(encoding: Encoding, rate: number, token?: string): string {
-    const more = token === undefined ? {} : { token };
+  static greeting(encoding: Encoding, rate: number, token?: string, company = false): string {
+    const more = { ...(token === undefined ? {} : { token }), ...(company ? { company: true as const } : {}) };
     return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised", ...more });
   }
 

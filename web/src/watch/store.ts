@@ -4,17 +4,19 @@
  * The connection (`connection.ts`) is the shell round it.
  */
 
-import type { RestMesh } from "../model/body";
+import { type RestMesh, sameMesh } from "../model/body";
+import type { Recording } from "../model/recording";
 import type { Encoding, RoomEvent, SceneSnapshot, UserHistory, WatchInfo } from "../model/scene";
 import { encodeAck } from "../protocol/ack";
 import { encodeControl } from "../protocol/messages";
 import type { Scene } from "../protocol/scene";
 import { FrameBuffer } from "./frame_buffer";
+import { FrameRing } from "./frame_ring";
 import { GreenBlocks, type Fetch } from "./green_blocks";
 import { displacementOf, needed, type Press, pressesOf } from "./green_surface";
 import { Histories } from "./history";
 import { frameInterval } from "./playout_clock";
-import { type Quadrature, quadratureOf } from "./quadrature";
+import { type Quadrature, quadratureOf } from "../model/quadrature";
 import { Room } from "./room";
 import type { WatchEvent } from "./session";
 
@@ -33,6 +35,7 @@ export class Store {
   info: WatchInfo | null = null;
   readonly room = new Room();
   private readonly histories = new Histories();
+  private readonly ring = new FrameRing();
   private held: Held | null = null;
   private newest: Scene | null = null;
   private lacking: readonly Press[] = []; // of the newest scene, whose surface is still to be made
@@ -95,6 +98,35 @@ export class Store {
     return this.histories.get(user);
   }
 
+  /** Remember a scene as it came. */
+  keep(t_server: number, frame: Uint8Array): void {
+    this.ring.push(t_server, frame);
+  }
+
+  /** The last minute of this object. */
+  recorded(): Recording | null {
+    const { held, info } = this;
+    if (held === null || info === null || this.ring.length === 0) return null;
+    return {
+      mesh: held.mesh, info, ...this.ring.take(), names: this.room.everybody, interval: this.interval,
+      surface: held.blocks === null || held.model === null ? null : this.surfaceMaker(held, held.blocks, held.model),
+    };
+  }
+
+  /** Makes surfaces of before from blocks of its own: those that are shown now keep their place. The browser has kept what was fetched once. */
+  private surfaceMaker(held: Held, live: GreenBlocks, model: string): NonNullable<Recording["surface"]> {
+    const vertices = held.mesh.vertices.length / 3;
+    const own = new GreenBlocks(vertices, this.fetch(model), this.now, () => undefined);
+    const radius = this.info?.body.contact_radius ?? 0;
+    const get: GreenBlocks["get"] = (vertex) => live.get(vertex) ?? own.get(vertex);
+    return (loads) => {
+      const presses = pressesOf(loads, held.quadrature, radius);
+      const missing = needed(presses).filter((vertex) => get(vertex) === null);
+      if (missing.length > 0) own.ask(missing);
+      return displacementOf(presses, get, vertices);
+    };
+  }
+
   /** The message that asks for another view. */
   setView(encoding: Encoding, rate: number): string {
     this.encoding = encoding;
@@ -131,7 +163,10 @@ export class Store {
     const same = before !== null && sameMesh(before.mesh, mesh);
     // The very object where nothing has changed: the view keeps the geometry that it made from it.
     const kept = same ? before.mesh : mesh;
-    if (!same) this.histories.clear();
+    if (!same) {
+      this.histories.clear();
+      this.ring.clear();
+    }
     const model = this.info?.model ?? null;
     this.held = {
       mesh: kept,
@@ -181,13 +216,4 @@ export class Store {
 function once<T>(make: () => T): () => T {
   let made: T | null = null;
   return () => (made ??= make());
-}
-
-function sameMesh(a: RestMesh, b: RestMesh): boolean {
-  return (
-    a.vertices.length === b.vertices.length &&
-    a.faces.length === b.faces.length &&
-    a.vertices.every((x, i) => x === b.vertices[i]) &&
-    a.faces.every((x, i) => x === b.faces[i])
-  );
 }

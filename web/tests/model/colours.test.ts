@@ -40,6 +40,29 @@ describe("colours", () => {
     }
   });
 
+  it("of sixteen who are here differ, and can be told apart", () => {
+    const colours = new UserColours();
+    const here = Array.from({ length: 16 }, (_, i) => 3 * i + 5);
+    colours.present(here);
+    for (const scheme of ["light", "dark"] as const) {
+      const seen = here.map((user) => oklab(parseHex(colours.of(user, scheme))));
+      seen.forEach((a, i) => {
+        for (const b of seen.slice(i + 1)) expect(Math.hypot(...a.map((x, k) => x - (b[k] ?? 0)))).toBeGreaterThan(0.055);
+      });
+    }
+  });
+
+  it("of users stand out from the panel behind them", () => {
+    const panel = { light: "#fbfbfa", dark: "#13171b" };
+    for (const scheme of ["light", "dark"] as const) {
+      for (const colour of USERS[scheme]) {
+        const [a, b] = [luminance(parseHex(colour)), luminance(parseHex(panel[scheme]))];
+        // What WCAG 2.2 asks of what is no text.
+        expect((Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), colour).toBeGreaterThan(3);
+      }
+    }
+  });
+
   it("of who stays stay, and more users than colours are no error", () => {
     const colours = new UserColours();
     colours.present([1, 2]);
@@ -64,6 +87,30 @@ describe("colours", () => {
     }
   });
 });
+
+describe("colours of users", () => {
+  it.each(["light", "dark"] as const)("are told apart, and from every colour of the field: %s", (scheme) => {
+    const users = USERS[scheme].map((colour) => oklab(parseHex(colour)));
+    const field = DISPLACEMENT[scheme].map(oklab);
+    users.forEach((user, i) => {
+      // 0.02 is just seen side by side; the two greens of before were 0.06 apart.
+      for (const other of [...users.slice(i + 1), ...field]) expect(Math.hypot(...user.map((x, k) => x - (other[k] ?? 0)))).toBeGreaterThan(0.08);
+    });
+  });
+});
+
+/** As differences are seen (Ottosson's OKLab). */
+function oklab(colour: readonly [number, number, number]): number[] {
+  const [r, g, b] = [toLinear(colour[0]), toLinear(colour[1]), toLinear(colour[2])];
+  const l = Math.cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+  const m = Math.cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+  const s = Math.cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+  return [
+    0.2104542553 * l + 0.793617785 * m - 0.0040720468 * s,
+    1.9779984951 * l - 2.428592205 * m + 0.4505937099 * s,
+    0.0259040371 * l + 0.7827717662 * m - 0.808675766 * s,
+  ];
+}
 
 /** Hue [degrees] and chroma, 0 to 1. */
 function hueOf([r, g, b]: readonly [number, number, number]): [number, number] {

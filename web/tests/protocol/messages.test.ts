@@ -4,7 +4,7 @@ import { type ClientControl, decodeServerControl, encodeControl } from "../../sr
 import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
-const fromClient = new Set(["hello", "hello with a token", "set_name", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name"]);
+const fromClient = new Set(["hello", "hello with a token", "set_name", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name", "watch with company", "present", "present without a hand", "follow", "follow nobody", "aim", "point"]);
 const SENT: ClientControl[] = [
   {
     type: "hello",
@@ -30,6 +30,10 @@ const SENT: ClientControl[] = [
   { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised" },
   { type: "set_view", encoding: "forces", rate: 60 },
   { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
+  { type: "present", name: "left", user: 1, key: "0123456789abcdef", open: true },
+  { type: "follow", user: 2 },
+  { type: "aim", azimuth: -1.375, elevation: 0.25, distance: 5.5 },
+  { type: "point", point: [0.0625, 0, -0.125] },
 ];
 
 describe("golden vectors", () => {
@@ -52,6 +56,10 @@ const body = (change: object): string => welcome({ body: { ...meant.body, ...cha
 
 test.each([
   ["no JSON", "{", "JSON"],
+  ["a view from nowhere", '{"type":"aimed","user":1,"azimuth":1e9,"elevation":0,"distance":4}', "azimuth is 1000000000; expected a number from -7 to 7"],
+  ["a view from inside", '{"type":"aimed","user":1,"azimuth":0,"elevation":0,"distance":0}', "distance is 0"],
+  ["a place far off", '{"type":"pointed","user":null,"name":"x","point":[0,0,1e9]}', "three numbers"],
+  ["a follower that is none", '{"type":"company","watching":1,"open":[],"following":null,"followers":[3],"may_point":true}', "followers.0 is 3"],
   ["no object", "[1]", "a JSON object"],
   ["no type", "{}", "type is undefined; expected text"],
   ["an unknown type", '{"type":"hi"}', 'type of a control message is "hi"; expected welcome'],

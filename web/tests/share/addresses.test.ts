@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { addressAt, addressesToShare, isOwn } from "../../src/share/addresses";
+import { addressAt, addressesToShare, framesOf, frameWords, isOwn } from "../../src/share/addresses";
 
 const nobody = (): Promise<string> => Promise.reject(new Error("asked"));
 
@@ -29,4 +29,15 @@ describe("the address that is shared", () => {
     expect(["192.168.1.7", "localhost.example", "[fd00::1]", "127.example"].map(isOwn)).toEqual([false, false, false, false]);
     expect(addressAt("http://127.0.0.1:1/a#b")).toBe("http://127.0.0.1:1/a");
   });
+});
+
+test("who may show the page in a frame is read from its policy", () => {
+  expect(framesOf("default-src 'none'; frame-ancestors 'none'")).toEqual([]);
+  expect(framesOf("")).toEqual([]);
+  expect(framesOf("frame-ancestors https://a.example http://localhost:8000; base-uri 'none'")).toEqual(["https://a.example", "http://localhost:8000"]);
+});
+
+test("the words for a frame name the address and nothing else", () => {
+  expect(frameWords("https://lab.example/r/liver/")).toContain('src="https://lab.example/r/liver/"');
+  expect(frameWords('https://lab.example/?"><script>')).not.toContain('"><script>');
 });

@@ -41,6 +41,28 @@ describe("a client", () => {
     expect(browser.lines.length).toBe(3);
   });
 
+  test("presses on while its page says that it runs, and not for a page that stands still", () => {
+    const browser = new Browser();
+    browser.join();
+    browser.run(0.5);
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
+    for (let second = 0; second < 12; second++) {
+      browser.run(1);
+      browser.client.obey({ type: "alive" });
+    }
+    const pressed = browser.state;
+    expect(pressed.doing).toBe("touching");
+    expect(pressed.force[0]).toBeGreaterThan(2);
+    browser.run(4.5);
+    expect(browser.state.force[0]).toBeCloseTo(pressed.force[0], 3); // a page may be slow
+    browser.run(3.5);
+    expect(Math.hypot(...browser.state.force)).toBeLessThan(0.15);
+    // Once the page goes on, its hand is where it was; the page decides whether it stays there.
+    browser.client.obey({ type: "alive" });
+    browser.run(3);
+    expect(browser.state.force[0]).toBeCloseTo(pressed.force[0], 2);
+  });
+
   test("ends when it is refused, and says why", () => {
     const browser = new Browser();
     browser.line.onopen?.();
@@ -62,7 +84,7 @@ describe("a client", () => {
   test("fades before it says goodbye, and without a force does so at once", () => {
     const browser = new Browser();
     browser.join();
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     const force = Math.hypot(...browser.state.force);
     expect(force).toBeGreaterThan(2);
@@ -84,7 +106,7 @@ describe("a client", () => {
   test("that is to have friction leaves and comes in again once the server has closed, without letting go", () => {
     const browser = new Browser();
     browser.join();
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     const [before, old] = [Math.hypot(...browser.state.force), browser.line];
     browser.client.obey({ type: "friction", mu: 0.4 });
@@ -108,7 +130,7 @@ describe("a client", () => {
   test("that is to have friction keeps its seat where it has a secret: the new connection takes the old one's place", () => {
     const browser = new Browser("a".repeat(16));
     browser.join();
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     const [before, old] = [Math.hypot(...browser.state.force), browser.line];
     browser.client.obey({ type: "friction", mu: 0.4 });
@@ -144,7 +166,7 @@ describe("a client", () => {
   ])("that presses as the object changes (%s) comes back by itself, engaged once it is free of the new one", (_, change) => {
     const browser = new Browser();
     browser.join();
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     const forces = [Math.hypot(...browser.state.force)];
     expect(forces[0]).toBeGreaterThan(2);
@@ -160,9 +182,9 @@ describe("a client", () => {
     browser.run(1);
     // The hand lies in the new object too: no force before it was out of it.
     expect(browser.state).toMatchObject({ phase: "joined", reason: "", doing: "waiting", scale: 0 });
-    browser.client.obey({ type: "point", target: [0.15, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.15, 0, 0], presses: true });
     browser.run(0.5);
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     expect(browser.state).toMatchObject({ phase: "joined", doing: "touching", simulation_period: 0.02 });
     for (const post of browser.posts.slice(from)) {
@@ -179,7 +201,7 @@ describe("a client", () => {
   test("that reaches another object than it left, with no word of it, begins anew as well", () => {
     const browser = new Browser();
     browser.join();
-    browser.client.obey({ type: "point", target: [0.08, 0, 0] });
+    browser.client.obey({ type: "point", target: [0.08, 0, 0], presses: true });
     browser.run(2);
     browser.line.break();
     browser.run(0.6, false);

@@ -34,6 +34,7 @@ beforeEach(() => {
   vi.stubGlobal("Worker", Idle);
 });
 afterEach(() => {
+  vi.useRealTimers();
   vi.unstubAllGlobals();
 });
 
@@ -78,4 +79,18 @@ test("a hand has its page's secret, and that of another page another", async () 
   expect(keys[0]).toMatch(/^[0-9a-f]{32}$/);
   expect(keys[1]).toMatch(/^[0-9a-f]{32}$/);
   expect(keys[1]).not.toBe(keys[0]);
+});
+
+test("a page that draws says so once a second, and one that does not says nothing", async () => {
+  vi.useFakeTimers();
+  const { startTouch } = await fresh();
+  const handle = startTouch(SETTINGS);
+  const said = (): number => (Idle.made[0]?.heard as { type: string }[]).filter(({ type }) => type === "alive").length;
+  for (let picture = 0; picture < 210; picture++) {
+    handle.alive();
+    await vi.advanceTimersByTimeAsync(1000 / 60);
+  }
+  expect(said()).toBe(4);
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(said()).toBe(4);
 });

@@ -3,6 +3,7 @@
 import { describe, expect, it } from "vitest";
 import {
   type Action,
+  again,
   type Facts,
   goBack,
   goNext,
@@ -48,6 +49,17 @@ describe("the tour", () => {
     expect(seen).toEqual(STEPS.map((step) => step.id));
     expect(last.ended).toBe(false);
     expect(goNext(STEPS, last, ALL, 0).state.ended).toBe(true);
+  });
+
+  it("shows a step again that nobody saw, with all that it does, and none after its end", () => {
+    const at = goNext(STEPS, start(STEPS, ALL, 0).state, ALL, 0);
+    expect(stepOf(at.state)).toBe("press");
+    const late = tick(STEPS, at.state, ALL, 9).state;
+    const turn = again(STEPS, late, ALL, 60);
+    expect(turn.actions).toEqual(at.actions);
+    expect(turn.state).toEqual({ ...at.state, since: 60 });
+    const over = { ...late, ended: true };
+    expect(again(STEPS, over, ALL, 60)).toEqual({ state: over, actions: [] });
   });
 
   it("gives time to read", () => {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { SERVER_STOPS, WRONG_VERSION } from "../../src/protocol/close_codes";
+import { SERVER_STOPS, TOO_SLOW, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
@@ -34,6 +34,14 @@ describe("notices", () => {
 
   it("say that the server stopped, if it said so", () => {
     expect(notice({ ...WELL, phase: "waiting", code: SERVER_STOPS })?.title).toBe("The server has stopped");
+  });
+
+  it("tell a page that was too slow so in words for people, and not by the server's counts", () => {
+    for (const phase of ["waiting", "connecting"] as const) {
+      const slow = notice({ ...WELL, phase, code: TOO_SLOW, reason: "silence is '10 s'; expected acks: 2 scenes wait for one" });
+      expect(slow?.text).toContain("did not keep up");
+      expect(slow?.text).not.toContain("acks");
+    }
   });
 
   it("offer to reload after an upgrade, whatever the phase", () => {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { bytesPerSecond, fixed, lagReasons, lagWords, softWords, stiffness } from "../../src/ui/words";
+import { bytesPerSecond, fixed, lagReasons, lagWords, named, softWords, stiffness } from "../../src/ui/words";
 
 describe("numbers", () => {
   it("have a true minus and no minus on nothing", () => {
@@ -13,6 +13,13 @@ describe("numbers", () => {
     expect([bytesPerSecond(900), bytesPerSecond(5400), bytesPerSecond(120_000)]).toEqual(
       ["900\u202fB/s", "5.4\u202fkB/s", "120\u202fkB/s"],
     );
+  });
+});
+
+describe("a name", () => {
+  it("that is written to the left does not take the number after it along", () => {
+    expect([named("שלום"), named("مرحبا 7")]).toEqual(["\u2068שלום\u2069", "\u2068مرحبا 7\u2069"]);
+    expect([named("ann"), named("李小龍"), named("Ω 9")]).toEqual(["ann", "李小龍", "Ω 9"]);
   });
 });
 

@@ -8,7 +8,7 @@ describe("one who watches", () => {
     const browser = new Browser();
     expect(browser.watch.status.phase).toBe("connecting");
     browser.join();
-    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised" }]);
+    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised", company: true }]);
     expect(browser.watch.status.phase).toBe("watching");
     expect(browser.watch.mesh?.vertices).toEqual(MESH.vertices);
     expect(browser.watch.info?.body.name).toBe("balloon");
@@ -20,6 +20,17 @@ describe("one who watches", () => {
     expect(view?.users).toMatchObject([{ user: 1, name: "ana", latency: { delay: 0, jitter: 0 } }]);
     expect(view?.moved).toBe(true);
     expect(browser.watch.at(browser.time)?.moved).toBe(false);
+  });
+
+  test("is watched without company where the server knows none", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "error", code: 4400, message: "watch.company is true; extra inputs are not permitted" });
+    browser.run(5);
+    browser.join();
+    expect(browser.line.texts[0]).not.toHaveProperty("company");
+    expect(browser.watch.status.phase).toBe("watching");
+    expect(browser.watch.company.state).toBeNull();
   });
 
   test("acknowledges a drawn frame, once", () => {

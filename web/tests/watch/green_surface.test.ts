@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { type Block, decodeBlock, displacementOf, needed, pressesOf } from "../../src/watch/green_surface";
 import { pressure } from "../../src/watch/pressure";
-import { quadratureOf } from "../../src/watch/quadrature";
+import { quadratureOf } from "../../src/model/quadrature";
 import { expectClose } from "../close";
 import { fromHex } from "../vectors";
 import { example } from "./forces";

@@ -1,9 +1,11 @@
-/** Fig. 8 with everybody's gains as moving dots, and the same in words. */
+/** Fig. 8 with everybody's gains as moving dots, the same in words, and how rooms like this one went. */
 
+import type { RoomLag } from "../../model/body";
 import type { UserState } from "../../model/scene";
 import { choice, el, say, symbol } from "../dom";
-import { drawArea, periods, verdict, type Yardstick } from "../plots/area_plot";
+import type { Yardstick } from "../plots/area_plot";
 import type { Inks } from "../plots/canvas";
+import type { NeighboursPart } from "./neighbours_part";
 
 export class AreaCard {
   readonly root: HTMLElement;
@@ -12,6 +14,10 @@ export class AreaCard {
   private readonly words = el("p", { class: "fine" });
   private readonly colour: (user: number) => string;
   private readonly pick;
+  /** Draws and tells; comes when it is first to be shown, as few look at gains. */
+  private figure: typeof import("../plots/area_figure") | null = null;
+  private neighbours: NeighboursPart | null = null;
+  private fetching = false;
 
   constructor(colour: (user: number) => string) {
     this.colour = colour;
@@ -40,31 +46,29 @@ export class AreaCard {
     this.pick.set(yardstick);
   }
 
-  /** @param lag Of the room [s]. */
-  update(users: readonly UserState[], simulationPeriod: number, lag: number, ink: Inks): void {
-    drawArea(this.canvas, users, simulationPeriod, this.yardstick, this.colour, ink);
-    const words = areaWords(users, simulationPeriod, lag, this.yardstick);
+  /** @param room Null before anything is known of it. */
+  update(users: readonly UserState[], simulationPeriod: number, room: RoomLag | null, ink: Inks): void {
+    const missing = this.figure === null || this.neighbours === null;
+    if (missing && !this.fetching && this.root.offsetParent !== null) void this.fetch();
+    this.neighbours?.update(users, room);
+    if (this.figure === null) return;
+    this.figure.drawArea(this.canvas, users, simulationPeriod, this.yardstick, this.colour, ink);
+    const words = this.figure.areaWords(users, simulationPeriod, room?.lag ?? 0, this.yardstick);
     say(this.words, words);
     this.canvas.setAttribute("aria-label", `Stable gains of the integral law. ${words}`);
   }
-}
 
-/** The figure in words. */
-export function areaWords(users: readonly UserState[], simulationPeriod: number, lag: number, yardstick: Yardstick): string {
-  const named = (place: string): string[] =>
-    users.filter((user) => verdict(user, simulationPeriod, yardstick) === place).map((user) => user.name || `user ${user.user}`);
-  const outside = named("outside");
-  const own = named("own");
-  const longest = Math.max(0, ...users.map((user) => periods(user.loop_delay, simulationPeriod)));
-  const parts = [
-    longest > 0
-      ? `Outer line: no delay. Filled: the longest loop here, ${longest} ${longest === 1 ? "period" : "periods"} late.`
-      : "The triangle of eq. (15), without delay.",
-  ];
-  if (outside.length > 0) {
-    const so = lag > 0 ? "and kept from swinging by the room\u2019s lag" : "so bound to swing";
-    parts.push(`Outside, ${so}: ${outside.join(", ")}.`);
+  private async fetch(): Promise<void> {
+    this.fetching = true;
+    try {
+      this.figure = await import("../plots/area_figure");
+      const { NeighboursPart } = await import("./neighbours_part");
+      this.neighbours = new NeighboursPart();
+      this.root.append(this.neighbours.root);
+    } catch {
+      // A network that was away for a moment: asked for again at the next look.
+    } finally {
+      this.fetching = false;
+    }
   }
-  if (own.length > 0) parts.push("A ring is the predictive law: no delay asks it for a smaller gain.");
-  return parts.join(" ");
 }

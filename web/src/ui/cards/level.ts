@@ -5,6 +5,7 @@ import { keep, recall } from "../theme";
 
 const KEY = "cohaptic.engineer";
 const CLASS = "engineer";
+const PEOPLE = "people";
 
 export class Level {
   readonly root: HTMLButtonElement;
@@ -28,10 +29,10 @@ export class Level {
     });
   }
 
-  /** As the visitor had it last, or as the address says. */
+  /** As the address says, or else as the visitor had it last; what is no level says nothing. */
   begin(search: string): void {
     const asked = new URLSearchParams(search).get("view");
-    this.show(asked === null ? recall(KEY) === "yes" : asked === CLASS);
+    this.show(asked === CLASS || asked === PEOPLE ? asked === CLASS : recall(KEY) === "yes");
   }
 
   get engineer(): boolean {

@@ -7,11 +7,23 @@ import { type Choice, choice, el, say, show } from "../dom";
 import { type Inks, inks } from "../plots/canvas";
 import { RoomOrders } from "./orders";
 import { Level } from "./level";
+import type { PlotCursor } from "../plots/cursor";
+import type { Charted } from "../plots/strip_chart";
 import { Sheet } from "./sheet";
 import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
 const OPEN_AT_FIRST = 3;
+
+/** What a replay shows in place of now. */
+export interface Lens {
+  /** Whether anything was heard at that time. */
+  readonly known: boolean;
+  /** How long ago, in words. */
+  readonly when: string;
+  /** The plots of a hand round that time. */
+  readonly charted: (user: number) => Charted;
+}
 
 export class Panel {
   readonly root: HTMLElement;
@@ -39,6 +51,8 @@ export class Panel {
   private readonly setLatency: (user: number, latency: Latency) => void;
   private readonly order: (order: Order, user?: number, name?: string) => void;
   private readonly roomOrders: RoomOrders;
+  private readonly cursor: PlotCursor = { before: null };
+  private readonly when = el("span", { class: "count panel-when" });
   private ink: Inks | null = null;
 
   constructor(
@@ -47,6 +61,8 @@ export class Panel {
     setEncoding: (encoding: Encoding) => void,
     order: (order: Order, user?: number, name?: string) => void,
     share: () => void,
+    private readonly follow: (user: number) => void,
+    company: HTMLElement,
   ) {
     this.order = order;
     this.roomOrders = new RoomOrders(order);
@@ -66,8 +82,9 @@ export class Panel {
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       this.sheet.root,
-      el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count),
+      el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count, " ", this.when),
         el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: share } }), this.level.root),
+      company,
       this.roomOrders.root,
       this.time,
       this.empty,
@@ -102,7 +119,7 @@ export class Panel {
   }
 
   /** Write and draw all that is seen; called some times a second. */
-  update(store: SceneStore, view: SceneSnapshot | null, own: number): void {
+  update(store: SceneStore, view: SceneSnapshot | null, own: number, lens: Lens | null, following: number | null): void {
     const ink = (this.ink ??= inks(this.root));
     const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
@@ -114,21 +131,24 @@ export class Panel {
       const state = view?.users.find((u) => u.user === user);
       const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
       this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, {
-        mayDelay: store.info?.allow_latency === true,
-        admin: store.info?.room_admin === true,
-        muted: store.restraints.muted.includes(user),
-        live: isLive(store.status),
+        // Orders are for now, and not for how it was.
+        mayDelay: lens === null && store.info?.allow_latency === true,
+        admin: lens === null && store.info?.room_admin === true,
+        muted: lens === null && store.restraints.muted.includes(user),
+        live: lens === null ? isLive(store.status) : lens.known,
+        view: lens !== null ? "none" : following === user ? "followed" : store.company.state?.open.includes(user) === true ? "open" : "none",
       });
     }
     this.roomOrders.write(store.restraints, store.putOut, store.info?.room_admin === true);
+    say(this.when, lens?.when ?? "");
     say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);
     show(this.empty, present.size === 0 && store.status.phase === "watching");
     show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
-      for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user));
+      for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
     }
-    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room.lag ?? 0, ink);
+    this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room ?? null, ink);
     // A body that is no sum of Green's functions comes in frames, whatever is asked for.
     this.encoding.enable("forces", store.info?.model !== null);
     say(this.stream, streamWords(store));
@@ -150,9 +170,9 @@ export class Panel {
   private card(user: number): UserCard {
     let card = this.cards.get(user);
     if (card === undefined) {
-      card = new UserCard(user, (latency) => {
+      card = new UserCard(user, this.cursor, (latency) => {
         this.setLatency(user, latency);
-      }, (order) => { this.order(order, user); });
+      }, (order) => { this.order(order, user); }, () => { this.follow(user); });
       card.paint(this.colour(user));
       card.open(this.cards.size < OPEN_AT_FIRST);
       this.cards.set(user, card);

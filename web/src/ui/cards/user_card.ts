@@ -8,18 +8,21 @@ import { el, say, show, slider, type Slider, symbol } from "../dom";
 import { icon } from "../icons";
 import { UserOrders } from "./orders";
 import type { Inks } from "../plots/canvas";
-import { type Lane, StripChart } from "../plots/strip_chart";
+import type { PlotCursor } from "../plots/cursor";
+import type { Lane } from "../plots/lanes";
+import { type Charted, StripChart } from "../plots/strip_chart";
 import { TraceBuffer } from "../plots/trace_buffer";
 import { connectionWords, fixed, LAWS, milliseconds, softWords, stiffness } from "../words";
 
 /** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
-const SPAN = 6; // s that a chart shows
+/** That a chart shows [s]. */
+export const SPAN = 6;
 const CAPACITY = 1200;
 const FULL_SCALE = 8; // N at the end of the force bar
 
 /** Probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
-export function sample(user: UserState): [number, number, number, number] {
+export function sample(user: Omit<UserState, "name" | "latency">): [number, number, number, number] {
   const below = (point: UserState["probe"]): number => -dot(sub(point, user.foot), user.normal);
   const probe = below(user.probe);
   const touches = user.c_ii > 0 && depthOf(user) > 0;
@@ -45,6 +48,8 @@ export interface CardFacts {
   readonly muted: boolean;
   /** Whether its numbers are those of now. */
   readonly live: boolean;
+  /** Whether its view may be followed, is followed, or there is none: the own hand's, or without a page that shows one. */
+  readonly view: "open" | "followed" | "none";
 }
 
 export class UserCard {
@@ -59,18 +64,21 @@ export class UserCard {
   private readonly gain = el("dd");
   private readonly loop = el("dd");
   private readonly people = el("p", { class: "card-people" });
+  private readonly follow: HTMLButtonElement;
   private readonly soft = el("p", {
     class: "card-note",
     title: "This device cannot render the object\u2019s stiffness stably: the hand feels the device\u2019s limit",
   });
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
-  private readonly chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over the last seconds");
+  private readonly chart: StripChart;
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
   private readonly orders: UserOrders;
   private requested: Latency = { delay: 0, jitter: 0 };
 
-  constructor(user: number, setLatency: (latency: Latency) => void, order: (order: Order) => void) {
+  constructor(user: number, cursor: PlotCursor, setLatency: (latency: Latency) => void, order: (order: Order) => void, follow: () => void) {
+    this.chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over some seconds", cursor);
+    this.follow = el("button", { class: "button card-follow", text: "Follow", attrs: { type: "button", "aria-pressed": "false" }, on: { click: follow } });
     this.orders = new UserOrders(order);
     const send = (change: Partial<Latency>): void => {
       this.requested = { ...this.requested, ...change };
@@ -82,7 +90,7 @@ export class UserCard {
     this.body = el(
       "div",
       { class: "card-body", id: `card-${user}` },
-      this.chart.canvas,
+      this.chart.root,
       el(
         "dl",
         { class: "facts" },
@@ -91,7 +99,6 @@ export class UserCard {
         el("div", {}, el("dt", { title: "Gain of this user's local model; of the predictive one the object's own stiffness, or its device's limit" }, symbol("K", "h")), this.gain),
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
-      this.people,
       this.soft,
       this.latency.root,
       this.orders.root,
@@ -110,7 +117,7 @@ export class UserCard {
       icon("chevron"),
     );
     const bar = el("span", { class: "bar-track", attrs: { "aria-hidden": "true" } }, this.bar);
-    this.root = el("section", { class: "card", attrs: { "data-user": `${user}` } }, el("h3", { class: "card-title" }, this.toggle), bar, this.body);
+    this.root = el("section", { class: "card", attrs: { "data-user": `${user}` } }, el("div", { class: "card-line" }, el("h3", { class: "card-title" }, this.toggle), this.follow), bar, this.people, this.body);
   }
 
   open(open: boolean): void {
@@ -130,7 +137,12 @@ export class UserCard {
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
-  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live }: CardFacts): void {
+  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live, view }: CardFacts): void {
+    show(this.follow, !own && view !== "none");
+    say(this.follow, view === "followed" ? "Following" : "Follow");
+    this.follow.setAttribute("aria-pressed", `${view === "followed"}`);
+    this.follow.setAttribute("aria-label", view === "followed" ? `Following ${name}` : `Follow ${name}`);
+    this.follow.title = view === "followed" ? "Back to your own view" : `See what ${name} sees, until you turn the view`;
     // Nobody needs to put itself out.
     this.orders.write(name, muted, admin && !own);
     say(this.name, own ? `${name} (you)` : name);
@@ -170,8 +182,8 @@ export class UserCard {
     this.latency.jitter.set(Math.round(1e3 * user.latency.jitter));
   }
 
-  /** @param now Server's clock at the right edge [s]. */
-  draw(now: number, ink: Inks): void {
-    if (!this.body.hidden) this.chart.draw(this.trace, now, SPAN, ink);
+  /** @param scene Another than the last seconds: those of a replay. */
+  draw(now: number, ink: Inks, scene: Charted | null): void {
+    if (!this.body.hidden) this.chart.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
   }
 }

@@ -52,7 +52,7 @@ export class ForceTrace {
     c.clearRect(0, 0, width, HEIGHT);
     c.font = getComputedStyle(this.canvas).font;
     const high = Math.max(0, ...mine.forces, ...(other?.forces ?? []));
-    this.range = follow(this.range, { low: 0, high }, LEAST);
+    this.range = follow(this.range, { low: 0, high: Math.max(high, LEAST) }, LEAST);
     const y = linear(this.range, { low: HEIGHT - BOTTOM, high: TOP });
     scaleLines(c, this.range, y, width, ink);
     const pixels = { low: LEFT, high: width - RIGHT };

@@ -1,89 +1,118 @@
-/** Live plots on a canvas: lanes over one time axis, each with its scale, its lines and its name. */
+/** Plots on a canvas, live or of a replay: lanes over one time axis, each with its scale, its lines and its name, and a cursor that reads values. */
 
-import { digits, follow, linear, type Range, ticks } from "../../model/scale";
+import { follow, linear, type Range } from "../../model/scale";
 import { type Inks, sharpen } from "./canvas";
+import { moved, type PlotCursor, readout, valuesAt } from "./cursor";
+import { type Lane, UNKNOWN, withZero, written } from "./lanes";
+import { axis, dot, GAP, hatch, LEFT, RIGHT, rule, TOP, trace } from "./strokes";
 import type { TraceBuffer } from "./trace_buffer";
 
-export interface Line {
-  /** Column of the buffer. */
-  readonly column: number;
-  /** Custom property that holds the colour, or a colour. */
-  readonly colour: string;
-  readonly dashed?: boolean;
-  /** Written beside the lane's name where a lane has several lines. */
-  readonly name?: string;
-}
+const HINT = "Point at the plot to read its values.";
 
-export interface Lane {
-  readonly name: string;
-  readonly unit: string;
-  /** Factor from SI to the unit at the axis. */
-  readonly factor: number;
-  /** Least width of the scale, in SI. */
-  readonly least: number;
-  /** Zero stays in sight. */
-  readonly zero: boolean;
-  readonly height: number;
-  readonly lines: readonly Line[];
+/** What a chart shows. */
+export interface Charted {
+  readonly data: TraceBuffer;
+  /** Time at the right edge [s]. */
+  readonly end: number;
+  /** That the axis is long [s]. */
+  readonly span: number;
+  /** The time that a replay shows; null for none, where the right edge is now [s]. */
+  readonly shown: number | null;
 }
-
-const LEFT = 34;
-const RIGHT = 6;
-const TOP = 15;
-const GAP = 9;
-/** Longer between two samples, and nothing is known of what was between [s]. */
-export const UNKNOWN = 1;
-const HATCH = 6; // px between two lines of it
 
 export class StripChart {
-  readonly canvas = document.createElement("canvas");
+  readonly root = document.createElement("div");
+  private readonly canvas = document.createElement("canvas");
+  private readonly words = document.createElement("p");
   private readonly lanes: readonly Lane[];
   private readonly ranges: (Range | null)[];
-  readonly height: number;
+  private readonly height: number;
+  private readonly cursor: PlotCursor;
+  private last: readonly [Charted, Inks] | null = null;
 
-  constructor(lanes: readonly Lane[], label: string) {
+  /** @param cursor Shared by all charts of one time axis. */
+  constructor(lanes: readonly Lane[], label: string, cursor: PlotCursor) {
     this.lanes = lanes;
+    this.cursor = cursor;
     this.ranges = lanes.map(() => null);
     this.height = lanes.reduce((sum, lane) => sum + lane.height + TOP + GAP, 0);
     this.canvas.className = "plot";
     this.canvas.style.height = `${this.height}px`;
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", label);
+    this.canvas.tabIndex = 0;
+    for (const [name, value] of [["role", "slider"], ["aria-label", label], ["aria-valuemin", "0"], ["aria-valuemax", "1"], ["aria-valuenow", "1"], ["aria-valuetext", HINT]] as const) {
+      this.canvas.setAttribute(name, value);
+    }
+    this.canvas.addEventListener("pointermove", (event) => { this.point(event); });
+    this.canvas.addEventListener("pointerdown", (event) => { this.point(event); });
+    // A finger that is lifted leaves it where it was, to be read.
+    this.canvas.addEventListener("pointerleave", ({ pointerType }) => { if (pointerType === "mouse") this.put(null); });
+    this.canvas.addEventListener("keydown", (event) => {
+      if (this.last === null || event.ctrlKey || event.metaKey || event.altKey) return;
+      const next = moved(this.cursor.before, this.last[0].span, event.key, event.shiftKey);
+      if (next === undefined) return;
+      event.preventDefault();
+      event.stopPropagation(); // no key of the stage
+      this.put(next);
+    });
+    this.words.className = "plot-words";
+    this.words.textContent = HINT;
+    this.root.className = "chart";
+    this.root.append(this.canvas, this.words);
   }
 
-  /**
-   * @param now Time at the right edge [s].
-   * @param span That the axis is long [s].
-   */
-  draw(data: TraceBuffer, now: number, span: number, ink: Inks): void {
+  draw(scene: Charted, ink: Inks): void {
+    this.last = [scene, ink];
+    const { data, end, span, shown } = scene;
     const width = this.canvas.clientWidth;
     if (width === 0) return;
     const c = sharpen(this.canvas, width, this.height);
     if (c === null) return;
     c.clearRect(0, 0, width, this.height);
     c.font = getComputedStyle(this.canvas).font;
-    const x = linear({ low: now - span, high: now }, { low: LEFT, high: width - RIGHT });
+    const x = linear({ low: end - span, high: end }, { low: LEFT, high: width - RIGHT });
+    const read = this.cursor.before === null ? shown : end - this.cursor.before;
+    const values = read === null ? null : valuesAt(data, this.lanes, read);
     let top = 0;
     this.lanes.forEach((lane, i) => {
       const columns = lane.lines.map((line) => line.column);
-      const extent = data.range(columns, now - span);
+      const extent = data.range(columns, end - span);
       const range = follow(this.ranges[i] ?? null, withZero(extent, lane), lane.least);
       this.ranges[i] = range;
       const y = linear(range, { low: top + TOP + lane.height, high: top + TOP });
       axis(c, lane, range, y, width, top, ink);
-      for (const [from, to] of gaps(data, now - span, now)) hatch(c, x(from), x(to), top + TOP, lane.height, ink);
-      for (const line of lane.lines) trace(c, data, line, x, y, now - span, ink);
+      for (const [from, to] of gaps(data, end - span, end)) hatch(c, x(from), x(to), top + TOP, lane.height, ink);
+      for (const line of lane.lines) trace(c, data, line, x, y, end - span, ink);
+      if (read !== null) lane.lines.forEach((line, k) => { dot(c, x(read), y(values?.[i]?.[k] ?? Number.NaN), ink.get(line.colour)); });
       top += TOP + lane.height + GAP;
     });
+    if (shown !== null) rule(c, x(shown), this.height, ink.get("--busy"), []);
+    if (read !== null && read !== shown) rule(c, x(read), this.height, ink.get("--ink"), [3, 2]);
+    const words = read === null || values === null ? HINT : readout(this.lanes, values, when(end - read, shown, read));
+    if (this.words.textContent !== words) this.words.textContent = words;
+  }
+
+  private point(event: PointerEvent): void {
+    if (this.last === null) return;
+    const share = (event.offsetX - LEFT) / Math.max(1, this.canvas.clientWidth - LEFT - RIGHT);
+    this.put(this.last[0].span * (1 - Math.min(1, Math.max(0, share))));
+  }
+
+  /** The cursor to so many seconds before the right edge, or away. */
+  private put(before: number | null): void {
+    this.cursor.before = before;
+    if (this.last === null) return;
+    this.draw(...this.last);
+    // Said when it is moved, not each time that a plot goes on under it.
+    this.canvas.setAttribute("aria-valuenow", before === null ? "1" : (1 - before / this.last[0].span).toFixed(3));
+    this.canvas.setAttribute("aria-valuetext", this.words.textContent);
   }
 }
 
-/** The range that a lane shows: its data with zero, and no less than its least width. */
-export function withZero(extent: Range | null, lane: Pick<Lane, "zero" | "least">): Range {
-  const data = extent ?? { low: 0, high: 0 };
-  const low = lane.zero ? Math.min(0, data.low) : data.low;
-  const high = lane.zero ? Math.max(0, data.high) : data.high;
-  return { low, high: Math.max(high, low + lane.least) };
+/** Of a cursor: before now, or beside the moment that a replay shows. */
+function when(before: number, shown: number | null, read: number): string {
+  if (shown === null) return `${written(before, 2)}\u202fs ago`;
+  if (read === shown) return "Here";
+  return `${written(Math.abs(read - shown), 2)}\u202fs ${read < shown ? "before" : "after"}`;
 }
 
 /** Spans of [since, now] in which no sample was taken, though there were some before. */
@@ -97,100 +126,4 @@ export function gaps(data: TraceBuffer, since: number, now: number): [number, nu
   data.each(0, -Infinity, upTo);
   upTo(now);
   return found;
-}
-
-/** Slanted lines over what is not known. */
-function hatch(c: CanvasRenderingContext2D, left: number, right: number, top: number, height: number, ink: Inks): void {
-  c.save();
-  c.beginPath();
-  c.rect(left, top, right - left, height);
-  c.clip();
-  c.strokeStyle = ink.get("--line-2");
-  c.lineWidth = 1;
-  c.beginPath();
-  for (let x = left - height; x < right; x += HATCH) {
-    c.moveTo(x, top + height);
-    c.lineTo(x + height, top);
-  }
-  c.stroke();
-  c.restore();
-}
-
-function axis(
-  c: CanvasRenderingContext2D,
-  lane: Lane,
-  range: Range,
-  y: (v: number) => number,
-  width: number,
-  top: number,
-  ink: Inks,
-): void {
-  c.fillStyle = ink.text;
-  c.textBaseline = "middle";
-  c.textAlign = "left";
-  c.fillText(`${lane.name}, ${lane.unit}`, LEFT, top + 6);
-  key(c, lane, width, top, ink);
-  c.textAlign = "right";
-  c.lineWidth = 1;
-  const marks = ticks({ low: lane.factor * range.low, high: lane.factor * range.high }, lane.height > 50 ? 3 : 2);
-  const places = digits((marks[1] ?? 1) - (marks[0] ?? 0));
-  for (const mark of marks) {
-    const at = Math.round(y(mark / lane.factor)) + 0.5;
-    c.strokeStyle = ink.faint;
-    c.beginPath();
-    c.moveTo(LEFT, at);
-    c.lineTo(width - RIGHT, at);
-    c.stroke();
-    c.fillText(mark.toFixed(places).replace("-", "\u2212"), LEFT - 6, at);
-  }
-}
-
-/** Names of several lines, each after a piece of it, from the right. */
-function key(c: CanvasRenderingContext2D, lane: Lane, width: number, top: number, ink: Inks): void {
-  let right = width - RIGHT;
-  for (const line of lane.lines) {
-    if (line.name === undefined) continue;
-    right -= c.measureText(line.name).width;
-    c.fillText(line.name, right, top + 6);
-    c.strokeStyle = ink.get(line.colour);
-    c.lineWidth = 1.6;
-    c.setLineDash(line.dashed === true ? [3, 2.5] : []);
-    c.beginPath();
-    c.moveTo(right - 18, top + 6);
-    c.lineTo(right - 4, top + 6);
-    c.stroke();
-    c.setLineDash([]);
-    right -= 30;
-  }
-}
-
-function trace(
-  c: CanvasRenderingContext2D,
-  data: TraceBuffer,
-  line: Line,
-  x: (t: number) => number,
-  y: (v: number) => number,
-  since: number,
-  ink: Inks,
-): void {
-  c.strokeStyle = ink.get(line.colour);
-  c.lineWidth = line.dashed === true ? 1.2 : 1.6;
-  c.setLineDash(line.dashed === true ? [3, 2.5] : []);
-  c.lineJoin = "round";
-  c.beginPath();
-  let pen = false;
-  let last = -Infinity;
-  data.each(line.column, since, (time, value) => {
-    if (time - last > UNKNOWN) pen = false;
-    last = time;
-    if (Number.isNaN(value)) {
-      pen = false;
-      return;
-    }
-    if (pen) c.lineTo(x(time), y(value));
-    else c.moveTo(x(time), y(value));
-    pen = true;
-  });
-  c.stroke();
-  c.setLineDash([]);
 }

@@ -1,6 +1,6 @@
 /** The dialog with the address of this room: to be read, photographed, copied or sent. */
 
-import { addressesToShare } from "../../share/addresses";
+import { addressesToShare, framesOf, frameWords } from "../../share/addresses";
 import { el, say, show } from "../dom";
 import { icon } from "../icons";
 import { qrPicture } from "./qr";
@@ -18,6 +18,9 @@ export class ShareDialog {
   private readonly words = el("p", { class: "fine", attrs: { role: "status" } });
   private readonly copied: HTMLButtonElement;
   private readonly sent: HTMLButtonElement;
+  private readonly frameNote = el("p", { class: "fine" });
+  private readonly frameWords = el("input", { class: "share-frame-words", attrs: { type: "text", readonly: "", "aria-label": "Words for a page that shows this one in a frame" } });
+  private readonly frame: HTMLElement;
   private readonly found: HTMLElement;
 
   /**
@@ -30,8 +33,9 @@ export class ShareDialog {
     this.copied = press("Copy", "", () => { this.copy(); });
     this.sent = press("Send\u2026", "primary", () => { this.send(); });
     this.others.addEventListener("change", () => { this.pick(this.others.value); });
-    this.address.addEventListener("focus", () => { this.address.select(); });
-    this.found = el("div", { class: "share-found" }, this.picture, this.others, this.address, el("div", {}, this.copied, " ", this.sent));
+    for (const field of [this.address, this.frameWords]) field.addEventListener("focus", () => { field.select(); });
+    this.frame = el("div", { class: "share-frame" }, this.frameNote, this.frameWords);
+    this.found = el("div", { class: "share-found" }, this.picture, this.others, this.address, el("div", {}, this.copied, " ", this.sent), this.frame);
     this.root = el("dialog", { class: "dialog", attrs: { "aria-labelledby": "share-title" } },
       el("button", { class: "icon-button dialog-close", attrs: { type: "button", "aria-label": "Close" }, on: { click: () => { this.root.close(); } } }, icon("close")),
       el("h2", { id: "share-title", text: "Invite somebody" }), this.found, this.words);
@@ -46,8 +50,11 @@ export class ShareDialog {
       return;
     }
     show(this.found, false);
+    show(this.frame, false);
     say(this.words, "");
     this.root.showModal();
+    // The server says it with each answer, to the browser; it is asked as a browser would be.
+    fetch(this.page).then((answer) => { this.offerFrame(framesOf(answer.headers.get("Content-Security-Policy") ?? "")); }, () => undefined);
     const ask = async (url: string): Promise<string> => {
       const answer = await fetch(url);
       if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
@@ -72,8 +79,15 @@ export class ShareDialog {
     say(this.words, this.invited() ? NEEDS : ASIDE);
   }
 
+  /** @param origins Of the pages that may show this one. */
+  private offerFrame(origins: readonly string[]): void {
+    show(this.frame, origins.length > 0);
+    say(this.frameNote, `To show it in a page of ${origins.join(" or ")}, copy this into that page:`);
+  }
+
   private pick(address: string): void {
     this.address.value = address;
+    this.frameWords.value = frameWords(address);
     this.picture.replaceChildren(qrPicture(address));
     say(this.copied, "Copy");
   }

@@ -75,6 +75,16 @@ export function goal(finger: Finger, now: number, radius: number): Vec3 {
   return along(finger.surface, finger.offset + height * radius, finger.normal);
 }
 
+/** Move the tip straight away from the body for `dt`, until it is `far` from its middle [m]. */
+export function depart(tip: Vec3, towards: Vec3, center: Vec3, radius: number, far: number, dt: number): Vec3 {
+  const from = sub(tip, center);
+  const [height, out] = [norm(from), dot(from, towards)];
+  if (height >= far) return tip;
+  // To the sphere, along the line: the larger root of |from + s towards| = far.
+  const left = -out + Math.sqrt(out * out + far * far - height * height);
+  return along(tip, Math.min(left, SPEED * radius * dt), towards);
+}
+
 /**
  * Move the tip towards its goal for `dt`.
  *

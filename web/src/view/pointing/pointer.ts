@@ -6,6 +6,10 @@ import { DEPTH, penDepth } from "./finger";
 export interface PointerActions {
   /** Begin to press at a point of the window; false where there is no body or nobody touches. */
   press(x: number, y: number): boolean;
+  /** Point at what is there; false where there is nothing, or one may not. */
+  point(x: number, y: number): boolean;
+  /** Whether the next press points and does nothing else. */
+  pointing(): boolean;
   slide(x: number, y: number): void;
   hover(x: number, y: number): void;
   release(): void;
@@ -20,6 +24,10 @@ export interface PointerActions {
 }
 
 const TURN = 0.0065; // rad for a pixel
+const TWICE = 350; // ms between two presses at one place that point at it
+const HELD = 600; // ms of a press that holds nothing, and points therefore
+const SAME = 16; // px that a finger may be off
+const FIRST = 1; // of the buttons, as bits
 const DEEPER = 0.002; // radii of the body for a pixel
 
 interface Position {
@@ -36,10 +44,13 @@ export function attachPointer(canvas: HTMLElement, actions: PointerActions): () 
   canvas.addEventListener("pointermove", (event) => { pointers.move(event); }, { signal });
   canvas.addEventListener("pointerup", (event) => { pointers.up(event); }, { signal });
   canvas.addEventListener("pointercancel", (event) => { pointers.up(event); }, { signal });
+  // After this no event of the pointer need come here, not even its end.
+  canvas.addEventListener("lostpointercapture", (event) => { pointers.up(event); }, { signal });
   canvas.addEventListener("contextmenu", (event) => { event.preventDefault(); }, { signal });
   canvas.addEventListener("wheel", (event) => { pointers.wheel(event); }, { signal, passive: false });
   return () => {
     stop.abort();
+    pointers.drop();
   };
 }
 
@@ -48,6 +59,9 @@ class Pointers {
   private readonly positions = new Map<number, Position>();
   /** The pointer that presses; null while the view is turned. */
   private finger: number | null = null;
+  private last = { x: 0, y: 0, at: -Infinity };
+  /** Of a press that may become one that points by being held. */
+  private holding = 0;
 
   constructor(
     private readonly canvas: HTMLElement,
@@ -60,30 +74,45 @@ class Pointers {
     this.canvas.focus({ preventScroll: true });
     this.positions.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.actions.took();
+    const { last } = this;
+    const twice = event.timeStamp - last.at < TWICE && Math.hypot(event.clientX - last.x, event.clientY - last.y) < SAME;
+    this.last = { x: event.clientX, y: event.clientY, at: event.timeStamp };
+    const alone = this.positions.size === 1 && event.button === 0;
+    if (alone && this.actions.pointing()) {
+      this.actions.point(event.clientX, event.clientY);
+      return;
+    }
+    if (alone && twice) this.actions.point(event.clientX, event.clientY);
     const mayPress = this.positions.size === 1 && event.button === 0 && !event.altKey;
     if (mayPress && this.actions.press(event.clientX, event.clientY)) {
       this.finger = event.pointerId;
       this.pen(event);
+    } else if (alone) {
+      // Who may not touch, or has no hand to press with, points with a long press.
+      this.holding = window.setTimeout(() => { this.actions.point(event.clientX, event.clientY); }, HELD);
     }
   }
 
   move(event: PointerEvent): void {
-    const { actions, positions, finger } = this;
+    const { actions, positions } = this;
     const before = positions.get(event.pointerId);
     if (before === undefined) {
       if (event.pointerType !== "touch") actions.hover(event.clientX, event.clientY);
       return;
     }
+    if (Math.hypot(event.clientX - this.last.x, event.clientY - this.last.y) > SAME) clearTimeout(this.holding);
+    // Of several buttons of a mouse or a pen (its tip is the first) the first that goes down and the last that goes up are told alone; the others in moves.
+    if (this.finger === event.pointerId && event.pointerType !== "touch" && (event.buttons & FIRST) === 0) this.letGo();
     const dx = event.clientX - before.x;
     const dy = event.clientY - before.y;
     const spread = distance(positions);
     before.x = event.clientX;
     before.y = event.clientY;
-    if (finger === event.pointerId) {
+    if (this.finger === event.pointerId) {
       this.pen(event);
       if (event.shiftKey) actions.deeper(DEEPER * dy);
       else actions.slide(event.clientX, event.clientY);
-    } else if (finger !== null) {
+    } else if (this.finger !== null) {
       // A second finger beside the one that presses: down is deeper.
       actions.deeper(DEEPER * dy);
     } else if (positions.size === 2 && spread > 0) {
@@ -96,7 +125,18 @@ class Pointers {
 
   up(event: PointerEvent): void {
     this.positions.delete(event.pointerId);
-    if (this.finger !== event.pointerId) return;
+    clearTimeout(this.holding);
+    if (this.finger === event.pointerId) this.letGo();
+  }
+
+  /** Nothing is heard of the pointers any more: what they held is let go of. */
+  drop(): void {
+    this.positions.clear();
+    clearTimeout(this.holding);
+    if (this.finger !== null) this.letGo();
+  }
+
+  private letGo(): void {
     this.finger = null;
     this.actions.release();
   }

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { gaps, withZero } from "../../../src/ui/plots/strip_chart";
+import { withZero } from "../../../src/ui/plots/lanes";
+import { gaps } from "../../../src/ui/plots/strip_chart";
 import { TraceBuffer } from "../../../src/ui/plots/trace_buffer";
 
 describe("a lane", () => {

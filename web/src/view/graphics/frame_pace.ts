@@ -18,7 +18,10 @@ export function isSoftware(renderer: string): boolean {
 export class FramePace {
   /** Pixels drawn for one of the window. */
   ratio: number;
+  /** Whether the last picture has still to be counted. */
   private drew = false;
+  /** Since that was begun [s]. */
+  private took = 0;
   private pictures = 0;
   private cost = 0;
   private rest = 0;
@@ -36,14 +39,21 @@ export class FramePace {
    *
    * @param dt Since the beginning of the one before: what that took, if something was drawn [s].
    * @param wanted Whether there is something to draw.
+   * @param drawing Whether the graphics still draw the picture before, and the page does not wait for them.
    * @returns Whether it is drawn now.
    */
-  next(dt: number, wanted: boolean): boolean {
-    if (this.drew) this.spare(dt);
-    if (this.software) this.rest = this.drew ? Math.min(dt, LONGEST_REST) : this.rest - dt;
-    this.drew = wanted && this.rest <= 0;
-    if (this.drew) this.pictures += 1;
-    return this.drew;
+  next(dt: number, wanted: boolean, drawing = false): boolean {
+    if (this.drew) {
+      this.took += dt;
+      if (drawing) return false;
+      this.drew = false;
+      this.spare(this.took);
+      this.rest = this.software ? Math.min(this.took, LONGEST_REST) : 0;
+    } else this.rest -= dt;
+    if (!wanted || this.rest > 0) return false;
+    [this.drew, this.took] = [true, 0];
+    this.pictures += 1;
+    return true;
   }
 
   private spare(seconds: number): void {

@@ -1,9 +1,9 @@
 import { describe, expect, test } from "vitest";
 import type { RestMesh } from "../../src/model/body";
 import { pressure } from "../../src/watch/pressure";
-import { quadratureOf } from "../../src/watch/quadrature";
+import { quadratureOf } from "../../src/model/quadrature";
 import { expectClose } from "../close";
-import { example, type Ring } from "./forces";
+import { example, type Ring } from "../watch/forces";
 
 /** A ring of squares cut in two, as `test_forces_vector.py` makes it. */
 function ringOf({ along, round, radius, tube }: Ring): RestMesh {

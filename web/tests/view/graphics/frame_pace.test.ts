@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { FramePace, isSoftware } from "../../src/view/frame_pace";
+import { FramePace, isSoftware } from "../../../src/view/graphics/frame_pace";
 
 const FRAME = 1 / 60; // s
 
@@ -39,6 +39,22 @@ describe("a machine that draws in software", () => {
     const free = FRAME * (drawn.length - pictures);
     expect(free / busy).toBeGreaterThan(0.9);
     expect(free / busy).toBeLessThan(1.3);
+  });
+
+  it("begins no picture while the one before is drawn, and counts all of that as its time", () => {
+    const pace = new FramePace(true, 2);
+    expect(pace.next(FRAME, true)).toBe(true);
+    for (let i = 0; i < 5; i++) expect(pace.next(FRAME, true, true)).toBe(false);
+    let rests = 0;
+    while (!pace.next(FRAME, true)) rests += 1;
+    expect(rests).toBeGreaterThanOrEqual(5);
+    expect(rests).toBeLessThanOrEqual(7);
+  });
+
+  it("draws fewer pixels where pictures take long that nobody waits for", () => {
+    const pace = new FramePace(true, 2);
+    for (let i = 0; i < 600; i++) pace.next(FRAME, true, i % 16 !== 0);
+    expect(pace.ratio).toBe(0.6);
   });
 
   it("never rests so long that the picture stands still", () => {

@@ -1,7 +1,7 @@
 /** Points spread evenly over the resting surface, for pressures that do not end at a vertex; `mesh/surface.py`. */
 
-import type { RestMesh } from "../model/body";
-import { scale, type Vec3 } from "../model/vec";
+import type { RestMesh } from "./body";
+import { scale, type Vec3 } from "./vec";
 
 /** Each face carries so many points, squared: the centroids of equal triangles. */
 const SPLIT = 3;

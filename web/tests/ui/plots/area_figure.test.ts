@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { UserState } from "../../../src/model/scene";
-import { areaWords } from "../../../src/ui/cards/area_card";
+import { areaWords } from "../../../src/ui/plots/area_figure";
 import { user } from "../../users";
 
 describe("the words under the area", () => {

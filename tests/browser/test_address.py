@@ -1,0 +1,72 @@
+"""Rubbish in the address: the page opens, is one of ours, and runs nothing that came with it."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import Dialog
+
+from tests.browser.conftest import Open
+from tests.browser.room import Room
+from tests.browser.visitor import Look
+
+pytestmark = pytest.mark.patient
+
+PEOPLE = Look(640, 480, engineer=False)
+SCRIPT = "%3Cscript%3Ealert(1)%3C/script%3E%3Cimg%20src=x%20onerror=alert(1)%3E"
+LONG = "A" * 7000  # a server takes 8 kB of an address
+RUBBISH = [
+    "?view=NaN", "?view=", f"?view={SCRIPT}", f"?view={LONG}", "?view=__proto__",
+    "?follow=NaN", "?follow=-1", f"?follow={SCRIPT}", f"?follow={LONG}", "?follow=&follow=ann",
+    "?name=", f"?name={SCRIPT}", f"?name={LONG}", "?name=%00%0a%E2%80%AE", "?name=%FF%FE",
+    "?name=%", "?name=a&name=b&name=", "?room=../../etc/passwd", "?&&&===;;;", "?%00=%00",
+    f"#token={SCRIPT}", f"#token={LONG}", "#token=", "#token=a&token=b", f"#{LONG}",
+]  # fmt: skip
+
+
+def test_rubbish_in_the_address_is_no_trouble(visitors: Open, room: Room) -> None:
+    ann = visitors(PEOPLE)
+    asked: list[str] = []
+
+    def ask(dialog: Dialog) -> None:
+        asked.append(dialog.message)
+        dialog.dismiss()
+
+    ann.page.on("dialog", ask)
+    for rubbish in RUBBISH:
+        ann.page.goto("about:blank")  # else a fragment alone would load nothing
+        ann.visit(room.address + rubbish)
+        name = ann.page.input_value(".name")
+        assert 1 <= len(name) <= 32, rubbish
+        assert name.isprintable(), rubbish
+        assert "token" not in ann.page.url, rubbish
+        # But for a word of a busy server's silence, which goes by itself.
+        notice = ann.notice
+        assert notice == "" or "No word from the server" in notice, rubbish
+        ann.until(lambda: ann.notice == "", rubbish)
+        assert ann.page.locator("img, .stage script").count() == 0, rubbish
+        assert ann.page.evaluate("document.documentElement.scrollWidth") <= PEOPLE.width, rubbish
+    assert asked == []
+    # The last of them touches as anybody does.
+    ann.press(right=0.1)
+    ann.until(lambda: ann.force > 0.3, "a force")
+    ann.release()
+
+
+def test_the_first_of_several_names_counts_and_a_script_is_a_name(
+    visitors: Open, room: Room
+) -> None:
+    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
+    bob.visit(room.address)
+    ann.visit(f"{room.address}?name=%3Cb%3Eann%3C/b%3E&name=other")
+    ann.page.click(".touch-button")
+    ann.until(lambda: ann.doing() == "in the air", "the hand")
+    bob.until(lambda: bob.text(".card-name") == "<b>ann</b>", "the name as it was written")
+    assert bob.page.locator(".panel b").count() == 0
+
+
+def test_a_level_that_is_none_leaves_the_visitors_own(visitors: Open, room: Room) -> None:
+    ann = visitors(Look(640, 480, engineer=True))
+    for asked, engineer in (("NaN", True), ("", True), ("people", False), ("engineer", True)):
+        ann.visit(f"{room.address}?view={asked}")
+        level = ann.page.locator(".level")
+        assert level.get_attribute("aria-pressed") == str(engineer).lower(), asked

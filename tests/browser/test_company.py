@@ -1,0 +1,147 @@
+"""Who else is here: how many watch, whose view is followed, who points; by mouse and by keys."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.browser.conftest import Open, Serve
+from tests.browser.room import Room
+from tests.browser.test_sizes import OUT
+from tests.browser.visitor import SMALL, Look, Visitor
+
+pytestmark = pytest.mark.patient
+
+PEOPLE = Look(SMALL.width, SMALL.height, engineer=False)
+# The page itself notes whose marks it shows: one is gone after five seconds, in which a busy
+# machine may not come to look.
+_NOTES_MARKS = """() => {
+  window.marksSeen = new Set();
+  const look = () => {
+    for (const mark of document.querySelectorAll(".label.mark"))
+      if (mark.checkVisibility({ visibilityProperty: true })) marksSeen.add(mark.innerText);
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+
+
+def follow(visitor: Visitor, name: str) -> None:
+    """Press the button of somebody's card."""
+    button = visitor.page.get_by_role("button", name=f"Follow {name}", exact=True)
+    visitor.until(button.is_visible, f"a view of {name} to follow")
+    button.click()
+    visitor.until(lambda: visitor.text(".pill-words") == f"You see what {name} sees.", "it")
+
+
+def marks_seen(visitor: Visitor) -> list[str]:
+    """Whose marks were seen since `_NOTES_MARKS` began."""
+    return list(visitor.page.evaluate("[...marksSeen]"))
+
+
+def apart(one: Visitor, other: Visitor) -> float:
+    """How far two pages look from different directions [degrees], or from different distances."""
+    (azimuth, *rest), (other_azimuth, *other_rest) = view_of(one), view_of(other)
+    turned = abs((azimuth - other_azimuth + 180.0) % 360.0 - 180.0)
+    return turned + sum(abs(a - b) for a, b in zip(rest, other_rest, strict=True))
+
+
+def view_of(visitor: Visitor) -> list[float]:
+    """From where the picture on the screen was taken: azimuth, elevation [degrees], distance."""
+    words = visitor.page.locator(".stage-canvas").get_attribute("data-view") or ""
+    return [float(word) for word in words.split()]
+
+
+def test_a_view_is_followed_until_it_is_turned_and_may_be_refused(
+    visitors: Open, room: Room
+) -> None:
+    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
+    ann.visit(room.address)
+    ann.take_part("ann")
+    bob.visit(f"{room.address}?name=bob")
+    bob.until(lambda: bob.text(".company-watching") == "1 watching", "bob to be counted")
+    follow(bob, "ann")
+    ann.until(lambda: ann.text(".pill-words") == "bob (watching) sees what you see.", "word of it")
+    for page in (ann, bob):
+        page.page.screenshot(path=OUT / f"follow-{'ann' if page is ann else 'bob'}.png")
+    before = view_of(bob)
+    ann.turn(1.2)
+    ann.until(lambda: abs(view_of(ann)[0] - before[0]) > 68.0, "ann's view to have turned")
+    ann.until(lambda: apart(ann, bob) < 0.3, "the same view")
+    assert abs(view_of(bob)[0] - before[0]) > 60.0
+    # A turn of one's own ends it, and the other is told.
+    bob.turn(-0.6)
+    bob.until(lambda: bob.text(".pill") == "", "the end")
+    bob.until(lambda: apart(ann, bob) > 30.0, "bob's own view")
+    ann.until(lambda: ann.text(".pill") == "", "word of the end")
+    follow(bob, "ann")
+    ann.page.get_by_role("button", name="Keep my view to myself").click()
+    bob.until(lambda: bob.text(".pill-words") == "ann keeps its view to itself.", "the refusal")
+    bob.until(lambda: not bob.page.locator(".card-follow").is_visible(), "no button any more")
+    assert not ann.page.get_by_label("Others may follow my view").is_checked()
+    ann.page.get_by_label("Others may follow my view").check()
+    follow(bob, "ann")
+    ann.leave()
+    bob.until(lambda: bob.text(".for-ears") == "ann has left.", "word that ann has left")
+    bob.until(lambda: not bob.text(".pill-words").startswith("You see"), "the view to be bob's own")
+
+
+def test_everybody_sees_and_hears_who_points(visitors: Open, room: Room) -> None:
+    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
+    ann.visit(room.address)
+    ann.take_part("ann")
+    bob.visit(f"{room.address}?name=bob")
+    bob.until(lambda: bob.page.locator(".company-point").is_visible(), "the button")
+    bob.page.click(".company-point")
+    bob.until(lambda: bob.text(".pill-words") == "Press where you want to point.", "the line")
+    for visitor in (ann, bob):
+        visitor.page.evaluate(_NOTES_MARKS)
+    bob.press()
+    bob.release()
+    bob.until(lambda: marks_seen(ann) == marks_seen(bob) == ["bob (watching)"], "the mark")
+    # To point is not to touch: there is the card of ann alone.
+    assert bob.page.locator(".card:not(.area-card)").count() == 1
+    ears = ann.page.locator(".for-ears")
+    ann.until(lambda: ears.text_content() == "bob (watching) points at the object.", "the words")
+    ann.until(lambda: ann.text(".label.mark") == "", "the mark to go")
+
+    at = ann.press()
+    ann.release()
+
+    def twice() -> bool:
+        # At once: two that are more than 350 ms apart do not belong together.
+        ann.page.mouse.dblclick(*at)
+        return "ann" in marks_seen(bob)
+
+    bob.until(twice, "the mark of two presses")
+
+
+def test_all_of_it_by_keys(visitors: Open, room: Room) -> None:
+    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
+    ann.visit(room.address)
+    ann.take_part("ann")
+    bob.visit(room.address)
+    bob.until(lambda: bob.page.locator(".card-follow").is_visible(), "a view to follow")
+    bob.page.keyboard.press("Tab")  # from the address bar
+    bob.page.keyboard.press("v")
+    bob.until(lambda: bob.text(".pill-words") == "You see what ann sees.", "to follow")
+    ann.page.evaluate(_NOTES_MARKS)
+    bob.page.keyboard.press("p")
+    ann.until(lambda: any(one.endswith("(watching)") for one in marks_seen(ann)), "the mark")
+    bob.page.keyboard.press("v")
+    bob.until(lambda: bob.text(".pill") == "", "the own view")
+    bob.page.keyboard.press("t")
+    bob.until(lambda: bob.doing() == "in the air", "the hand")
+    bob.page.keyboard.down(" ")
+    assert bob.steady_force() > 0.2
+    bob.page.keyboard.up(" ")
+
+
+def test_where_watchers_may_not_point_there_is_no_button(visitors: Open, serve: Serve) -> None:
+    room = serve("--no-watchers-point")
+    bob = visitors(PEOPLE)
+    bob.visit(room.address)
+    bob.until(lambda: bob.text(".company-watching") == "1 watching", "the company")
+    assert not bob.page.locator(".company-point").is_visible()
+    assert re.search(r"Point", bob.text(".company")) is None

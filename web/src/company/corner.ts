@@ -1,0 +1,77 @@
+/** The company's place on the page: what it consists of comes once a server tells of company. */
+
+import type { Vec3 } from "../model/vec";
+import { el } from "../ui/dom";
+import type { CompanyPlace } from "./place";
+import type { Surroundings } from "./surroundings";
+
+export class CompanyCorner {
+  /** Over the stage, and in the panel. */
+  readonly pill = el("div", { class: "pill-place" });
+  readonly bar = el("div", { class: "company-place" });
+  private place: CompanyPlace | null = null;
+  private loading = false;
+  /** What the visitor asked for while the place was on its way; the newest alone. */
+  private wish: ((place: CompanyPlace) => void) | null = null;
+
+  constructor(private readonly page: Surroundings) {}
+
+  /** Whether the next press points and does nothing else. */
+  get armed(): boolean {
+    return this.place?.armed ?? false;
+  }
+
+  /** Whom this page follows; null for nobody. */
+  get following(): number | null {
+    return this.place?.following ?? null;
+  }
+
+  /** Follow a user, or nobody where that one is followed already. */
+  toggle(user: number): void {
+    this.ask((place) => { place.follow(place.following === user ? null : user); });
+  }
+
+  followNext(): void {
+    this.ask((place) => { place.followNext(); });
+  }
+
+  /** The visitor has moved the view. */
+  moved(): void {
+    this.place?.moved();
+  }
+
+  /** Show everybody the place that a ray meets; false where it meets none, or this visitor may not. */
+  point(origin: Vec3, direction: Vec3): boolean {
+    return this.place?.point(origin, direction, performance.now() / 1000) ?? false;
+  }
+
+  /** At every picture. */
+  frame(): void {
+    this.place?.frame();
+  }
+
+  /** Some times a second. */
+  update(now: number): void {
+    if (this.place !== null) this.place.update(now);
+    else if (this.page.store().company.state !== null) this.load();
+  }
+
+  private ask(wish: (place: CompanyPlace) => void): void {
+    if (this.place !== null) wish(this.place);
+    else this.wish = wish;
+  }
+
+  private load(): void {
+    if (this.loading) return;
+    this.loading = true;
+    import("./place").then(({ CompanyPlace }) => {
+      this.place = new CompanyPlace(this.page, location.search);
+      this.pill.append(this.place.pill.root);
+      this.bar.append(this.place.bar.root);
+      this.wish?.(this.place);
+      this.wish = null;
+    }, () => {
+      this.loading = false; // to be asked for again
+    });
+  }
+}

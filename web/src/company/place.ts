@@ -1,0 +1,164 @@
+/** The company on the page: follows a view, lets others follow this one, points. Comes when there is something to watch. */
+
+import { type Aim, type CompanyLink, MARK_LASTS } from "../model/company";
+import type { Vec3 } from "../model/vec";
+import { keep, recall } from "../ui/theme";
+import { FARTHEST, NEAREST, type Orbit, STEEPEST } from "../view/orbit";
+import { CompanyBar } from "./bar";
+import { Pill, type PillLine } from "./pill";
+import type { Surroundings } from "./surroundings";
+import { followerWords, pointedWords } from "./words";
+
+const OPEN = "cohaptic.open";
+const TOLD_FOR = 6; // s for which a refusal is seen
+const POINT_EVERY = 1; // s between two presses that point; the server allows one in two seconds, and four at once
+const FEEL = 1e-3; // rad, or radii: a view that differs by less is the same
+
+export class CompanyPlace {
+  readonly pill = new Pill();
+  readonly bar: CompanyBar;
+  /** The next press points. */
+  armed = false;
+  private open = recall(OPEN) !== "no";
+  private shown: CompanyLink["aimed"] = null;
+  private sent: Aim | null = null;
+  private followers = "";
+  private spoken = -Infinity;
+  private pointed = -Infinity;
+  /** Until the server has heard that the view is one's own again. */
+  private own = false;
+  /** Whom the address asks to follow, once they are here. */
+  private wanted: string | null;
+
+  constructor(private readonly page: Surroundings, search: string) {
+    this.wanted = new URLSearchParams(search).get("follow");
+    this.bar = new CompanyBar(() => { this.armed = !this.armed; }, (open) => {
+      this.open = open;
+      keep(OPEN, open ? "yes" : "no");
+    });
+  }
+
+  private get link(): CompanyLink {
+    return this.page.store().company;
+  }
+
+  /** Number of the own hand; 0 without one. */
+  private get user(): number {
+    const state = this.page.own.state;
+    return state?.phase === "joined" ? state.user : 0;
+  }
+
+  /** Whom this page follows; null for nobody. */
+  get following(): number | null {
+    return this.own ? null : (this.link.state?.following ?? null);
+  }
+
+  /** See what a user sees, or end that. */
+  follow(user: number | null): void {
+    this.own = user === null;
+    this.wanted = null;
+    this.link.follow(user);
+  }
+
+  /** The visitor has turned or zoomed the view: it is its own again. */
+  moved(): void {
+    if (this.following !== null) this.follow(null);
+  }
+
+  /** The next of those who may be followed, after the last one nobody. */
+  followNext(): void {
+    const state = this.link.state;
+    const others = (state?.open ?? []).filter((user) => user !== this.user);
+    const at = this.following === null ? -1 : others.indexOf(this.following);
+    this.follow(others[at + 1] ?? null);
+    if (others.length === 0) this.page.speak("There is nobody whose view you could follow.");
+  }
+
+  /**
+   * Point where a ray meets the object.
+   *
+   * @returns Whether it meets it, which a press that was to point is used up by.
+   */
+  point(origin: Vec3, direction: Vec3, now: number): boolean {
+    const place = this.page.own.placeAt(origin, direction);
+    if (place === null || this.link.state?.may_point !== true) return false;
+    this.armed = false;
+    if (now - this.pointed < POINT_EVERY) return true;
+    this.pointed = now;
+    this.link.point(place);
+    return true;
+  }
+
+  /** At every picture: the view goes where the followed one looks. */
+  frame(): void {
+    const { aimed } = this.link;
+    const stage = this.page.stage();
+    if (aimed === this.shown || stage === null) return;
+    this.shown = aimed;
+    if (aimed !== null && aimed.user === this.following) stage.goTo(within(aimed));
+  }
+
+  /** Some times a second: words, and what others are to know. */
+  update(now: number): void {
+    const link = this.link;
+    const { state } = link;
+    const { user } = this;
+    const name = this.page.name();
+    link.present({ name, user: user > 0 ? user : null, open: user > 0 && this.open, ...(user > 0 ? { key: this.page.key } : {}) });
+    if (state?.following === null) this.own = false;
+    this.followWanted();
+    const followers = followerWords(state?.followers ?? []);
+    if (followers !== this.followers) {
+      if (followers === "" && state !== null) this.page.speak("Nobody sees what you see any more.");
+      this.followers = followers;
+      this.sent = null; // who has come anew knows nothing yet
+    }
+    this.tellAim(state?.followers.length ?? 0);
+    this.bar.update(state, user > 0, this.open, this.armed);
+    for (const mark of link.marks) {
+      if (mark.at <= this.spoken || now - mark.at > MARK_LASTS) continue;
+      this.page.speak(pointedWords(mark, mark.user !== null && mark.user === user));
+    }
+    this.spoken = link.marks.at(-1)?.at ?? this.spoken;
+    this.pill.set(this.line(now));
+  }
+
+  private followWanted(): void {
+    if (this.wanted === null) return;
+    const state = this.link.state;
+    const found = this.page.store().roster.find((one) => one.name === this.wanted);
+    if (found !== undefined && state?.open.includes(found.user) === true) this.follow(found.user);
+  }
+
+  private tellAim(followers: number): void {
+    const stage = this.page.stage();
+    if (followers === 0 || stage === null) {
+      this.sent = null;
+      return;
+    }
+    const { azimuth, elevation, distance } = stage.target;
+    const aim = { azimuth: Math.atan2(Math.sin(azimuth), Math.cos(azimuth)), elevation, distance };
+    const { sent } = this;
+    if (sent !== null && Math.abs(aim.azimuth - sent.azimuth) + Math.abs(aim.elevation - sent.elevation) + Math.abs(aim.distance - sent.distance) < FEEL) return;
+    this.sent = aim;
+    this.link.aim(aim);
+  }
+
+  private line(now: number): PillLine | null {
+    const link = this.link;
+    if (this.armed) return { words: "Press where you want to point.", button: "Cancel", press: () => { this.armed = false; } };
+    if (link.declined !== null && now - link.declined.at < TOLD_FOR) return { words: link.declined.reason, button: "", press: () => undefined };
+    const { following } = this;
+    if (following !== null) {
+      const name = this.page.store().roster.find((one) => one.user === following)?.name ?? `user ${following}`;
+      return { words: `You see what ${name} sees.`, button: "Stop", press: () => { this.follow(null); } };
+    }
+    if (this.followers === "") return null;
+    return { words: this.followers, button: "Keep my view to myself", press: () => { this.open = false; keep(OPEN, "no"); } };
+  }
+}
+
+/** A view that others sent, where this page's camera can stand. */
+function within({ azimuth, elevation, distance }: Aim): Orbit {
+  return { azimuth, elevation: Math.max(-STEEPEST, Math.min(STEEPEST, elevation)), distance: Math.max(NEAREST, Math.min(FARTHEST, distance)) };
+}

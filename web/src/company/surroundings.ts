@@ -1,0 +1,23 @@
+/** The parts of the page that company needs. */
+
+import type { TouchState } from "../model/hand";
+import type { SceneStore } from "../model/scene";
+import type { Vec3 } from "../model/vec";
+import type { Orbit } from "../view/orbit";
+
+export interface Surroundings {
+  store(): SceneStore;
+  /** Null without graphics. */
+  stage(): { readonly target: Orbit; goTo(orbit: Orbit): void } | null;
+  readonly own: {
+    readonly state: TouchState | null;
+    /** The point of the resting surface that a ray meets; null beside it. */
+    placeAt(origin: Vec3, direction: Vec3): Vec3 | null;
+  };
+  /** By which the visitor goes. */
+  name(): string;
+  /** Politely, to those who do not see the page. */
+  speak(words: string): void;
+  /** With which the own hand says that it is this page's. */
+  readonly key: string;
+}

@@ -1,0 +1,236 @@
+/** Runs the replay: what was received, at the time that the bar's line says, and the outlines that make delay visible. */
+
+import type { TouchState } from "../../model/hand";
+import type { Recording } from "../../model/recording";
+import { isLive, type SceneSnapshot, type SceneStore } from "../../model/scene";
+import { type Ghost, ghostsNow, ghostsThen } from "../../replay/ghosts";
+import type { OwnTrack } from "../../replay/own_track";
+import { Player, type Shown } from "../../replay/player";
+import { Samples, windowRound } from "../../replay/samples";
+import { advance, begin, pace, play, type Scrubber, seek, step } from "../../replay/scrubber";
+import type { Lens } from "../../ui/cards/panel";
+import { sample, SPAN } from "../../ui/cards/user_card";
+import { show } from "../../ui/dom";
+import { TraceBuffer } from "../../ui/plots/trace_buffer";
+import { ReplayBar } from "../../ui/replay/bar";
+import { type ReplayAction, replayActionOf } from "../../ui/replay/keys";
+import { ago, delayWords } from "../../ui/replay/words";
+import { Outlines } from "../../view/ghosts";
+import { poseOf, tipOfOwn } from "../../view/pose";
+import type { Stage } from "../../view/stage";
+
+const CAPACITY = 512; // samples in a window of 6 s, 60 a second at most
+const FAR = 1; // s for an arrow key with Shift
+const LEAST = 2; // frames; of one there is nothing to look back at
+
+/** What the replay needs of the page. */
+export interface Around {
+  readonly store: () => SceneStore;
+  readonly stage: () => Stage | null;
+  /** The visitor's hand lets go: what is seen is not what would be pressed. */
+  readonly letGo: () => void;
+  /** Another body may be shown now. */
+  readonly changed: () => void;
+  readonly colour: (user: number) => string;
+}
+
+/** A recording that is looked at. */
+interface Looked {
+  readonly player: Player;
+  readonly samples: Samples;
+  readonly track: OwnTrack;
+  /** Page's clock at the newest word that is in it [s]: of a server that is silent it is old. */
+  readonly taken: number;
+  readonly own: number;
+  readonly traces: Map<number, TraceBuffer>;
+}
+
+export class ReplayRunner {
+  private readonly bar: ReplayBar;
+  private readonly outlines = new Outlines();
+  private looked: Looked | null = null;
+  private s: Scrubber | null = null;
+  private shown: Shown | null = null;
+  private late = false;
+  private ghosts: readonly Ghost[] = [];
+  private empty = false;
+  private when = "";
+  private own = 0;
+
+  constructor(private readonly around: Around, private readonly track: OwnTrack, host: HTMLElement) {
+    this.bar = new ReplayBar({
+      seek: (share) => { this.at((s) => seek(s, s.from + share * (s.to - s.from))); },
+      playing: () => { this.look(true); },
+      step: (by) => { this.step(by); },
+      pace: (speed) => { this.at((s) => pace(s, speed)); },
+      delay: () => { this.delay(); },
+      live: () => { this.live(); },
+      close: () => { this.close(); },
+    });
+    this.bar.root.hidden = true;
+    host.append(this.bar.root);
+  }
+
+  get active(): boolean {
+    return this.looked !== null;
+  }
+
+  get recording(): Recording | null {
+    return this.looked?.player.recording ?? null;
+  }
+
+  get height(): number {
+    return this.bar.height;
+  }
+
+  get lens(): Lens | null {
+    const { shown } = this;
+    if (this.looked === null || shown === null) return null;
+    return { known: shown.known, when: this.when, charted: (user) => this.charted(user) };
+  }
+
+  toggle(): void {
+    if (this.bar.root.hidden) this.look();
+    else this.close();
+  }
+
+  /** @param play A replay goes on or stands; else it ends. */
+  look(play_ = false): void {
+    if (this.looked === null) this.begin();
+    else if (play_) this.at((s) => play(s, !s.playing));
+    else this.live();
+  }
+
+  delay(): void {
+    this.late = !this.late;
+    show(this.bar.root, true);
+    this.update();
+  }
+
+  live(): void {
+    [this.looked, this.s, this.shown] = [null, null, null];
+    this.around.changed();
+    this.update();
+  }
+
+  close(): void {
+    this.late = false;
+    show(this.bar.root, false);
+    this.live();
+  }
+
+  key(event: KeyboardEvent): boolean {
+    if (this.looked === null) return false;
+    const action = replayActionOf(event, event.target instanceof HTMLElement ? event.target : null);
+    if (action === null) return false;
+    this.act(action);
+    return true;
+  }
+
+  frame(view: SceneSnapshot | null, own: TouchState | null, now: number, dt: number): SceneSnapshot | null {
+    this.own = own?.user ?? this.own;
+    if (this.looked !== null && this.s !== null) {
+      this.s = advance(this.s, dt);
+      this.shown = this.looked.player.at(this.s.t);
+    }
+    const shown = this.shown ?? view;
+    this.ghosts = this.late && shown !== null ? this.ghostsOf(shown, own, now) : [];
+    const radius = this.recording?.info.body.radius ?? this.around.store().info?.body.radius ?? 0;
+    const outlines = this.ghosts.map(({ user, arrived, itself, normal }) =>
+      this.looked === null ? { user, at: arrived, from: itself, normal } : { user, at: itself, from: arrived, normal });
+    this.outlines.draw(this.around.stage(), outlines, radius, this.around.colour);
+    return shown;
+  }
+
+  update(now = performance.now() / 1000): void {
+    const { s, shown } = this;
+    this.when = s === null ? "" : ago(this.ageAt(now)); // one number, wherever it is written
+    const names = (user: number): string => (user === this.own && this.own > 0 ? "you" : (this.nameOf(user) || `user ${user}`));
+    this.bar.set({
+      replaying: this.looked !== null,
+      live: isLive(this.around.store().status),
+      playing: s?.playing === true,
+      share: s === null ? 1 : s.to > s.from ? (s.t - s.from) / (s.to - s.from) : 1,
+      when: s === null && this.empty ? "nothing has come yet" : this.when,
+      trouble: shown === null ? "" : !shown.known ? "nothing was heard" : !shown.complete ? "the surface is on its way" : "",
+      delay: this.late,
+      delayWords: this.late ? delayWords(this.looked !== null, this.ghosts.map(({ user, late, apart }) => ({ name: names(user), late, apart }))) : "",
+    });
+  }
+
+  /** Of the shown time, before now [s]. */
+  private ageAt(now: number): number {
+    if (this.s === null || this.looked === null) return 0;
+    return this.s.to - this.s.t + now - this.looked.taken;
+  }
+
+  private begin(): void {
+    show(this.bar.root, true);
+    const recording = this.around.store().recorded();
+    this.empty = recording === null || recording.times.length < LEAST;
+    if (recording !== null && !this.empty) {
+      this.around.letGo(); // before the gamepad rests
+      const player = new Player(recording);
+      this.looked = { player, samples: new Samples(player, sample), track: this.track.copy(), taken: performance.now() / 1000 - this.around.store().status.silent, own: this.own, traces: new Map() };
+      this.s = begin(recording.times);
+      this.bar.setPace(1);
+      this.shown = player.at(this.s.t);
+      this.around.changed();
+    }
+    this.update();
+  }
+
+  /** Begins, where it has not yet. */
+  private at(change: (s: Scrubber) => Scrubber): void {
+    if (this.s === null) this.begin();
+    if (this.s !== null) this.s = change(this.s);
+    this.update();
+  }
+
+  private step(by: 1 | -1): void {
+    this.at((s) => step(s, this.looked?.player.times ?? new Float64Array(), by));
+  }
+
+  private act(action: ReplayAction): void {
+    const far = (by: number): void => { this.at((s) => seek(play(s, false), s.t + by)); };
+    const acts: Record<ReplayAction, () => void> = {
+      play: () => { this.at((s) => play(s, !s.playing)); },
+      back: () => { this.step(-1); },
+      on: () => { this.step(1); },
+      "far back": () => { far(-FAR); },
+      "far on": () => { far(FAR); },
+      first: () => { far(-Infinity); },
+      last: () => { far(Infinity); },
+      live: () => { this.live(); },
+    };
+    acts[action]();
+  }
+
+  private ghostsOf(shown: SceneSnapshot, own: TouchState | null, now: number): readonly Ghost[] {
+    const { looked } = this;
+    if (looked === null) return own === null ? [] : ghostsNow(shown, own, tipOfOwn(own), now, (user) => poseOf(user).proxy);
+    const hand = (user: number, t: number): ReturnType<Player["hand"]> => looked.player.hand(user, t);
+    return ghostsThen(shown.users, shown.t_server, hand, looked.own, (t) => looked.track.at(t), (user) => poseOf(user).proxy);
+  }
+
+  private nameOf(user: number): string {
+    return this.looked?.player.recording.names.get(user) ?? this.around.store().roster.find((one) => one.user === user)?.name ?? "";
+  }
+
+  private charted(user: number): ReturnType<Lens["charted"]> {
+    const { looked, s } = this;
+    let data = looked?.traces.get(user);
+    if (data === undefined) {
+      data = new TraceBuffer(4, CAPACITY);
+      looked?.traces.set(user, data);
+    }
+    if (looked === null || s === null) return { data, end: 0, span: SPAN, shown: null };
+    const window = windowRound(s.t, s.from, s.to, SPAN);
+    const trace = data;
+    trace.clear();
+    looked.samples.each(window, (of, t, values) => {
+      if (of === user) trace.push(t, values);
+    });
+    return { data, end: window.end, span: SPAN, shown: s.t };
+  }
+}

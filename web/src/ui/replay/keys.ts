@@ -1,0 +1,24 @@
+/** Keys of a replay, which come with it. */
+
+/** What a key does while the page shows a time of before. */
+export type ReplayAction = "play" | "back" | "on" | "far back" | "far on" | "first" | "last" | "live";
+
+/** The action of a key in a replay; null where it belongs to a field, a button or the page. */
+export function replayActionOf(
+  { key, shiftKey, ctrlKey, metaKey, altKey }: Pick<KeyboardEvent, "key" | "shiftKey" | "ctrlKey" | "metaKey" | "altKey">,
+  target: { readonly tagName: string; readonly type?: string } | null,
+): ReplayAction | null {
+  if (ctrlKey || metaKey || altKey) return null;
+  const tag = target?.tagName ?? "";
+  // The timeline is a field of its own kind: its keys are those of the replay.
+  if (tag === "TEXTAREA" || tag === "SELECT" || (tag === "INPUT" && target?.type !== "range")) return key === "Escape" ? "live" : null;
+  switch (key) {
+    case " ": return tag === "BUTTON" ? null : "play";
+    case "ArrowLeft": return shiftKey ? "far back" : "back";
+    case "ArrowRight": return shiftKey ? "far on" : "on";
+    case "Home": return "first";
+    case "End": return "last";
+    case "Escape": return "live";
+    default: return null;
+  }
+}

@@ -1,0 +1,95 @@
+/** What came of the scene in the last minute, as the bytes that came, in memory that does not grow. */
+
+/** No frame is kept for longer than this after its time [s]. */
+export const KEPT = 60;
+/** Bytes that are kept at most: a minute of forces of 16 hands takes 2.5 MB, one of surfaces of 2,562 vertices 7 MB. */
+export const MOST_BYTES = 8 << 20;
+const MOST_FRAMES = 4096; // a minute at 60 a second, and a little more
+
+/** Frames in the order in which they came. */
+export interface KeptFrames {
+  /** Server's clock [s], rising. */
+  readonly times: Float64Array;
+  readonly frames: readonly Uint8Array[];
+}
+
+/** The newest frames; the oldest give way as soon as one bound is reached: time, bytes or number. */
+export class FrameRing {
+  private readonly bytes: Uint8Array;
+  private readonly times: Float64Array;
+  private readonly starts: Uint32Array;
+  private readonly lengths: Uint32Array;
+  private oldest = 0; // frames are numbered as they come
+  private next = 0;
+  private head = 0; // of `bytes`, where the next frame goes
+
+  constructor(bytes = MOST_BYTES, private readonly most = MOST_FRAMES, private readonly seconds = KEPT) {
+    this.bytes = new Uint8Array(bytes);
+    this.times = new Float64Array(most);
+    this.starts = new Uint32Array(most);
+    this.lengths = new Uint32Array(most);
+  }
+
+  get length(): number {
+    return this.next - this.oldest;
+  }
+
+  /** From the oldest kept frame to the newest [s]. */
+  get span(): number {
+    return this.length === 0 ? 0 : this.timeOf(this.next - 1) - this.timeOf(this.oldest);
+  }
+
+  clear(): void {
+    this.oldest = this.next;
+    this.head = 0;
+  }
+
+  /**
+   * A frame came.
+   *
+   * @param t Server's clock [s]; of a server that began anew it is another clock, and what was before is forgotten.
+   */
+  push(t: number, frame: Uint8Array): void {
+    if (this.length > 0 && t <= this.timeOf(this.next - 1)) this.clear();
+    if (frame.length > this.bytes.length) return;
+    if (this.head + frame.length > this.bytes.length) {
+      // The end is too short for it; who lies there is older than all at the beginning.
+      while (this.length > 0 && this.startOf(this.oldest) >= this.head) this.oldest += 1;
+      this.head = 0;
+    }
+    while (this.length > 0 && (this.liesIn(this.oldest, this.head, frame.length) || this.length === this.most || this.timeOf(this.oldest) < t - this.seconds)) this.oldest += 1;
+    const slot = this.next % this.most;
+    this.times[slot] = t;
+    this.starts[slot] = this.head;
+    this.lengths[slot] = frame.length;
+    this.bytes.set(frame, this.head);
+    this.head += frame.length;
+    this.next += 1;
+  }
+
+  /** What is kept now, apart from the ring: it stays when the ring goes on. */
+  take(): KeptFrames {
+    const numbers = Array.from({ length: this.length }, (_, k) => this.oldest + k);
+    return {
+      times: Float64Array.from(numbers, (n) => this.timeOf(n)),
+      frames: numbers.map((n) => this.bytes.slice(this.startOf(n), this.startOf(n) + this.lengthOf(n))),
+    };
+  }
+
+  private timeOf(n: number): number {
+    return this.times[n % this.most] ?? NaN;
+  }
+
+  private startOf(n: number): number {
+    return this.starts[n % this.most] ?? 0;
+  }
+
+  private lengthOf(n: number): number {
+    return this.lengths[n % this.most] ?? 0;
+  }
+
+  /** Whether a frame lies where `length` bytes from `start` on are to be written. */
+  private liesIn(n: number, start: number, length: number): boolean {
+    return this.startOf(n) < start + length && start < this.startOf(n) + Math.max(1, this.lengthOf(n));
+  }
+}
