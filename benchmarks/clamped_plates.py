@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.object_file import ObjectFile
 from loaded_disc import pressed
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))  # for the files
 from shapes.grids import Mesh, moved, periodic, turned
 from shapes.scene_files import glb
 from shapes.solids import plate

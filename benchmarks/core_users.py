@@ -29,6 +29,8 @@ PERIOD = 1.0 / 60.0  # s
 RADIUS, DEPTH = 0.1, 0.004  # m, of the balloon and of a press
 Motion = Literal["press", "slide"]
 _PATIENCE = 20.0  # s for one call of a socket
+_STUCK = 2.0  # s for a later one: all users of a process wait for one whom the server does not read
+_LEAVING = 0.2  # s for the last word to one who does not read
 
 
 @dataclass
@@ -107,6 +109,7 @@ class User:
         speed: Of sliding [m/s].
         angle: Of its place on the equator [rad].
         number: Of this user.
+        patience: For the server to answer [s].
     """
 
     def __init__(
@@ -117,13 +120,14 @@ class User:
         speed: float,
         angle: float,
         number: int,
+        patience: float = _PATIENCE,
     ) -> None:
         self._angle, self._turn = angle, speed / RADIUS if motion == "slide" else 0.0
         self._seq = self._tick = 0
-        self._came = b""
+        self._came = self._farewell = b""
         parts = urlsplit(url)
         # Nobody waits for ever for a server that has stopped reading, or never answers.
-        self.socket = socket.create_connection((parts.hostname, parts.port), _PATIENCE)
+        self.socket = socket.create_connection((parts.hostname, parts.port), patience)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()
         lines = [f"GET {parts.path or '/'} HTTP/1.1", f"Host: {parts.netloc}"]
@@ -135,6 +139,7 @@ class User:
             if not came:
                 raise ConnectionResetError("closed before its answer")
             self._came += came
+        self.socket.settimeout(_STUCK)
         head, _, self._came = self._came.partition(b"\r\n\r\n")
         assert head.startswith(b"HTTP/1.1 101"), head
         self._ours = not parts.path[1:].isdigit()
@@ -174,22 +179,25 @@ class User:
                 count.add(came, at + head, length)
                 if self._ours:
                     (self._tick,) = struct.unpack_from("<I", came, at + head + 4)
+            elif came[at] == 0x88:
+                self._farewell = came[at + head + 2 : at + head + length]
             elif came[at] == 0x89:
                 self._send(0x8A, came[at + head : at + head + length])
             at += head + length
         self._came = came[at:]
 
     @property
-    def rest(self) -> bytes:
-        """What came last and was not understood: the words of who has closed."""
+    def last_words(self) -> bytes:
+        """Of who has closed: its reason, or what came last and was not understood."""
         with contextlib.suppress(OSError):
             self.socket.setblocking(False)
             self._came += self.socket.recv(4096)
-        return self._came[-300:]
+        return self._farewell or self._came[-300:]
 
     def leave(self) -> None:
         """Go with a word: the seat of one who only vanishes is kept for a while."""
         with contextlib.suppress(OSError):
+            self.socket.settimeout(_LEAVING)
             if self._ours:
                 self._send(0x81, encode_control(Bye()).encode())
         self.socket.close()

@@ -174,6 +174,7 @@ class Played:
         self._now += PERIOD
         self.lobby.tick(self._now)
         self.lobby.serve(self._now)
+        self.lobby.gathering.step(self._now)
         for peer in self.lobby.peers:
             peer.session.take(clear=True)
         assert self._victim.user is not None

@@ -10,6 +10,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control.company import Aim, Follow, Point, Present
 from cohaptic.protocol.messages import Hello, SetLaw, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch
@@ -42,7 +43,11 @@ class Fuzzer:
             encode_control(message)
             for message in (
                 Hello(protocol=PROTOCOL_VERSION, name="f"),
-                Watch(protocol=PROTOCOL_VERSION),
+                Watch(protocol=PROTOCOL_VERSION, company=True),
+                Present(name="f", user=1, key="0123456789abcdef", open=True),
+                Follow(user=1),
+                Aim(azimuth=1.0, elevation=0.25, distance=4.0),
+                Point(point=(0.0, 0.0, 0.1)),
                 SetLaw(law=Law.PI),
                 SetView(encoding="frames", rate=5.0),
                 SetLatency(user=1, delay=0.1),
@@ -56,7 +61,8 @@ class Fuzzer:
         self._number += 1
         said: Hello | Watch = Hello(protocol=PROTOCOL_VERSION, name=f"f{self._number}")
         if self._draw.random() < 0.3:
-            said = Watch(protocol=PROTOCOL_VERSION, encoding="forces")
+            company = self._draw.random() < 0.7
+            said = Watch(protocol=PROTOCOL_VERSION, encoding="forces", company=company)
         return encode_control(said)
 
     def message(self) -> str | bytes:

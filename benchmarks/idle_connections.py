@@ -28,8 +28,8 @@ import numpy as np
 import json_report
 from cohaptic_server.demo.processes import Process as Serving
 from core_users import PERIOD, User
-from load import lateness
 from load_users import RoomCount
+from tick_lateness import lateness
 from users_per_core import Process
 
 _AT_ONCE = 400  # connections that are begun in one round

@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,7 +47,12 @@ class Ended:
 
 
 def run_limited(
-    command: Sequence[str], *, seconds: float, memory: float, env: Mapping[str, str]
+    command: Sequence[str],
+    *,
+    seconds: float,
+    memory: float,
+    env: Mapping[str, str],
+    ends: threading.Event | None = None,
 ) -> Ended:
     """Run a command to its end, or to one of its limits.
 
@@ -55,6 +61,7 @@ def run_limited(
         seconds: Longest time [s].
         memory: Largest resident memory [bytes].
         env: Added to this process's environment.
+        ends: Set by another thread when whoever asked wants no more of it.
     """
     begin, peak, over = time.perf_counter(), math.nan, ""
     with tempfile.TemporaryFile("w+b") as out, tempfile.TemporaryFile("w+b") as err:
@@ -70,6 +77,8 @@ def run_limited(
                     over = f"stopped after {seconds:g} s"
                 elif peak > memory:
                     over = f"stopped at {memory / 1e9:.3g} GB of memory"
+                elif ends is not None and ends.is_set():
+                    over = "stopped with the rest"
                 if over:
                     used = _stop(process)
                     break

@@ -1,51 +1,57 @@
-"""How many users a core, or this machine, serves in many rooms with ticks that are on time.
+"""How many users a core, and this machine, serve in many rooms with ticks that are on time.
 
-    python benchmarks/load.py [--room-users 8] [--rooms 2 4 8 12 16 20 25] [--seconds 5]
-        [--rounds 3] [--stopped] [--limit-seconds 900] [--json FILE]
+    python benchmarks/load.py [--parts core machine neighbours] [--room-users 8] [--core-rooms 12]
+        [--rooms 25] [--rounds 3] [--seconds 4] [--precision 0.08] [--limit-seconds 660]
+        [--json FILE]
 
 `cohaptic serve --config` has a process for each room. Each user sends a sample and gets a patch 60
-times a second, over loopback, from one process that plays them all. A row has the lateness of ticks
-as the patches tell it: their times against a grid of 1/60 s that most of them agree about, with a
-tick that is left out counted as one period late. First the servers run on the first core alone and
-the users on the last, ours and a bare server of `websockets` that reads the samples and sends as
-many bytes at the same rate, in turns; the ratio of the most users with p99 <= 4 ms and at most 1 %
-of the patches missing is stated at the end. Then ours has all cores, with the users on them too; of
-that the time of the processors is told apart: rooms, front and users. `users_per_core.py` tells
-that of a room apart, into its world and its wire. With `--stopped` one of the rooms is then held up
-by SIGSTOP, and the lateness of the others is measured before and meanwhile.
+times a second, over loopback, from one process that plays them all. A number of users holds if the
+lateness of ticks, as the patches tell it (`tick_lateness.py`), is at most 4 ms at the 99th
+percentile and at most 1 % of the patches are missing.
 
-Rows come as soon as they are known, and what is being done goes to the standard error. A server of
-which less than nine tenths of the patches arrive is not given more rooms, and no row is begun after
-`--limit-seconds`; what was left out is said. A user whom a server closes is told of, and missing.
+`core`: the servers run on the first core alone and the users on the last, ours and a bare server of
+`websockets` that reads the samples and sends as many bytes at the same rate. In each round the most
+users that hold are searched for, of both in turn; the ratio is told of each round, and its median.
+`machine`: ours has all cores, with the users on them too: all rooms with all their users, and where
+they do not hold the most that do. The time of the processors is told apart: rooms, front and users;
+`users_per_core.py` tells that of a room apart, into its world and its wire. `neighbours`: four
+rooms beside one whose tick takes 30 ms and one that SIGSTOP holds up (`bad_neighbours.py`).
+
+Rows come as soon as they are known, and what is being done goes to the standard error. No row is
+begun after `--limit-seconds`; what was left out is said. A user whom a server closes is told of,
+and missing.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import math
 import os
-import signal
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
 import json_report
 import progress
+from bad_neighbours import play
 from cohaptic_server.demo.processes import DemoFailed
 from core_users import PERIOD
 from load_rooms import Rooms
+from load_search import most
 from load_users import bare, crowd
+from tick_lateness import lateness
 from users_per_core import Process
 
+PARTS = ["core", "machine", "neighbours"]
+FIRST = 32  # users of the first try of ours; a bare server has had four times as many, and more
+MOST_BARE = 800  # of one process that plays them
 WARM_UP = 1.5  # s of a row in which users join and forces rise
 ON_TIME = 4e-3  # s at the 99th percentile
-EARLY = 5e-4  # s by which a tick may be before that grid, which is an estimate
 ARRIVED = 0.99  # of the patches that are due
-HOPELESS = 0.9  # of them, below which more rooms would say nothing
 JOINED = 20.0  # s for all users of a row to get their first patch
 PATCH = 104  # bytes of a plane
 
@@ -72,27 +78,9 @@ class Row:
         return self.late[1] <= ON_TIME and self.arrived >= ARRIVED
 
 
-def lateness(ticks: list[float]) -> np.ndarray:
-    """Of each tick that was due between the first and the last [s]; shape (ticks,)."""
-    t = np.asarray(ticks)
-    if len(t) < 2:
-        return np.full(1, PERIOD)
-    # Where the grid lies is what most ticks agree about: one that is late by most of a period is no
-    # early one, though it looks like that.
-    turns = 2.0 * np.pi * (t - t[0]) / PERIOD
-    angle = math.atan2(float(np.sin(turns).sum()), float(np.cos(turns).sum()))
-    offset = (
-        np.mod(t - t[0] - angle / (2.0 * math.pi) * PERIOD + 0.5 * PERIOD, PERIOD) - 0.5 * PERIOD
-    )
-    earliest = np.quantile(offset[np.abs(offset) < 0.25 * PERIOD], 0.02)
-    phase = np.maximum(np.mod(offset - earliest + EARLY, PERIOD) - EARLY, 0.0)
-    due = round((t[-1] - t[0]) / PERIOD) + 1
-    return np.concatenate([phase, np.full(max(0, due - len(t)), PERIOD)])
-
-
-def measure(server: Rooms | Process, everybody: Process, urls: list[str], users: int,
-            seconds: float) -> tuple[Row, list[np.ndarray]]:  # fmt: skip
-    """One row, and the lateness of each room's ticks [s]."""
+def measure(server: Rooms | Process, everybody: Process, urls: list[str], users: list[int],
+            seconds: float) -> Row:  # fmt: skip
+    """One row: so many users at each address."""
 
     def spent() -> tuple[float, float]:
         return server.spent() if isinstance(server, Rooms) else (float(server.ask()), 0.0)
@@ -100,7 +88,7 @@ def measure(server: Rooms | Process, everybody: Process, urls: list[str], users:
     everybody.pipe.send((urls, users))
     deadline = time.perf_counter() + JOINED
     first = [0] * len(urls)
-    while min(first) < users:
+    while any(came < here for came, here in zip(first, users, strict=True)):
         if time.perf_counter() > deadline:
             progress.say(f"not every user has a patch after {JOINED:g} s")
             break
@@ -114,21 +102,20 @@ def measure(server: Rooms | Process, everybody: Process, urls: list[str], users:
     everybody.pipe.send(False)
     if closed:
         progress.say(f"{len(closed)} users were closed, the first with: {closed[0]}")
-    rooms = [lateness(ticks) for _, _, ticks in came]
-    late = np.concatenate(rooms)
-    row = Row(
+    late = np.concatenate([lateness(ticks) for _, _, ticks in came])
+    return Row(
         (float(np.quantile(late, 0.5)), float(np.quantile(late, 0.99)), float(late.max())),
-        sum(patches for patches, _, _ in came) * PERIOD / (took * users * len(urls)),
+        sum(patches for patches, _, _ in came) * PERIOD / (took * sum(users)),
         (after[0] - before[0]) / took,
         (after[1] - before[1]) / took,
         (cpu_after - cpu) / took,
     )
-    return row, rooms
 
 
-def middle(rows: list[Row]) -> Row:
-    """The row with the median of the lateness at the 99th percentile."""
-    return sorted(rows, key=lambda row: row.late[1])[len(rows) // 2]
+def spread(users: int, most_each: int) -> list[int]:
+    """So many users over as few rooms as hold them, as evenly as it goes."""
+    rooms = math.ceil(users / most_each)
+    return [users // rooms + (k < users % rooms) for k in range(rooms)]
 
 
 def tell(kind: str, rooms: int, users: int, row: Row) -> json_report.Result:
@@ -149,131 +136,157 @@ def tell(kind: str, rooms: int, users: int, row: Row) -> json_report.Result:
     }  # fmt: skip
 
 
-def stopped(
-    folder: Path, rooms: int, users: int, everybody: Process, seconds: float
-) -> json_report.Result:
-    """Lateness of all rooms but one, before that one is held up, and meanwhile."""
-    server = Rooms(folder, rooms, users, os.sched_getaffinity(0))
-    p99: list[float] = []
-    try:
-        for held_up in (False, True):
-            if held_up:
-                os.kill(server.pids[-1], signal.SIGSTOP)
-            progress.say(f"{rooms - 1} rooms, and one that {'stands' if held_up else 'runs'}")
-            _, late = measure(server, everybody, server.urls[:-1], users, seconds)
-            p99.append(float(np.quantile(np.concatenate(late), 0.99)))
-    finally:
-        with contextlib.suppress(ProcessLookupError):  # its lease may have been over
-            os.kill(server.pids[-1], signal.SIGCONT)
-        server.end()
-    print(
-        f"\none room stopped: the others' p99 {1e3 * p99[0]:.2f} ms before,"
-        f" {1e3 * p99[1]:.2f} ms meanwhile",
-        flush=True,
-    )
-    return {
-        "kind": "one stopped",
-        "rooms": rooms,
-        "late_p99_before_s": p99[0],
-        "late_p99_s": p99[1],
-    }
+class OutOfTimeError(Exception):
+    """No row is begun any more."""
 
 
-@dataclass
-class Players:
-    """The processes beside our server.
+class Ladder:
+    """Rows of one server after another, each with its number of users.
 
     Args:
-        beside: Users on the core that no server has.
-        free: Users on all cores.
-        bare: The bare server.
-        bare_url: Where it is.
+        options: Of the command line.
+
+    Attributes:
+        results: Of all rows.
     """
 
-    beside: Process
-    free: Process
-    bare: Process
-    bare_url: str
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self.results: list[json_report.Result] = []
 
-    def end(self) -> None:
-        """End them."""
-        for process in (self.beside, self.free, self.bare):
-            process.end()
+    def row(
+        self, kind: str, server: Rooms | Process, url: str, everybody: Process, users: int
+    ) -> Row:
+        """Measure so many users and print it; raises OutOfTimeError.
+
+        Args:
+            kind: Of the server, for the table.
+            server: That one.
+            url: Of the bare server; ours knows its own.
+            everybody: Who plays the users.
+            users: How many.
+        """
+        if progress.spent() > self._options.limit_seconds:
+            raise OutOfTimeError
+        each = spread(users, self._options.room_users)
+        urls = (
+            server.wake(len(each)) if isinstance(server, Rooms) else [f"{url}/{PATCH}"] * len(each)
+        )
+        row = measure(server, everybody, urls, each, self._options.seconds)
+        self.results.append(tell(kind, len(each), users, row))
+        return row
 
 
-def compare(
-    folder: Path, rooms: int, kinds: set[str], options: argparse.Namespace, who: Players
-) -> dict[str, Row]:
-    """The middle row of each kind of server, for one number of rooms."""
-    each, rounds, seconds = options.room_users, options.rounds, options.seconds
-    limit = options.limit_seconds
+def core(folder: Path, ladder: Ladder, options: argparse.Namespace) -> json_report.Result:
+    """The most users of one core, ours and of a bare server, in turns."""
     cores = sorted(os.sched_getaffinity(0))
-    rows: dict[str, list[Row]] = {kind: [] for kind in kinds}
-    for on, together in (({cores[0]}, ("ours", "bare")), (set(cores), ("all cores",))):
-        ours = None if not kinds & set(together) - {"bare"} else Rooms(folder, rooms, each, on)
-        try:
-            for done in range(rounds):
-                for kind in (kind for kind in together if kind in kinds):
-                    if done and (rows[kind][-1].arrived < HOPELESS or progress.spent() > limit):
-                        continue
-                    progress.say(f"{kind}, {rooms} rooms, round {done + 1} of {rounds}")
-                    server: Rooms | Process = who.bare if ours is None or kind == "bare" else ours
-                    bare_urls = [f"{who.bare_url}/{PATCH}"] * rooms
-                    urls = server.urls if isinstance(server, Rooms) else bare_urls
-                    users = who.free if kind == "all cores" else who.beside
-                    rows[kind].append(measure(server, users, urls, each, seconds)[0])
-        finally:
-            if ours is not None:
-                ours.end()
-    return {kind: middle(found) for kind, found in rows.items()}
+    everybody, simple = Process(crowd, {cores[-1]}), Process(bare, {cores[0]})
+    url, ours = simple.pipe.recv(), None
+    found: dict[str, list[int]] = {"ours": [], "bare": []}
+    try:
+        ours = Rooms(folder, options.core_rooms, options.room_users, {cores[0]})
+        limits = {"ours": options.core_rooms * options.room_users, "bare": MOST_BARE}
+        servers: dict[str, Rooms | Process] = {"ours": ours, "bare": simple}
+        start = {"ours": FIRST, "bare": 4 * FIRST}
+        for done in range(options.rounds):
+            for kind, server in servers.items():
+                progress.say(f"{kind}, round {done + 1} of {options.rounds}")
+                ours.wake(0)  # of the bare server's time nothing is taken
+
+                def holds(users: int, kind: str = kind, server: Rooms | Process = server) -> bool:
+                    return ladder.row(kind, server, url, everybody, users).holds
+
+                low, high = most(holds, start[kind], limits[kind], options.precision)
+                progress.say(f"{kind}: {low} users hold, {high or 'more than the limit'} do not")
+                found[kind].append(low)
+                start[kind] = max(1, low)
+    except OutOfTimeError:
+        progress.say(f"left out: rounds after {min(map(len, found.values()))}")
+    finally:
+        for one in (ours, everybody, simple):
+            if one is not None:
+                one.end()
+    both = zip(found["ours"], found["bare"], strict=False)
+    ratios = [ours / bare if bare else float("nan") for ours, bare in both]
+    ratio = median(ratios) if ratios else float("nan")
+    print(f"\nmost users of one core with p99 <= {1e3 * ON_TIME:g} ms, by round: ours"
+          f" {found['ours']}, bare {found['bare']}; ratio {ratio:.2f}, by round"
+          f" {[round(r, 2) for r in ratios]}\n", flush=True)  # fmt: skip
+    return {
+        "kind": "one core", "ratio": ratio,
+        **{f"most_{kind}": median(those) if those else None for kind, those in found.items()},
+    }  # fmt: skip
+
+
+def machine(folder: Path, ladder: Ladder, options: argparse.Namespace) -> json_report.Result:
+    """All rooms with all their users on all cores, and where that is too much what is not."""
+    whole = options.rooms * options.room_users
+    everybody = Process(crowd, os.sched_getaffinity(0))
+    rows: list[Row] = []
+    low: int | None = None
+    server = None
+    try:
+        server = Rooms(folder, options.rooms, options.room_users, os.sched_getaffinity(0))
+        served = server
+
+        def row(users: int) -> Row:
+            return ladder.row("all cores", served, "", everybody, users)
+
+        for _ in range(options.rounds):
+            rows.append(row(whole))
+        if sorted(rows, key=lambda row: row.late[1])[len(rows) // 2].holds:
+            low = whole
+        else:
+            low, _ = most(lambda users: row(users).holds, whole // 2, whole, options.precision)
+    except OutOfTimeError:
+        progress.say("left out: the rest of all cores")
+    finally:
+        for one in (server, everybody):
+            if one is not None:
+                one.end()
+    p99 = [row.late[1] for row in rows]
+    said = ", ".join(f"{1e3 * late:.2f}" for late in p99)
+    print(f"\n{whole} users in {options.rooms} rooms on all cores: p99 {said} ms; the most that"
+          f" hold: {'not known' if low is None else low}\n", flush=True)  # fmt: skip
+    return {
+        "kind": "machine", "users": whole, "most": low,
+        "late_p99_s": median(p99) if p99 else None,
+    }  # fmt: skip
 
 
 def main() -> None:
     """Print the tables."""
     parser = json_report.parser(__doc__)
+    parser.add_argument("--parts", nargs="*", default=PARTS, choices=PARTS)
     parser.add_argument("--room-users", type=int, default=8)
-    parser.add_argument("--rooms", type=int, nargs="*", default=[2, 4, 8, 12, 16, 20, 25])
-    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--core-rooms", type=int, default=12, help="most on one core")
+    parser.add_argument("--rooms", type=int, default=25, help="on all cores")
+    parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--stopped", action="store_true")
-    parser.add_argument("--limit-seconds", type=float, default=900.0)
+    parser.add_argument("--precision", type=float, default=0.08, help="of the most that hold")
+    parser.add_argument("--limit-seconds", type=float, default=660.0)
     options = parser.parse_args()
-    each, cores = options.room_users, sorted(os.sched_getaffinity(0))
-    results: list[json_report.Result] = []
-    most = {"ours": 0, "bare": 0, "all cores": 0}
-    kinds = set(most)
+    ladder = Ladder(options)
+    told: list[json_report.Result] = []
     print("| server | rooms | users | late p50 | p99 | most | arrived | rooms' cores | front's"
           " | users' | server per patch | holds |\n|" + "---|" * 12, flush=True)  # fmt: skip
-    simple = Process(bare, {cores[0]})
-    who = Players(
-        Process(crowd, {cores[-1]}), Process(crowd, set(cores)), simple, simple.pipe.recv()
-    )
-    try:
-        with tempfile.TemporaryDirectory() as name:
-            if options.stopped:  # first: it says the most, and takes the least
-                results.append(stopped(Path(name), 4, each, who.free, options.seconds))
-            for rooms in options.rooms:
-                if not kinds or progress.spent() > options.limit_seconds:
-                    progress.say(f"left out: {rooms} rooms and more")
-                    break
-                found = compare(Path(name), rooms, kinds, options, who)
-                for kind in (kind for kind in most if kind in found):
-                    row = found[kind]
-                    results.append(tell(kind, rooms, rooms * each, row))
-                    if row.holds:
-                        most[kind] = max(most[kind], rooms * each)
-                    if row.arrived < HOPELESS:
-                        kinds.discard(kind)
-    except DemoFailed as failed:
-        progress.say(f"{failed}; what follows is not measured")
-    finally:
-        who.end()
-    ratio = most["ours"] / most["bare"] if most["bare"] else float("nan")
-    said = ", ".join(f"{kind} {users}" for kind, users in most.items())
-    print(f"\nmost users with p99 <= {1e3 * ON_TIME:g} ms: {said}; ratio on one core {ratio:.2f}")
-    numbers = {f"most_{kind}".replace(" ", "_"): users for kind, users in most.items()}
-    results.append({"kind": "most", **numbers, "ratio": ratio})
-    json_report.write(options, results)
+    with tempfile.TemporaryDirectory() as name:
+        for part, find in (("core", core), ("machine", machine)):
+            if part in options.parts:
+                try:
+                    told.append(find(Path(name), ladder, options))
+                except DemoFailed as failed:
+                    progress.say(f"{failed}; {part} is not measured")
+    if "neighbours" in options.parts:
+        if progress.spent() > options.limit_seconds:
+            progress.say("left out: neighbours")
+        else:
+            rows = play(4, 4, options.seconds, options.rounds)
+            told += rows
+            alone, beside = (1e3 * float(str(row["late_p99_s"])) for row in rows)
+            print(f"\nbeside a slow and a stopped room: p99 {beside:.2f} ms, and {alone:.2f} ms"
+                  " while both behave")  # fmt: skip
+    json_report.write(options, [*ladder.results, *told])
 
 
 if __name__ == "__main__":

@@ -15,8 +15,10 @@ from multiprocessing.connection import Connection as Pipe
 from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.exceptions import ConnectionClosed
 
+from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from core_users import PERIOD, Count, User
 
+JOINING = 15.0  # s for all users of a scene to come in; later ones are left out, and told of
 T_SERVER = 12  # bytes before the time of its tick, in a patch
 
 
@@ -43,27 +45,33 @@ def crowd(cores: set[int], pipe: Pipe) -> None:
 
     Args:
         cores: That it may run on.
-        pipe: A scene is a list of addresses and a number of users for each. `True` is answered by
-            what came since the last: patches and bytes, times of ticks for each address, the
-            processor time of this process so far, and the words to each user who was closed;
-            `False` ends the scene.
+        pipe: A scene is a list of addresses and a list with the number of users of each. `True` is
+            answered by what came since the last: patches and bytes, times of ticks for each
+            address, the processor time of this process so far, and the words to each user who was
+            closed; `False` ends the scene.
     """
     os.sched_setaffinity(0, cores)
-    with contextlib.suppress(EOFError, BrokenPipeError):  # whoever measures has gone
+    with contextlib.suppress(EOFError, ConnectionError):  # whoever measures has gone
         while True:
             play(pipe, *pipe.recv())
 
 
-def play(pipe: Pipe, urls: list[str], users: int) -> None:
+# One loop over all users of a scene, from their coming to their leaving.
+def play(pipe: Pipe, urls: list[str], users: list[int]) -> None:
     """Play so many users at each address until the other end says so, and tell their counts."""
     counts = [RoomCount() for _ in urls]
+    until = time.perf_counter() + JOINING
     everybody: list[tuple[User, RoomCount]] = []
     closed: list[str] = []
     gone: set[User] = set()  # who was closed; the others go on
-    for url, count in zip(urls, counts, strict=True):
-        for i in range(users):
+    for url, count, here in zip(urls, counts, users, strict=True):
+        for i in range(here):
+            patience = until - time.perf_counter()
+            if patience <= 0.0:  # a server that has no time left answers nobody in any
+                closed.append(f"{url}: not asked any more after {JOINING:g} s")
+                continue
             try:
-                user = User(url, "plane", "press", 0.0, 2.0 * math.pi * i / users, i)
+                user = User(url, "plane", "press", 0.0, 2.0 * math.pi * i / here, i, patience)
             except (OSError, AssertionError) as error:
                 closed.append(f"{url}: {error}")
             else:
@@ -76,7 +84,7 @@ def play(pipe: Pipe, urls: list[str], users: int) -> None:
 
     def end(user: User, error: Exception) -> None:
         poll.unregister(user.socket.fileno())
-        closed.append(f"{error}: {user.rest!r}")
+        closed.append(f"{error}: {user.last_words!r}")
         user.socket.close()
         gone.add(user)
 
@@ -116,11 +124,14 @@ def play(pipe: Pipe, urls: list[str], users: int) -> None:
 def bare(cores: set[int], pipe: Pipe) -> None:
     """A server of `websockets` alone that takes samples and sends as many bytes at the same rate.
 
+    It goes before ordinary processes, as our rooms do: else whatever runs beside would be measured.
+
     Args:
         cores: That it may run on.
         pipe: To which it says where it is, and its processor time whenever it is asked.
     """
     os.sched_setaffinity(0, cores)
+    prefer_this_process(SERVER_PRIORITY)
     sizes: dict[ServerConnection, int] = {}
     newest: dict[ServerConnection, str | bytes] = {}
 
@@ -154,7 +165,7 @@ def bare(cores: set[int], pipe: Pipe) -> None:
             try:
                 pipe.recv()
                 pipe.send(time.process_time())
-            except EOFError:
+            except (EOFError, ConnectionError):
                 loop.remove_reader(pipe.fileno())
                 ended.set()
 

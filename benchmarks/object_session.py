@@ -1,7 +1,7 @@
 """Two hands on an object from a file, in virtual time: the command; `two_hands.py` says more.
 
     python benchmarks/object_session.py FILE [--fix RULE ...] [--nonlinear] [--limb]
-        [--law pi] [--delays-ms 0]
+        [--law pi] [--delays-ms 0] [--hold-trips 160]
 
 It belongs to `many_objects.py`, which reads the last line of its output.
 """

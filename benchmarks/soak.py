@@ -66,6 +66,11 @@ class Storm:
         self._opening = list(reversed(OPENING))
         self.kills = self.native_kills = 0
 
+    @property
+    def opens(self) -> bool:
+        """Whether not all of the first happenings have been."""
+        return bool(self._opening)
+
     def happen(self) -> None:
         """One event."""
         draw, now = self._draw, time.monotonic()
@@ -205,10 +210,11 @@ async def play(
     wrong: list[str] = []
     start = time.monotonic()
     next_look = start + max(every, step * len(OPENING))
-    while time.monotonic() < start + seconds:
+    while time.monotonic() < start + seconds or storm.opens:
         storm.happen()
         await asyncio.sleep(step)
-        if time.monotonic() >= next_look or time.monotonic() >= start + seconds:
+        # Not among the first happenings, however slow the machine: they are to be of each kind.
+        if not storm.opens and time.monotonic() >= min(next_look, start + seconds):
             memory, found = await storm.look()
             memories.append(memory)
             wrong += found

@@ -3,10 +3,10 @@
     python benchmarks/vertex_compliance.py [--shapes torus box] [--vertices 300] [--json FILE]
 
 The body computes its table while it is prepared (`bodies/solid/far_field_build.py`). At vertices
-drawn at random from those that are free SciPy's sparse LU solves for the same press. `held` and
-`free` count the vertices of the whole surface that the table has wrong: a vertex whose contact
-touches nothing free has no compliance at all, and every other one has some. Times are processor
-time on one thread.
+drawn at random from those that are free `plain_solid.py` assembles, presses and solves anew, with
+none of the body's code but its discretisation. `held` and `free` count the vertices of the whole
+surface that the table has wrong: a vertex whose contact touches nothing free has no compliance at
+all, and every other one has some. Times are processor time on one thread.
 """
 
 from __future__ import annotations
@@ -14,19 +14,17 @@ from __future__ import annotations
 import time
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 import json_report
+import plain_solid
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
-from cohaptic_server.bodies.solid.parts import factor_of, stiffness_of
-from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
+from cohaptic_server.bodies.solid.parts import factor_of
+from cohaptic_server.bodies.solid.shape import SolidShape, shape_of
 from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.numeric import Floats, Ints, Mask
+from cohaptic_server.numeric import Mask
 from compared_shapes import SHAPES
 
-_BATCH = 16  # presses solved for together
 _CLOSE, _FAR = 0.05, 0.3  # relative errors that are counted
 _COLUMNS = (
     ("shape", "{}"),
@@ -41,26 +39,6 @@ _COLUMNS = (
     ("factor_s", "{:.1f} s"),
     ("presses_s", "{:.1f} s"),
 )
-
-
-def exact(shape: SolidShape, settings: SolidSettings, vertices: Ints) -> Floats:
-    """C_ii of a contact centred at some vertices, along their normals, shape (k,) [m/N]."""
-    mesh, free = shape.mesh, np.flatnonzero(~shape.fixed)
-    dof = (3 * free[:, None] + np.arange(3)).ravel()
-    K = stiffness_of(shape)[dof][:, dof]
-    options = {"SymmetricMode": True}
-    lu = splu(sp.csc_array(K), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-    out = np.empty(len(vertices))
-    for start in range(0, len(vertices), _BATCH):
-        batch = vertices[start : start + _BATCH]
-        force = np.zeros((len(shape.nodes), 3, len(batch)))
-        for i, k in enumerate(batch.tolist()):
-            normal = mesh.normals[k]
-            under, weights = pressure(mesh, mesh.vertices[k], shape.contact_radius, normal)
-            force[shape.surface[under], :, i] = weights[:, None] * normal
-        loaded = force[free].reshape(-1, len(batch))
-        out[start : start + len(batch)] = (loaded * lu.solve(loaded)).sum(axis=0)
-    return out
 
 
 def touches_free(shape: SolidShape) -> Mask:
@@ -85,7 +63,7 @@ def measure(name: str, count: int) -> dict[str, float | int | str]:
     table = far_field.vertex_compliance(shape.mesh.normals)
     free = np.flatnonzero(shape.free_index >= 0)
     some = np.random.default_rng(0).permutation(free)[:count]
-    error = np.abs(table[some] / exact(shape, made.settings, some) - 1.0)
+    error = np.abs(table[some] / plain_solid.vertex_compliance(shape, some) - 1.0)
     moves = touches_free(shape)
     return {
         "shape": name,

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
 import pytest
 
+import clamped_plates
 import closed_forms
 import closed_solutions
+import plate_theory
 from closed_forms import Hooke
+from closed_solutions import HOOKE
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 
@@ -25,7 +29,8 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("cantilever", 0.03),
         ("fingertip", 0.05),
         ("punch", 0.04),
-        # Plates of one element through their thickness, at the default edge.
+        # At the default edge; the plates are one element thick there, or less.
+        ("cantilever", 0.05),
         ("plate", 0.05),
         ("thin square plate", 0.05),
     ],
@@ -33,6 +38,46 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_file_agrees_with_the_closed_solution(case: str, edge: float, tmp_path: Path) -> None:
     row = closed_solutions.run(case, edge, tmp_path)
     assert abs(float(row["error"] or 1.0)) < 0.03
+
+
+@pytest.mark.parametrize(
+    "thickness",
+    [
+        0.01,
+        pytest.param(0.005, marks=pytest.mark.long),  # half a minute each, between the two others
+        pytest.param(0.0025, marks=pytest.mark.long),
+        0.001,
+    ],
+)
+def test_plates_from_thick_to_thin_are_near_a_solid_at_the_default_edge(
+    thickness: float, tmp_path: Path
+) -> None:
+    """A clamped solid is stiffer than a plate of the theory, the more the thicker it is."""
+    assert -0.021 < _beside_a_solid(thickness, 0.05, tmp_path) < 0.003
+
+
+@pytest.mark.long
+def test_a_plate_gets_nearer_to_a_solid_with_each_shorter_edge(tmp_path: Path) -> None:
+    """Also where it stops being thin: 0.018 has 1.6 edges through the thickness.
+
+    There the error was twice that at 0.025.
+    """
+    off = [_beside_a_solid(0.005, edge, tmp_path) for edge in (0.1, 0.05, 0.025, 0.018)]
+    # Two runs of fTetWild differ by a thousandth.
+    assert all(b > a - 5e-4 for a, b in itertools.pairwise(off))
+    assert abs(off[-1]) < 0.2 * abs(off[0])
+
+
+def _beside_a_solid(thickness: float, edge: float, folder: Path) -> float:
+    """Error of the compliance of the clamped round plate in a file, beside elasticity's."""
+    plate = closed_solutions.Case(
+        clamped_plates.round_plate(HOOKE, thickness),
+        (edge,),
+        clamped_plates.bend(thickness),
+        plate_theory.round_solid(HOOKE, clamped_plates.CLAMP, thickness, clamped_plates.TOUCH),
+    )
+    row = closed_solutions.run("plate", edge, folder, {"plate": plate})
+    return float(row["error"] or math.nan)
 
 
 def test_closed_forms_have_the_limits_that_are_in_books() -> None:

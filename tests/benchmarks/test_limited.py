@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 
 import pytest
 
@@ -11,9 +12,11 @@ from limited import Ended, run_limited
 pytestmark = pytest.mark.realtime
 
 
-def run(code: str, *, seconds: float = 60.0, memory: float = 1e10) -> Ended:
+def run(
+    code: str, *, seconds: float = 60.0, memory: float = 1e10, ends: threading.Event | None = None
+) -> Ended:
     command = [sys.executable, "-c", code]
-    return run_limited(command, seconds=seconds, memory=memory, env={"NIGHT": "yes"})
+    return run_limited(command, seconds=seconds, memory=memory, env={"NIGHT": "yes"}, ends=ends)
 
 
 def test_a_command_ends_by_itself() -> None:
@@ -26,15 +29,24 @@ def test_a_command_ends_by_itself() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no memory is known there")
 def test_its_memory_is_known() -> None:
-    little, much = run("pass"), run("x = b'1' * 300_000_000; import time; time.sleep(1.0)")
+    # Both stay for a while: of one that has ended before the first look less is known.
+    sleep = "import time; time.sleep(1.0)"
+    little, much = run(sleep), run(f"x = b'1' * 300_000_000; {sleep}")
     assert much.memory - little.memory == pytest.approx(3e8, rel=0.1)
 
 
 def test_one_that_takes_too_long_is_stopped() -> None:
-    ended = run("print('begun', flush=True)\nwhile True: pass", seconds=1.5)
-    assert ended.over == "stopped after 1.5 s"
+    ended = run("print('begun', flush=True)\nwhile True: pass", seconds=4.0)
+    assert ended.over == "stopped after 4 s"
     assert ended.code != 0
     assert ended.out == "begun\n"
+
+
+def test_one_that_nobody_wants_any_more_is_stopped() -> None:
+    ends = threading.Event()
+    ends.set()
+    ended = run("while True: pass", ends=ends)
+    assert (ended.over, ended.code != 0) == ("stopped with the rest", True)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is known at the end only")

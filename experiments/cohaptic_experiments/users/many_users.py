@@ -11,6 +11,8 @@ are compared with the equilibrium of body and hands (`equilibrium.solve`).
 
 from __future__ import annotations
 
+import math
+
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
@@ -111,21 +113,21 @@ def _figure(played: list[Played]) -> Figure:
     exact = [p for p in played if p.law is Law.PREDICTIVE]
     for p in exact:
         right.plot(p.t, 100.0 * p.furthest, color=PROBE, linewidth=0.9)
-        # The smallest rooms lie close together.
-        side = "right" if p is exact[0] else "left"
-        right.annotate(
-            f" {p.users} ", (p.reached, 100.0 * REACHED), fontsize=6, va="bottom", ha=side
-        )
+    # The rooms lie close together: only the quickest and the slowest one have room for a name.
+    come = sorted((p for p in exact if math.isfinite(p.reached)), key=lambda p: p.reached)
+    for p, side in zip(come[:: max(1, len(come) - 1)], ("right", "left"), strict=False):
+        place = (p.reached, 100.0 * REACHED)
+        right.annotate(f"  {p.users} users  ", place, fontsize=6, va="bottom", ha=side)
     left.axhline(PATIENCE, color=GREY, linewidth=0.8, linestyle="--")
     right.axhline(100.0 * REACHED, color=GREY, linewidth=0.8, linestyle="--")
-    left.set_title("until within 1 % of the reference [s]")
-    middle.set_title("steady force error [%]")
-    right.set_title("predictive: furthest force [%]")
+    left.set_title("until within 1 %\nof the reference [s]")
+    middle.set_title("steady force\nerror [%]")
+    right.set_title("predictive:\nfurthest force [%]")
     left.set_ylim(bottom=0.0)
     middle.set_ylim(-2.0, 100.0)
     right.set_yscale("log")
     right.set_ylim(0.05, 120.0)
-    right.set_xlim(left=0.0)
+    right.set_xlim(0.0, PATIENCE)
     for axes in (left, middle):
         axes.set_xlabel("users, 80 ms each way")
         axes.set_xticks([2, 4, 8, 12, 16])
