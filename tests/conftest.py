@@ -2,7 +2,10 @@ from __future__ import annotations
 
 import ast
 import gc
+import logging
 import os
+import signal
+import threading
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -48,6 +51,16 @@ settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "cohaptic"))
 # What the tests run of the campaign's kernel takes less time than its last optimisations do.
 os.environ.setdefault("NUMBA_OPT", "2")
+
+
+def pytest_configure() -> None:
+    """What tests start hears of Ctrl-C, also where a shell started this in its background.
+
+    Such a shell has it ignored, and so would all that is started from here.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if main and signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -113,6 +126,16 @@ def one_thread() -> Iterator[None]:
     """As on the server: small products spread over threads wait for the slowest of them."""
     with threadpool_limits(limits=1):
         yield
+
+
+@pytest.fixture(autouse=True)
+def log_of_nobody_else() -> Iterator[None]:
+    """A command that a test runs in this process sets up its log, on a stream that ends with it."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    yield
+    root.handlers[:] = [handler for handler in root.handlers if handler in handlers]
+    root.setLevel(level)
 
 
 @pytest.fixture(autouse=True)

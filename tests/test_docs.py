@@ -28,6 +28,8 @@ from cohaptic.protocol import (
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from tests.not_mirrored import NOT_MIRRORED
+from tests.shared.protocol.control import SOCIAL
 
 ROOT = Path(__file__).parents[1]
 PROTOCOL = (ROOT / "docs/protocol.md").read_text()
@@ -168,9 +170,7 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("set_view,", watch_messages.SetView),
         ("set_latency,", watch_messages.SetLatency),
         ("moderate,", watch_messages.Moderate),
-        ("moderated,", watch_messages.Moderated),
-        ("watching,", watch_messages.Watching),
-        ("latency,", watch_messages.Latency),
+        *SOCIAL,
         ("upload_offer,", upload_messages.UploadOffer),
         ("begin_upload,", upload_messages.BeginUpload),
         ("examined,", upload_messages.Examined),
@@ -203,37 +203,6 @@ def test_the_architecture_page_names_modules_as_they_are_and_every_folder() -> N
         (line,) = re.findall(rf"^{package} +(.*>.*)$", page, re.M)
         folders = {path.parent.name for path in root.glob("*/__init__.py")}
         assert folders <= set(re.findall(r"\w+", line)), package
-
-
-NOT_MIRRORED = {
-    "tests/client/devices/test_spacemouse_hid.py": "the driver on a mock device of the kernel",
-    "tests/client/loop/test_moving_surfaces.py": "slew limits in whole loops",
-    "tests/client/loop/test_safety_attacks.py": "attacks on a whole loop, of `safety.py`",
-    "tests/client/loop/test_safety_faults.py": "faults, of `safety.py`",
-    "tests/client/loop/test_safety_latch.py": "faults that stay, of `safety.py`",
-    "tests/client/loop/running/test_work.py": "counts what a whole period does",
-    "tests/client/loop/test_law_vectors.py": "writes what the page's laws are checked against",
-    "tests/experiments/test_experiments.py": "every experiment, run briefly",
-    "tests/server/bodies/solid/test_calculix.py": "against another finite element program",
-    "tests/server/bodies/solid/test_convergence.py": "against closed forms, over the mesh",
-    "tests/server/bodies/solid/test_work.py": "counts the work of a tick, several modules",
-    "tests/server/room/watch/test_forces_vector.py": "writes what the page is checked against",
-    "tests/server/room/watch/test_goals.py": "measured goals of the stream",
-    "tests/server/room/watch/test_serving.py": "over real sockets",
-    "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
-    "tests/server/shell/uploads/test_upload_choices.py": "an upload over sockets: choices again",
-    "tests/server/shell/uploads/test_upload_phases.py": "an upload over sockets, left in a phase",
-    "tests/server/shell/test_proxy.py": "behind nginx, with the file that is shipped",
-    "tests/server/shell/test_tls.py": "TLS over real sockets, several modules",
-    "tests/server/shell/test_floods.py": "floods of every kind, over real sockets",
-    "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
-    "tests/server/shell/test_work.py": "work of the whole wire, counted",
-    "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",
-    "tests/server/world/test_work.py": "counts the work of a tick, several modules",
-    "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
-    "tests/shared/control/test_friction_material.py": "friction, on material that others move",
-    "tests/shared/protocol/test_vectors.py": "writes what the page's wire is checked against",
-}
 
 
 def test_a_test_stands_where_its_module_stands() -> None:
@@ -282,11 +251,38 @@ def test_every_decision_is_in_the_list_of_decisions() -> None:
     assert listed == sorted(path.name for path in folder.glob("0*.md"))
 
 
-def test_the_threat_model_names_tests_and_files_that_exist() -> None:
+NAMED_TESTS = re.compile(r"`((?:tests/[\w/]+/)?test_\w+\.py)?(?:::)?(test_\w+)?`")
+
+
+def test_the_tests_that_pages_name_exist() -> None:
+    """As `tests/FOLDERS/test_FILE.py`, `test_FILE.py`, `test_NAME`, or a file and a name in it."""
+    tests = {path: path.read_text() for path in (ROOT / "tests").rglob("test_*.py")}
+    for page in (ROOT / "docs").rglob("*.md"):
+        for file, name in NAMED_TESTS.findall(page.read_text()):
+            paths = [p for p in tests if not file or p.as_posix().endswith(f"/{file}")]
+            assert paths, f"{page.name}: {file}"
+            found = not name or any(f"def {name}(" in tests[p] for p in paths)
+            assert found, f"{page.name}: {name}"
+
+
+def test_every_hazard_of_the_hand_has_a_guard_and_a_test() -> None:
+    page = (ROOT / "docs/safety.md").read_text()
+    for title in ("Hazards", "Drivers under attack"):
+        table = page.partition(f"## {title}\n")[2].partition("\n## ")[0]
+        rows = [line.strip("|").split("|") for line in table.splitlines() if line.startswith("| ")]
+        assert len(rows) > 6, title
+        for row in rows[2:]:  # below the heads and the rule
+            assert all(cell.strip() for cell in row), row
+            files = [file for file, _ in NAMED_TESTS.findall(row[-1])]
+            assert any(files), row
+            if title == "Drivers under attack":
+                text = "\n".join((ROOT / file).read_text() for file in files)
+                for _, name in NAMED_TESTS.findall("|".join(row[:-1])):
+                    assert f"def {name}(" in text, (row[0], name)
+
+
+def test_the_threat_model_names_files_that_exist() -> None:
     page = (ROOT / "docs/threat-model.md").read_text()
-    tests = "\n".join(path.read_text() for path in (ROOT / "tests").rglob("test_*.py"))
-    for name in re.findall(r"`(test_\w+)`", page):
-        assert f"def {name}(" in tests, name
     homes = {name.rsplit("/", 1)[-1]: ROOT / name for name in PACKAGES}
     for package, inside in re.findall(r"`(cohaptic\w*)/([\w/]+(?:\.py)?)`", page):
         assert (homes[package] / inside).exists(), inside

@@ -78,7 +78,7 @@ def address() -> Iterator[str]:
 
 def test_it_is_served_and_touched(address: str) -> None:
     code = "from cohaptic_client.cli import touch; import typer; typer.run(touch)"
-    options = ["--duration", "60", "--depth-mm", "20", "--json-lines", "--wait", "10"]
+    options = ["--duration", "60", "--depth-mm", "20", "--json-lines", "--wait", "60"]
     command = [sys.executable, "-c", code, address, *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
         assert client.stdout is not None

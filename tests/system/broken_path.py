@@ -20,13 +20,14 @@ class BrokenPath:
     Attributes:
         url: Of this end.
         passes: Whether anything passes; as where a cable is out, nobody is told.
+        takes: Whether newcomers are let in; else they wait at the door.
     """
 
     def __init__(self, port: int) -> None:
         self._target = ("127.0.0.1", port)
         self._door = socket.create_server(("127.0.0.1", 0))
         self.url = f"ws://127.0.0.1:{self._door.getsockname()[1]}"
-        self.passes = True
+        self.passes = self.takes = True
         self._ends: dict[socket.socket, socket.socket] = {}
         self._cut = self._over = False
         self._thread = threading.Thread(target=self._pass, daemon=True)
@@ -51,7 +52,8 @@ class BrokenPath:
                     end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
                     self._end(end)
                 self._cut = False
-            waiting = [self._door, *self._ends] if self.passes else []
+            door = [self._door] if self.takes else []
+            waiting = [*door, *self._ends] if self.passes else []
             for ready in select.select(waiting, [], [], 0.002)[0]:
                 if ready is self._door:
                     self._take()

@@ -72,13 +72,29 @@ def joins(url: str, go_on: Callable[[], bool]) -> None:
             end.recv(1)
 
 
-def silent(url: str, go_on: Callable[[], bool]) -> None:
-    """Connections that never ask."""
-    with contextlib.ExitStack() as ends:
-        while go_on():
-            with contextlib.suppress(OSError):
-                address = ("127.0.0.1", int(url.rpartition(":")[2]))
-                ends.enter_context(socket.create_connection(address, timeout=5.0))
+def silent(said: bytes) -> Callable[[str, Callable[[], bool]], None]:
+    """Connections that never ask, and say no more than that."""
+
+    def flood(url: str, go_on: Callable[[], bool]) -> None:
+        address = ("127.0.0.1", int(url.rpartition(":")[2]))
+        with contextlib.ExitStack() as ends:
+            while go_on():
+                with contextlib.suppress(OSError):
+                    end = ends.enter_context(socket.create_connection(address, timeout=5.0))
+                    end.sendall(said)
+
+    return flood
+
+
+def trickles(url: str, go_on: Callable[[], bool]) -> None:
+    """A request a byte at a time, and never the last one."""
+    while go_on():
+        with contextlib.suppress(OSError):
+            address = ("127.0.0.1", int(url.rpartition(":")[2]))
+            with socket.create_connection(address, timeout=5.0) as end:
+                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                for byte in REQUEST[:-1]:
+                    end.sendall(bytes([byte]))
 
 
 def crowd(
@@ -139,7 +155,9 @@ FLOODS = {
     "laws": blast(b"".join(LAWS) * 100),
     "requests": asks,
     "joins": joins,
-    "silent": silent,
+    "silent": silent(b""),
+    "half of a request": silent(REQUEST[:40]),
+    "a request byte by byte": trickles,
     "below every budget": below_every_budget,
     "teleports": teleports,
 }

@@ -28,6 +28,7 @@ pytestmark = [
 ]
 
 LOOK = 0.005  # s between two looks, which leave the processor to what is looked at
+QUICK = 0.2  # s within which a signal comes into the work after a result
 CLOCK = SystemClock()
 SAID = re.compile(r"([\d.]+) GB of memory at the most \(([\d.]+) expected\)")
 
@@ -101,13 +102,40 @@ def entries(store: Path) -> list[str]:
     return sorted(path.name for path in store.glob("*.arrays")) if store.is_dir() else []
 
 
-def wait_for(process: subprocess.Popen[str], count: int, store: Path) -> None:
-    """Until so many results are stored, or the process has ended."""
-    end = CLOCK.now() + 120.0
-    while len(entries(store)) < count:
+def wait_for(process: subprocess.Popen[str], count: int, store: Path) -> float:
+    """Until so many results are stored, or for none it fills; when it was last not so far."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    before = CLOCK.now()
+    end = before + 120.0
+    while True:
+        now, stored = CLOCK.now(), len(entries(store))
+        fills = not children.exists() or children.read_text() != ""
+        if stored >= count and (stored or fills):
+            return before
         assert process.poll() is None, process.communicate()
-        assert CLOCK.now() < end
+        assert now < end
+        before = now
         CLOCK.sleep_until(CLOCK.now() + LOOK)
+
+
+def stopped(
+    file: Path, options: list[str], number: signal.Signals, finished: int, folder: Path
+) -> tuple[subprocess.Popen[str], Path, list[str]]:
+    """A preparation that got a signal after so many results; its store, and what it held then.
+
+    Whoever stands still between a look and the signal is too late, and stops another one.
+    """
+    for turn in range(20):
+        store = folder / f"store {turn}"
+        process = started(file, *options, store=store)
+        seen = wait_for(process, finished, store)
+        kept = entries(store)
+        process.send_signal(number)
+        if CLOCK.now() - seen < QUICK and len(kept) == finished:
+            return process, store, kept
+        process.kill()
+        process.communicate()
+    raise AssertionError("no signal came in time")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
@@ -117,18 +145,7 @@ def test_the_next_start_goes_on_after_what_was_finished(
 ) -> None:
     """Stopped while it is filled, with the tetrahedra stored, and with the factor stored."""
     file, options = ball(tmp_path)
-    store = tmp_path / "store"
-    process = started(file, *options, store=store)
-    if finished:
-        wait_for(process, finished, store)
-    else:
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-        while children.exists() and not children.read_text():
-            assert process.poll() is None
-            CLOCK.sleep_until(CLOCK.now() + LOOK)
-    kept = entries(store)
-    assert len(kept) == finished
-    process.send_signal(number)
+    process, store, kept = stopped(file, options, number, finished, tmp_path)
     out, err = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert (process.returncode, out, err.strip()) == (130, "", INTERRUPTED)

@@ -31,7 +31,7 @@ from cohaptic_server.testing.blocks import block
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 CLOCK = SystemClock()
-PATIENCE = 30.0  # s; far more than anything here takes on an idle machine
+PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 BALLOON_K_O = 250.0  # N/m, on the equator
 STEP_TIME = 0.02  # s over which a jump is measured: more than a scheduler's hiccup
 
@@ -70,11 +70,12 @@ def largest_change(t: Floats, force: Floats, start: float, end: float) -> float:
 def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
     result = tmp_path / "out.json"
     output = ["--json", str(result)]
+    # Time for two presses: one in which a server stood still does not count.
     done = subprocess.run(
-        [sys.executable, "-m", "cohaptic", "demo", "--duration", "7", "--delay-ms", "30", *output],
+        [sys.executable, "-m", "cohaptic", "demo", "--duration", "12", "--delay-ms", "30", *output],
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=150,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "right felt left press" in done.stdout
@@ -96,12 +97,12 @@ def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
 
 def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> None:
     result = tmp_path / "out.json"
-    options = ["--friction", "0.8", "--duration", "10", "--delay-ms", "20", "--json", str(result)]
+    options = ["--friction", "0.8", "--duration", "15", "--delay-ms", "20", "--json", str(result)]
     done = subprocess.run(
         [sys.executable, "-m", "cohaptic", "demo", *options],
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=150,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "drag felt" in done.stdout
@@ -130,7 +131,8 @@ def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> Non
         stage.add_user(0)
         wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
     t, force = force_of(stage.recording("right"))
-    letting_go = largest_change(t, force, let_go - 0.2, let_go + 0.8)
+    # It may be seen late that left lets go; before that it has rested for two seconds.
+    letting_go = largest_change(t, force, let_go - 1.0, let_go + 0.8)
     losing = largest_change(t, force, killed - 0.1, killed + 1.0)
     assert losing <= letting_go
     assert "left left: " in (tmp_path / "right.log").read_text()
@@ -156,17 +158,20 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
             threading.Event().wait(1.2)
     for name in ("left", "right"):
         t, force = given(stage.recording(name))
-        pressed = float(force[(t > lost - 0.1) & (t < lost)].max())
+        # At least the last one, also of a loop that stood still for longer just then.
+        pressed = float(force[(t >= min(lost - 0.1, float(t[t < lost][-1]))) & (t < lost)].max())
         assert pressed > 1.5
         # Twice as long a silence as this link has had is none; then a fade, of a force that the law
         # asks more for meanwhile: the hand, held no longer, goes on to where it wants to be.
-        silent = max(limits.silent_after, PATIENCE_OF_LOOP * longest_gap(stage, name, lost))
+        heard = max(lost, last_patch(stage, name, lost + longest))
+        silent = max(limits.silent_after, PATIENCE_OF_LOOP * longest_gap(stage, name, heard))
         grows = 1.0 + BALLOON_K_O / Hand().stiffness
         gone = silent + max(limits.fade_time, grows * pressed / SAFETY_FADE_RATE)
         zero = t[(t > lost) & (force == 0.0)]
         # Injected delay, and a scheduler's leave on a busy machine.
         assert zero.size
-        assert zero[0] < lost + gone + scene_delay() + 0.1
+        late = stood_still(t, heard, float(zero[0]), limits.period)
+        assert zero[0] < heard + gone + late + scene_delay() + 0.1
         # Nothing but the hand itself moves its force faster, while it goes and when it comes back.
         assert largest_unexplained(stage, name, lost - 0.1) <= EXTERNAL_RATE * STEP_TIME
         if how is signal.SIGSTOP:
@@ -196,6 +201,18 @@ def longest_gap(stage: Stage, name: str, before: float) -> float:
     return float(c["patch_age"][c["t"] < before].max())
 
 
+def last_patch(stage: Stage, name: str, before: float) -> float:
+    """When the last one came to a loop until then; what was on its way may come late."""
+    c = Recording.load(stage.recording(name)).columns
+    return float((c["t"] - c["patch_age"])[c["t"] < before].max())
+
+
+def stood_still(t: Floats, start: float, end: float, period: float) -> float:
+    """By how much periods were longer than the two of which a fade counts no more [s]."""
+    first, last = max(0, int(np.searchsorted(t, start)) - 1), int(np.searchsorted(t, end))
+    return float(np.maximum(np.diff(t[first : last + 1]) - 2.0 * period, 0.0).sum())
+
+
 def scene_delay() -> float:
     return Scene(delay=0.02).delay
 
@@ -208,24 +225,12 @@ def test_two_users_feel_each_other_on_an_object_from_a_file(
     mesh, path, result = block((0.06, 0.06, 0.14), (5, 5, 10)), tmp_path / "a.vtk", tmp_path / "o"
     meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
     options = ["--body", str(path), "--order", "1", "--contact-radius", "0.015"]
-    options += ["--duration", "10", "--delay-ms", "30"]
+    options += ["--duration", "12", "--delay-ms", "30", "--json", str(result)]
     done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "cohaptic",
-            "demo",
-            "--duration",
-            "7",
-            "--delay-ms",
-            "30",
-            *options,
-            "--json",
-            str(result),
-        ],
+        [sys.executable, "-m", "cohaptic", "demo", *options],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=150,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "C_ij/C_ii" in done.stdout

@@ -7,35 +7,23 @@ in six, and one hand alone by a sixth, while the surface free of a force bent wi
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from cohaptic.simulated.hand import HandScript, Place
 from cohaptic_experiments.virtual_session import VirtualSession
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
+from tests.system.kept_rubber import kept_rubber
 
-DATA = Path(__file__).with_name("data") / "rubber_torus.npz"
 DEPTH = 0.0147  # m
 PRESSED = Place((0.016506, -0.082270, 0.033504), (0.043574, 0.938930, -0.341339))
 BESIDE = Place((0.044965, -0.029833, 0.035317), (0.545596, -0.693245, -0.470890))
 
 
-def torus() -> RubberSolid:
-    kept = np.load(DATA)
-    vertices = kept["vertices"].astype(np.float64)
-    tets = TetMesh.checked(vertices, kept["tets"].astype(np.int64))
-    return RubberSolid(tets, kept["fixed"], SolidSettings())
-
-
 def test_two_hands_come_to_rest_behind_a_delay() -> None:
     """80 ms each way; before, the force went on swinging by a tenth of itself."""
-    body = torus()
+    body = kept_rubber("rubber_torus")
     session, info = VirtualSession(body), describe(body)
     hands = [
         HandScript(depth=depth, approach_at=0.4, place=place)
@@ -45,7 +33,9 @@ def test_two_hands_come_to_rest_behind_a_delay() -> None:
         session.join(f"u{k}", script, delay=0.08, seed=k, geometry="mesh")
     session.run(4.4)
     tips = [(h.intention(info.center, info.radius).tip(1.0), h.hand.stiffness) for h in hands]
-    expected = solve(torus(), [RestingHand(tip, stiffness) for tip, stiffness in tips])
+    expected = solve(
+        kept_rubber("rubber_torus"), [RestingHand(tip, stiffness) for tip, stiffness in tips]
+    )
     for i, user in enumerate(session.users.values()):
         end = np.array(user.force[-800:])
         assert end.mean() == pytest.approx(expected.force[i], rel=0.02)
@@ -55,13 +45,13 @@ def test_two_hands_come_to_rest_behind_a_delay() -> None:
 @pytest.mark.parametrize("depth", [DEPTH, 0.018, 0.021])
 def test_a_hand_alone_comes_to_rest_behind_a_delay(depth: float) -> None:
     """80 ms each way; before, 18 mm deep, it swung by 0.57 N of 3.7 N."""
-    body = torus()
+    body = kept_rubber("rubber_torus")
     session, info = VirtualSession(body), describe(body)
     hand = HandScript(depth=depth, approach_at=0.4, place=PRESSED)
     session.join("alone", hand, delay=0.08, geometry="mesh")
     session.run(3.4)
     tip = hand.intention(info.center, info.radius).tip(1.0)
-    expected = solve(torus(), [RestingHand(tip, hand.hand.stiffness)])
+    expected = solve(kept_rubber("rubber_torus"), [RestingHand(tip, hand.hand.stiffness)])
     end = np.array(session.users["alone"].force[-800:])
     assert end.mean() == pytest.approx(expected.force[0], rel=0.005)
     assert np.ptp(end) < 0.002 * end.mean()

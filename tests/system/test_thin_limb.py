@@ -13,7 +13,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.demo.rest import RIPPLE
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.numeric import vec3
+from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.testing.blocks import block
 
 LENGTH, ROOT, TIP = 0.12, 0.016, 0.012  # m; of the limb, and its radii
@@ -53,15 +53,38 @@ def test_both_come_to_rest(limb: Solid, delay: float, may_swing: int) -> None:
     assert sum(swing > RIPPLE for swing in swings) <= may_swing
 
 
+def test_forces_at_a_long_delay_are_those_without_one(limb: Solid) -> None:
+    """One hand 19 mm deep, one 9 mm, a quarter turn apart, each of which turns the other.
+
+    Where what turned contacts answer was not anticipated, they were 2 and 15 % off.
+    """
+    places = ((0.0438, math.radians(20.0), 0.0186), (0.013, math.radians(-82.3), 0.0088))
+    near, far = (
+        [force[-2000:].mean() for force in forces_of(limb, places, delay)] for delay in (0.0, 0.25)
+    )
+    assert far == pytest.approx(near, rel=0.04)
+    assert min(near) > 0.005
+
+
 def largest_swing(limb: Solid, delay: float, late: float) -> float:
     """Range of a force in the last two seconds [N]; the second hand comes later by `late` [s]."""
+    places = ((0.0343, math.radians(135.0), 0.0198), (0.0257, math.radians(-54.0), 0.0156))
+    forces = forces_of(limb, places, delay, late)
+    assert max(force.max() for force in forces) > 0.05
+    return max(float(np.ptp(force[-2000:])) for force in forces)
+
+
+def forces_of(
+    limb: Solid,
+    places: tuple[tuple[float, float, float], ...],
+    delay: float,
+    late: float = 0.0,
+) -> list[Floats]:
+    """Forces of hands that press and hold [N]; of each its height, angle and depth."""
     session = VirtualSession(limb)
-    for k, (height, angle, depth) in enumerate(
-        ((0.0343, math.radians(135.0), 0.0198), (0.0257, math.radians(-54.0), 0.0156))
-    ):
+    for k, (height, angle, depth) in enumerate(places):
         at = 1.2 + k * late
         script = HandScript(depth=depth, approach_at=at, place=place(limb, height, angle))
         session.join(f"hand {k}", script, delay=delay, seed=k)
     session.run(1.7 + SETTLE)
-    assert max(max(user.force) for user in session.users.values()) > 0.05
-    return max(float(np.ptp(user.force[-2000:])) for user in session.users.values())
+    return [np.array(user.force) for user in session.users.values()]

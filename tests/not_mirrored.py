@@ -1,0 +1,37 @@
+"""Tests of several modules together, or in another way, which mirror no module."""
+
+from __future__ import annotations
+
+NOT_MIRRORED = {
+    "tests/client/devices/dualsense/test_gamepad_vectors.py": "what the page is checked against",
+    "tests/client/devices/oneaxis/test_firmware.py": "the firmware of the board, compiled",
+    "tests/client/devices/test_spacemouse_hid.py": "the driver on a mock device of the kernel",
+    "tests/client/loop/test_moving_surfaces.py": "slew limits in whole loops",
+    "tests/client/loop/test_safety_attacks.py": "attacks on a whole loop, of `safety.py`",
+    "tests/client/loop/test_safety_faults.py": "faults, of `safety.py`",
+    "tests/client/loop/test_safety_latch.py": "faults that stay, of `safety.py`",
+    "tests/client/loop/running/test_work.py": "counts what a whole period does",
+    "tests/client/loop/test_law_vectors.py": "writes what the page's laws are checked against",
+    "tests/experiments/test_experiments.py": "every experiment, run briefly",
+    "tests/server/bodies/solid/test_calculix.py": "against another finite element program",
+    "tests/server/bodies/solid/test_convergence.py": "against closed forms, over the mesh",
+    "tests/server/bodies/solid/test_work.py": "counts the work of a tick, several modules",
+    "tests/server/room/company/test_toggling.py": "what a hostile page costs, of `gathering.py`",
+    "tests/server/room/watch/test_forces_vector.py": "writes what the page is checked against",
+    "tests/server/room/watch/test_goals.py": "measured goals of the stream",
+    "tests/server/room/watch/test_serving.py": "over real sockets",
+    "tests/server/room/watch/test_serving_latency.py": "injected latency, over real sockets",
+    "tests/server/shell/uploads/test_upload_choices.py": "an upload over sockets: choices again",
+    "tests/server/shell/uploads/test_upload_phases.py": "an upload over sockets, left in a phase",
+    "tests/server/shell/doors/test_no_porch.py": "other systems, of `door.py`",
+    "tests/server/shell/test_proxy.py": "behind nginx, with the file that is shipped",
+    "tests/server/shell/test_tls.py": "TLS over real sockets, several modules",
+    "tests/server/shell/test_floods.py": "floods of every kind, over real sockets",
+    "tests/server/shell/test_refusals.py": "violations of the protocol, over real sockets",
+    "tests/server/shell/test_work.py": "work of the whole wire, counted",
+    "tests/server/world/test_tick_room.py": "the room's lag, in whole ticks",
+    "tests/server/world/test_work.py": "counts the work of a tick, several modules",
+    "tests/shared/control/stability/test_room_hands.py": "hands of finite mass, several modules",
+    "tests/shared/control/test_friction_material.py": "friction, on material that others move",
+    "tests/shared/protocol/test_vectors.py": "writes what the page's wire is checked against",
+}
