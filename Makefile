@@ -12,17 +12,14 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
-# Tests that live by the wall's clock run alone, all others side by side; `auto` is one process for
-# each core. A process that has run its share takes over half of what is left of another's.
+# Processes that run tests side by side; `auto` is one for each core.
 JOBS   ?= auto
-# What pytest returns where ARGS names no test of the one kind or the other.
-NO_TESTS := 5
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test check static format lint types web page compiled docs bench soak results clean
+.PHONY: help demo test test-all night check static format lint types web page compiled docs bench soak results clean
 help:  ## list the commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
@@ -56,14 +53,18 @@ demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --del
 	@$(BIN)/cohaptic demo $(ARGS)
 
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
-test: $(VENV)/.dev  ## the whole test suite; ARGS="tests/client -x" for a part of it
+test: $(VENV)/.dev  ## the proof that it works, some minutes; ARGS="tests/client -x" for a part of it
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
-	@echo "tests side by side, on $(JOBS) processes"; \
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "not realtime" $(ARGS); first=$$?; \
-	case $$first in 0|$(NO_TESTS)) ;; *) exit $$first;; esac; \
-	echo "tests that live by the wall's clock, one after another"; \
-	$(BIN)/python -m pytest -m realtime $(ARGS); second=$$?; \
-	[ $$second = $(NO_TESTS) ] && exit $$first || exit $$second
+	@JOBS=$(JOBS) $(BIN)/python tools/suite.py test $(ARGS)
+
+test-all: $(VENV)/.dev  ## all tests, live ones at the end; has to pass before an issue is closed
+	@$(BIN)/python -m compiling || [ "$$CI" != true ]
+	@$(BIN)/pyright; typed=$$?; \
+	JOBS=$(JOBS) $(BIN)/python tools/suite.py all $(ARGS); tested=$$?; \
+	[ $$typed = 0 ] || { echo "FAILED pyright, see above"; exit $$typed; }; exit $$tested
+
+night: $(VENV)/.dev  ## what takes hours: long tests, new examples for every law, soak, fuzz
+	@$(BIN)/python tools/suite.py night $(ARGS)
 
 check:  ## has to be green before a commit
 	@$(MAKE) --no-print-directory static
@@ -80,10 +81,9 @@ lint: $(VENV)/.dev  ## format, lint, import contracts
 	@$(BIN)/ruff check .
 	@$(BIN)/lint-imports
 
-types: $(VENV)/.dev  ## mypy and pyright, both strict
+types: $(VENV)/.dev  ## mypy, strict; pyright, strict too, is part of test-all
 	@# Status 2 is a crash of mypy itself, seen once on a cold cache; 1 are findings.
 	@$(BIN)/mypy || { [ $$? = 2 ] && $(BIN)/mypy --show-traceback; }
-	@$(BIN)/pyright
 
 web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 	@$(NPM) run --silent types

@@ -1,56 +1,34 @@
 from __future__ import annotations
 
-import ast
 import gc
 import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
-from functools import cache
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
-ROOT = Path(__file__).parents[1]
-
-# What hands do in the moments after an event is asserted by the wall's clock: a test that imports
-# one of these, itself or by a helper, is marked `realtime` and runs alone.
-HANDS = (
-    "cohaptic_client.client.Client",
-    "cohaptic_client.loop.handle",
-    "cohaptic_server.demo.processes.Stage",
-)
-# So is one that imports one of these, to open sockets, start processes or a browser, or read the
-# time, unless it is marked `patient`: it waits as long as it takes, and asserts nothing that a slow
-# machine changes. Of no use beside others is a process that stands back for them, as that of an
-# upload and that of a solid's columns do: it waits for the end of the other tests.
-REALTIME_IMPORTS = (
-    *HANDS,
-    "asyncio",
-    "cohaptic.clock.SystemClock",
-    "cohaptic_client.network.link",
-    "cohaptic_server.demo.processes",
-    "cohaptic_server.shell",
-    "cohaptic_server.upload.process",
-    "multiprocessing",
-    "playwright",
-    "socket",
-    "subprocess",
-    "threading",
-    "websockets",
-)
-
-# A busy machine is no failure: no test has a deadline but the suite's own timeout.
-settings.register_profile("cohaptic", deadline=None)
-# The same examples every time: what lands is judged by the change and not by a draw. Everybody's
-# own runs draw anew, and keep what they find as an `@example`.
-settings.register_profile("repeatable", deadline=None, derandomize=True)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "cohaptic"))
+# A busy machine is no failure: no test has a deadline but the suite's own timeout. By day laws are
+# tried on the same examples, so that a change is judged and not a draw; new ones are drawn at
+# night, and what those find is kept as an `@example`.
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=20)
+settings.register_profile("usual", deadline=None, derandomize=True)
+settings.register_profile("deep", deadline=None, max_examples=1000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 # What the tests run of the campaign's kernel takes less time than its last optimisations do.
 os.environ.setdefault("NUMBA_OPT", "2")
+
+# A test with one of these marks may touch the machine: see CONTRIBUTING.md.
+LIVE = ("live", "alone")
+# What only a live test does, by the names of Python's audit events.
+TOUCHES = frozenset({
+    "os.fork", "os.forkpty", "os.posix_spawn", "socket.bind", "socket.connect", "subprocess.Popen",
+})  # fmt: skip
+touched: set[str] = set()
 
 
 def pytest_configure() -> None:
@@ -61,64 +39,22 @@ def pytest_configure() -> None:
     main = threading.current_thread() is threading.main_thread()
     if main and signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--long", action="store_true", help="run the tests that are marked long too")
-
-
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what takes long, unless it is asked for."""
-    if config.option.long:
-        return
-    short = [item for item in items if item.get_closest_marker("long") is None]
-    config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
-    items[:] = short
-
-
-def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Where only tests in real time are wanted, import no module that has none: most have none."""
-    if config.option.markexpr != "realtime" or not collection_path.name.startswith("test_"):
-        return None
-    has_mark = "mark.realtime" in collection_path.read_text(encoding="utf-8")
-    return None if has_mark or realtime_imports(collection_path) else True
+    sys.addaudithook(lambda event, _: touched.add(event) if event in TOUCHES else None)
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark what depends on real time, by what its module imports."""
-    found = realtime_imports(item.path)
-    if item.get_closest_marker("patient") is None:
-        if found:
-            item.add_marker(pytest.mark.realtime)
-    elif hands := found.intersection(HANDS):
-        raise pytest.UsageError(f"{item.nodeid} is patient, yet imports {', '.join(hands)}")
+    """A smoke test is a live one that `make test` runs too."""
+    if item.get_closest_marker("smoke") and not any(map(item.get_closest_marker, LIVE)):
+        raise pytest.UsageError(f"{item.nodeid} is marked smoke, which is for live tests")
 
 
-@cache
-def realtime_imports(path: Path) -> frozenset[str]:
-    """What of `REALTIME_IMPORTS` a test module, its folder's conftest or their helpers import."""
-    todo, seen, found = [path, path.with_name("conftest.py")], {Path(__file__)}, set[str]()
-    while todo:
-        source = todo.pop()
-        if source in seen or not source.is_file():
-            continue
-        seen.add(source)
-        for name in imported_names(source):
-            found |= {prefix for prefix in REALTIME_IMPORTS if f"{name}.".startswith(f"{prefix}.")}
-            if name.startswith("tests."):
-                parts = name.split(".")
-                # `from tests.helper import name` names a module and something in it.
-                todo += [ROOT.joinpath(*parts[:n]).with_suffix(".py") for n in (-1, len(parts))]
-    return frozenset(found)
-
-
-def imported_names(source: Path) -> Iterator[str]:
-    """Dotted names that the statements of a module import."""
-    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+@pytest.fixture(autouse=True)
+def only_live_tests_touch_the_machine(request: pytest.FixtureRequest) -> Iterator[None]:
+    """A test that opens sockets or starts processes has to be marked, and so finds its tier."""
+    touched.clear()
+    yield
+    if not any(map(request.node.get_closest_marker, LIVE)):
+        assert touched == set(), f"mark this test live: it did {', '.join(sorted(touched))}"
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -136,6 +72,14 @@ def log_of_nobody_else() -> Iterator[None]:
     yield
     root.handlers[:] = [handler for handler in root.handlers if handler in handlers]
     root.setLevel(level)
+
+
+@pytest.fixture
+def terminal() -> Iterator[None]:
+    """As in a terminal: with `nohup` SIGHUP is ignored, here and in all that a test starts."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.fixture(autouse=True)

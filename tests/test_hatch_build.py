@@ -73,6 +73,7 @@ def test_it_can_be_told_to_leave_the_page_out(root: Path, monkeypatch: pytest.Mo
     assert not (root / hook.BUNDLE).exists()
 
 
+@pytest.mark.live
 @pytest.mark.parametrize(
     ("version", "serves"),
     [("v18.20.4", False), ("v20.18.3", False), ("v20.19.0", True), ("v21.7.3", False),
@@ -119,6 +120,7 @@ def test_what_compiles_is_asked_for_where_it_can(
     assert a_hook(root).dependencies() == []
 
 
+@pytest.mark.live
 def test_without_a_compiler_it_warns_and_goes_on_unless_it_must_not(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

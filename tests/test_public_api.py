@@ -16,7 +16,7 @@ import pytest
 import cohaptic
 import cohaptic.testing
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("cohaptic", "cohaptic_server", "cohaptic_client", "cohaptic_experiments")

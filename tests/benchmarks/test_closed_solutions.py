@@ -23,6 +23,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("case", "edge"),
     [
@@ -40,12 +41,13 @@ def test_a_file_agrees_with_the_closed_solution(case: str, edge: float, tmp_path
     assert abs(float(row["error"] or 1.0)) < 0.03
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     "thickness",
     [
         0.01,
-        pytest.param(0.005, marks=pytest.mark.long),  # half a minute each, between the two others
-        pytest.param(0.0025, marks=pytest.mark.long),
+        pytest.param(0.005, marks=pytest.mark.night),  # half a minute each, between the two others
+        pytest.param(0.0025, marks=pytest.mark.night),
         0.001,
     ],
 )
@@ -56,7 +58,7 @@ def test_plates_from_thick_to_thin_are_near_a_solid_at_the_default_edge(
     assert -0.021 < _beside_a_solid(thickness, 0.05, tmp_path) < 0.003
 
 
-@pytest.mark.long
+@pytest.mark.night
 def test_a_plate_gets_nearer_to_a_solid_with_each_shorter_edge(tmp_path: Path) -> None:
     """Also where it stops being thin: 0.018 has 1.6 edges through the thickness.
 

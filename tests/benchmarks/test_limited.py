@@ -9,7 +9,7 @@ import pytest
 
 from limited import Ended, run_limited
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.live
 
 
 def run(

@@ -6,11 +6,14 @@ import multiprocessing
 import socket
 import threading
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import load
 import load_users
+
+pytestmark = pytest.mark.live
 
 
 def test_users_who_are_closed_or_refused_are_told_of_and_the_others_go_on() -> None:

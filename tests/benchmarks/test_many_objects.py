@@ -14,7 +14,7 @@ import many_objects
 from limited import Ended
 from shapes.catalogue import MANY
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 ROOT = Path(__file__).parents[2]
 READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
@@ -88,6 +88,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
         many_objects.files_in(tmp_path / "b", [])
 
 
+@pytest.mark.night
 @pytest.mark.timeout(600)
 def test_a_short_night(tmp_path: Path) -> None:
     """One object that is touched, an empty file and one of strips that are refused."""

@@ -14,7 +14,7 @@ import pytest
 
 from soak import growth
 
-pytestmark = pytest.mark.realtime
+pytestmark = [pytest.mark.alone, pytest.mark.night]
 ROOT = Path(__file__).parents[2]
 MINUTES = os.environ.get("COHAPTIC_SOAK_MINUTES")
 # In so short a time little would happen at the pace of the long one.

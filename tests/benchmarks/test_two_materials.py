@@ -13,6 +13,8 @@ from closed_forms import Hooke, cantilever
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 
 
+@pytest.mark.night
+@pytest.mark.live
 @pytest.mark.parametrize(("case", "edge"), [("series", 0.05), ("layers", 0.03)])
 def test_a_file_of_two_materials_agrees(
     case: str, edge: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

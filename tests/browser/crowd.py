@@ -24,10 +24,10 @@ from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import scale
+from tests.patience import PATIENCE
 
 RADIUS = 0.1  # m, of the balloon
 PERIOD = 0.1  # s between two samples of a hand
-PATIENCE = 60.0  # s for a busy server to answer
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # rad; turns by it never come together
 
 

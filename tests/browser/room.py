@@ -23,10 +23,8 @@ from cohaptic.protocol.watch_messages import Watch
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
+from tests.patience import PATIENCE
 
-# s for the server to answer, to say something, and for a condition to come true. A seat is kept for
-# 15 s for a page that was closed without a word; the rest is for a machine with much else to do.
-PATIENCE = 60.0
 CLOCK = SystemClock()
 Users = dict[int, UserRecord]  # by number
 _LOG = itertools.count()

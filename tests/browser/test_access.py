@@ -17,7 +17,7 @@ from tests.browser.test_sizes import OUT
 from tests.browser.visitor import SMALL, Look, Visitor
 from tests.give_up import give_up
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = [Look(390, 844, phone=True), Look(820, 1180), Look(1024, 700), Look(1440, 900)]

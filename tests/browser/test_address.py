@@ -9,7 +9,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Look
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 PEOPLE = Look(640, 480, engineer=False)
 SCRIPT = "%3Cscript%3Ealert(1)%3C/script%3E%3Cimg%20src=x%20onerror=alert(1)%3E"

@@ -11,7 +11,7 @@ from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import SMALL, Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 PEOPLE = Look(SMALL.width, SMALL.height, engineer=False)
 # The page itself notes whose marks it shows: one is gone after five seconds, in which a busy

@@ -12,7 +12,7 @@ from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # Written to the left, of several characters each to the eye, as wide as they come, of two scripts.
 NAMES = (

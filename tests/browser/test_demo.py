@@ -11,7 +11,7 @@ import pytest
 
 from tests.browser.conftest import Open
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 _LOOP = re.compile(r"(\d+)\sms there and back")
 DELAY_MS = 80  # each way, of a demonstration that was asked for none

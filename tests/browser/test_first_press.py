@@ -10,7 +10,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import PHONE, Look
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 NEW = Look(640, 480, engineer=False)
 

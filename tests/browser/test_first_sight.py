@@ -12,7 +12,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 WINDOW = Look(1024, 720)
 # What there is in the moment that the words are there, as the page itself notes it: a look from

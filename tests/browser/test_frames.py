@@ -14,9 +14,10 @@ from playwright.sync_api import Browser, Page
 from cohaptic_server.http.routes import POLICY
 from tests.browser.conftest import Open, Serve
 from tests.browser.test_share import ask
-from tests.browser.visitor import CLOCK, PATIENCE, POLL, Look
+from tests.browser.visitor import CLOCK, POLL, Look
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # A browser that keeps third parties from storing anything throws at the mere word.
 _FORBIDDEN = """

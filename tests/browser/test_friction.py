@@ -9,7 +9,7 @@ import pytest
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # Beside ann's place in the first view; it drags the surface out and back.
 DRAGS = ("--angle", "-60", "--friction", "0.8", "--drag-mm", "25", "--rhythm-s", "4")

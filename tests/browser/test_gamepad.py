@@ -17,7 +17,7 @@ from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 from tests.client.devices.dualsense.pad_reports import pad_report
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 RIGHT = SIDES["right"]
 LOOKS = [Look(390, 844), Look(820, 1180), Look(1440, 900)]

@@ -13,7 +13,7 @@ from cohaptic_server.access.tokens import Claims, sign
 from cohaptic_server.credentials.key_file import new_key, save_keys
 from tests.browser.conftest import Open, Serve
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 def test_a_link_lets_in_once_and_its_session_outlives_a_reload(

@@ -11,7 +11,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import PHONE, Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 WIDE = Look(1024, 720)
 MOST = 30.0  # degrees (web/src/view/pointing/lean.ts)

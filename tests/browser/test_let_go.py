@@ -14,7 +14,7 @@ from tests.browser.test_gamepad import come, in_use
 from tests.browser.test_gamepad import press as pull_the_trigger
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # So large that nothing stands before the middle of the body.
 WIDE = Look(1024, 720)

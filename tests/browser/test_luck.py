@@ -14,7 +14,7 @@ from tests.browser.conftest import Open, Serve
 from tests.browser.room import Room
 from tests.browser.visitor import visitor_of
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # The same server of a later version of the protocol.
 UPGRADED = """
@@ -28,6 +28,7 @@ sys.exit(main())
 MARKUP = "<img src=x onerror=alert(1)>"
 
 
+@pytest.mark.smoke
 def test_a_server_that_dies_and_returns_is_touched_again(visitors: Open, serve: Serve) -> None:
     room = serve()
     ann = visitors()

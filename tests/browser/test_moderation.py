@@ -16,7 +16,7 @@ from cohaptic_server.credentials.key_file import new_key, save_keys
 from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import DESKTOP, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 # Whether a button was pressed while it asked.

@@ -15,7 +15,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import SMALL
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 TABLE = json.loads((Path(__file__).parents[2] / "web/src/control/campaign_rooms.json").read_text())
 REACH = {"loop": (20, 0.25), "coupling": (10, 0.2), "lag": (20, 0.4)}

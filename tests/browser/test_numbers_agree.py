@@ -9,7 +9,7 @@ import pytest
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 # mm: half a millimetre by which facets lie below the smooth surface, from which a hand counts, and
 # two roundings of a tenth.

@@ -12,7 +12,7 @@ from tests.browser.test_company import view_of
 from tests.browser.test_let_go import WIDE, is_off
 from tests.browser.visitor import Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 TIP, BARREL = 1, 2  # of the buttons, as bits
 

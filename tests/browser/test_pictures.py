@@ -10,7 +10,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import DESKTOP, PHONE, Look
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 TABLET = Look(820, 1180)

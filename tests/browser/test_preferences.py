@@ -13,7 +13,7 @@ from tests.browser.test_company import view_of
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 WINDOW = Look(1280, 800)
 HALF = Look(640, 400)  # what is left of 1280 x 800 at 200 %

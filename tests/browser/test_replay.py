@@ -25,7 +25,7 @@ from tests.browser.test_sizes import OUT
 from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 PRESSES = ("--angle", "-80", "--depth-mm", "30", "--rhythm-s", "3")
 RESTS = ("--angle", "-80", "--depth-mm", "30")

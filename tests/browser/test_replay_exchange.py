@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.browser.conftest import Open, Serve
 from tests.browser.looking_back import (
     heard_at,
@@ -15,6 +17,8 @@ from tests.browser.test_upload import drop, own_store, shown
 from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look
 from tests.server.upload.test_worker import block_vtu
+
+pytestmark = pytest.mark.alone
 
 # Not `patient`: the process of an upload stands back for other tests, and would wait for their end.
 __all__ = ["own_store"]  # a fixture of every test here: nothing is left in the user's store

@@ -18,10 +18,11 @@ import pytest
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
 from tests.browser.conftest import Open
-from tests.browser.visitor import PATIENCE, Visitor
+from tests.browser.visitor import Visitor
+from tests.patience import PATIENCE
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
 

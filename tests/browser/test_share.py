@@ -11,7 +11,7 @@ from tests.browser.conftest import Open, Serve
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 SIZES = [Look(390, 844, phone=True), Look(820, 1180), Look(1280, 800)]
 

@@ -19,7 +19,7 @@ from tests.browser.room import Room
 from tests.browser.test_watch import picture
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 GREY = 0.03  # most that the channels of a pixel differ in a picture without colour
 COLOURED = 0.15

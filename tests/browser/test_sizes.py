@@ -11,7 +11,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 LONG = "W" * 32  # the widest letter, as often as a name may have it

@@ -11,7 +11,7 @@ from tests.browser.room import Room
 from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 PICTURES = 20
 # What is drawn on the canvas itself, what beside it, and what is put there before it is finished;

@@ -21,7 +21,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room, Users
 from tests.browser.visitor import AZIMUTH, CLOCK, LONG, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 K = Hand().stiffness  # N/m; the hand in a page is the same (web/src/page/own_hand.ts)
 # What is shown has two digits; a hand that counts as steady still creeps by as much.

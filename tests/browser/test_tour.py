@@ -12,7 +12,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 STEPS = [
     "welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours",

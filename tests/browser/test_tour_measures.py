@@ -13,7 +13,7 @@ from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import PHONE, Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 SWINGS, RESTS = 0.5, 0.02  # N
 WIDE = Look(1024, 720)

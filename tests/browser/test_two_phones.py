@@ -13,7 +13,7 @@ from tests.browser.test_silence import lamp, looks_dead, network
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import PHONE, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 STEPS = 12  # of a finger that moves
 # What lies over a part, where it should lie beside it.

@@ -7,7 +7,7 @@ import pytest
 from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import Look, Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 def test_a_page_waits_is_told_its_place_and_comes_in(visitors: Open, serve: Serve) -> None:

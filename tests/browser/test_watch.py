@@ -14,7 +14,7 @@ from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import Visitor
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 SAME = 0.01  # share of a picture
 DENT = ("--angle", "-80", "--depth-mm", "40")  # degrees; in sight of the first view

@@ -13,8 +13,8 @@ from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Response
 from cohaptic.clock import SystemClock
 from cohaptic_server.http.routes import POLICY
 from tests.browser.scripts import ENGINEER, TEXT, TWO_FRAMES, VIOLATIONS
+from tests.patience import PATIENCE
 
-PATIENCE = 45.0  # s; far more than anything here takes on an idle machine
 POLL = 40  # ms between two looks
 WRITTEN = 150  # ms; the page writes its numbers ten times a second, where it draws as often
 # A steady force: over so many looks and seconds it does not change by more. A server that stands

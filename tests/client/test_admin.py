@@ -26,7 +26,7 @@ from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.peers import hello
 from tests.server.shell.stage import Client, Serving, serving, visit
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @pytest.fixture(scope="module")

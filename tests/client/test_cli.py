@@ -12,6 +12,8 @@ import pytest
 from cohaptic.cli.app import main
 from cohaptic_client.devices.catalogue import NAMES
 
+pytestmark = pytest.mark.live
+
 
 @pytest.fixture(autouse=True)
 def _keep_signals() -> Iterator[None]:  # pyright: ignore[reportUnusedFunction]  # pytest uses it

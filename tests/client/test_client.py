@@ -27,6 +27,9 @@ from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.network.conversation import Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import BODY, PERIOD, Visit, plane_server
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.alone
 
 CHANGED = Error(code=CloseCode.OBJECT_CHANGED.value, message="there is another object now")
 TAKEN = Error(code=CloseCode.NAME_TAKEN.value, message="name is 'left'; expected one that is free")
@@ -104,7 +107,7 @@ def play(
                 gains=gains,
             )
 
-    asyncio.run(asyncio.wait_for(work(), 30.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
     return told
 
 
@@ -213,7 +216,7 @@ def test_a_lost_server_is_tried_again_for_a_while_then_named() -> None:
             with pytest.raises(ServerLost, match="the connection was lost"):
                 await first
 
-    asyncio.run(asyncio.wait_for(work(), 30.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.15])

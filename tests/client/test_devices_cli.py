@@ -23,7 +23,7 @@ from tests.client.devices.haply.haply_bench import be_patient
 from tests.client.devices.until import SteadyClock, until
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals"),
 ]
 

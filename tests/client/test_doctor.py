@@ -20,7 +20,7 @@ from cohaptic_client.doctor import (
 )
 from cohaptic_client.loop.running.measure import measure
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 GOOD = {
     "scheduling": "real-time (SCHED_FIFO 5)",
     "memory": "memory locked",

@@ -12,12 +12,12 @@ import pytest
 
 from cohaptic_client import enter_key
 from cohaptic_client.enter_key import EnterKey
+from tests.patience import PATIENCE
 
 if sys.platform == "win32":
     pytest.skip("there are no pseudo-terminals", allow_module_level=True)
 
-pytestmark = pytest.mark.patient
-PATIENCE = 30.0  # s
+pytestmark = pytest.mark.live
 
 
 @pytest.fixture

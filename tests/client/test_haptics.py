@@ -26,6 +26,8 @@ from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.settings import ClientSettings
 
+pytestmark = pytest.mark.alone
+
 BODY = BodyInfo(name="plane", center=(0.1, 0.2, 0.3), radius=0.1, contact_radius=0.02)
 SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.status.row import COLUMNS, ROW, Row
 from cohaptic_client.recorder import MAX_SECONDS, Recorder
+from tests.examples_of_laws import examples
 
 SLOW = 0.1  # Hz; 30 rows are the longest recording
 LIMIT = int(MAX_SECONDS * SLOW)
@@ -46,7 +47,7 @@ def test_a_recording_without_rows_is_a_file_too(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.integers(0, 40), max_size=6))
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 def test_of_a_long_session_the_last_rows_are_kept(
     tmp_path_factory: pytest.TempPathFactory, batches: list[int]
 ) -> None:

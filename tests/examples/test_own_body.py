@@ -18,7 +18,7 @@ from cohaptic import HandScript, Rhythm
 from cohaptic_experiments import VirtualSession
 from cohaptic_server import Body, Load
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 EXAMPLE = Path(__file__).parents[2] / "examples/own_body.py"
 FOUNDATION = 4e3  # N/m^3, the default of the example

@@ -57,6 +57,7 @@ def extent(path: Path) -> Floats:
     return np.asarray(np.ptp(read_surface(path)[0], axis=0))
 
 
+@pytest.mark.slow
 def test_there_are_many(folder: Path) -> None:
     assert {path.name for path in folder.iterdir()} == MANY.keys()
     assert len(MANY) >= 28

@@ -36,11 +36,13 @@ def outcome(*checks: Check) -> Outcome:
 
 
 # "hands" is run beside the tests of its campaign: one process compiles its kernel for all of them.
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name != "hands"])
 def test_an_experiment_holds_and_writes_its_outcome(name: str, tmp_path: Path) -> None:
     check_quick_run(name, tmp_path)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_data() -> None:
     ext2 = load("ext2")
     first, again, other = (

@@ -7,7 +7,10 @@ import pytest
 
 from cohaptic_server.process_memory import own_peak, peak_memory
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory")
+pytestmark = [
+    pytest.mark.live,
+    pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory"),
+]
 
 SIZE = 400_000_000  # bytes
 PEAK = "from cohaptic_server.process_memory import peak_memory; print(peak_memory())"

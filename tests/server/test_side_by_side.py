@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from cohaptic_server.side_by_side import both, cores
+from tests.patience import PATIENCE
 
 
 def test_it_returns_what_both_return() -> None:
@@ -14,7 +15,7 @@ def test_it_returns_what_both_return() -> None:
 @pytest.mark.skipif(cores() < 2, reason="there is one core")
 def test_two_threads_work_at_a_time() -> None:
     """Each waits in its part for the other one to come into its own."""
-    meeting = threading.Barrier(2, timeout=10.0)
+    meeting = threading.Barrier(2, timeout=PATIENCE)
     assert sorted(both(meeting.wait, meeting.wait)) == [0, 1]
 
 

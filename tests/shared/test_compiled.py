@@ -15,7 +15,7 @@ from tests.shared.loop_outputs import ROOT, outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
 # Compiling takes 15 to 20 s of the processor, once: mypyc reads the types of the standard library.
-pytestmark = [pytest.mark.patient, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.live, pytest.mark.timeout(600)]
 
 SHARED = ["cohaptic.control.mesh_fit"]  # of the packages that the checkout has a copy of
 KERNELS = ["cohaptic_server.mean", "cohaptic_server.total"]

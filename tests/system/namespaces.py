@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.give_up import give_up
+from tests.patience import PATIENCE
 
 SERVER, GUEST = "10.203.77.1", "10.203.77.2"  # nobody else's: both are inside
 
@@ -36,7 +37,9 @@ class Namespace:
     def cohaptic(self, *arguments: str, check: bool = True) -> subprocess.CompletedProcess[str]:
         """A command of cohaptic, to its end."""
         command = self.command(sys.executable, "-m", "cohaptic", *arguments)
-        return subprocess.run(command, capture_output=True, text=True, check=check, timeout=60.0)
+        return subprocess.run(
+            command, capture_output=True, text=True, check=check, timeout=PATIENCE
+        )
 
     def wrap(self, program: str, script: Path) -> Path:
         """A script that starts a program in it, with its own files that are open."""

@@ -18,12 +18,13 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.cli.progress_bar import INTERRUPTED
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.testing.blocks import block
+from tests.patience import PATIENCE
 from tests.server.objects.files import write
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory"),
 ]
 
@@ -84,12 +85,12 @@ SHORT = ("coarse ball", "cube", "linear")
 
 @pytest.mark.parametrize(
     "name",
-    [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in SHAPES],
+    [name if name in SHORT else pytest.param(name, marks=pytest.mark.night) for name in SHAPES],
 )
 def test_no_more_memory_is_taken_than_was_said_before(name: str, tmp_path: Path) -> None:
     make, options = SHAPES[name]
     process = started(make(tmp_path), *options, store=tmp_path / "store")
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=5 * PATIENCE)
     assert process.returncode == 0, err
     found = SAID.search(out)
     assert found, out
@@ -146,13 +147,13 @@ def test_the_next_start_goes_on_after_what_was_finished(
     """Stopped while it is filled, with the tetrahedra stored, and with the factor stored."""
     file, options = ball(tmp_path)
     process, store, kept = stopped(file, options, number, finished, tmp_path)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     if number == signal.SIGINT:
         assert (process.returncode, out, err.strip()) == (130, "", INTERRUPTED)
     else:
         assert process.returncode == -signal.SIGKILL
     again = started(file, *options, store=store)
-    out, err = again.communicate(timeout=300)
+    out, err = again.communicate(timeout=5 * PATIENCE)
     assert again.returncode == 0, err
     assert "tetrahedra" in out
     left = entries(store)

@@ -20,6 +20,8 @@ from cohaptic_server.monitoring.exposition import exposition
 from cohaptic_server.rooms.config import load_config
 from tests.server.monitoring.some import room, ticking, user
 
+pytestmark = pytest.mark.live
+
 DEPLOY = Path(__file__).parents[2] / "deploy"
 RUNBOOK = (DEPLOY.parent / "docs/how-to/operate-a-server.md").read_text()
 yaml: Any = pytest.importorskip("yaml")

@@ -23,8 +23,11 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import norm
 from cohaptic_server.demo.processes import Process
+from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
 from tests.system.flooder import FLOODS, HTTP
+
+pytestmark = pytest.mark.alone
 
 PERIOD = 1.0 / 60.0  # s
 STRETCH = 40  # ticks without a flood, and with one
@@ -68,7 +71,7 @@ class Victim(threading.Thread):
                     len(self.patches) > first
                     and self.patches[-1].t_server - self.patches[first].t_server >= ticks * PERIOD
                 ),
-                timeout=30.0,
+                timeout=PATIENCE,
             )
             return self.patches[first:]
 
@@ -155,7 +158,7 @@ def test_a_server_without_files_says_so_to_who_comes_and_goes_on(
     try:
         with contextlib.ExitStack() as ends:
             held = [
-                ends.enter_context(socket.create_connection(address, timeout=10.0))
+                ends.enter_context(socket.create_connection(address, timeout=PATIENCE))
                 for _ in range(60)
             ]
             flooded = victim.play(STRETCH)
@@ -165,6 +168,6 @@ def test_a_server_without_files_says_so_to_who_comes_and_goes_on(
     assert refused.startswith(b"HTTP/1.1 503 ")
     assert b"this machine has no more open files" in refused
     assert left_out(flooded) <= left_out(calm) + 0.1 * STRETCH
-    with socket.create_connection(address, timeout=10.0) as end:
+    with socket.create_connection(address, timeout=PATIENCE) as end:
         end.sendall(HTTP)
         assert end.recv(12) == b"HTTP/1.1 200"

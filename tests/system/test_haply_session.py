@@ -23,14 +23,14 @@ from cohaptic_client.devices.placing.placed import AFTER_LOSS, RETURN_TIME
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
+from tests.patience import PATIENCE
 
 pytestmark = [
-    pytest.mark.realtime,
+    pytest.mark.alone,
     pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX processes"),
 ]
 
 CLOCK = SystemClock()
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 REACH = 0.035  # m from the middle of the workspace, outside the balloon, into it
 PRESSED = 2.0  # s
 TRIED = 5.0  # s for which a press may take until all of it is felt

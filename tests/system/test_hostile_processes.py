@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from websockets.asyncio.client import connect
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -30,6 +31,8 @@ from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
 from tests.client.plane_server import BODY, PERIOD, SURFACE
 from tests.server.peers import hello_text
+
+pytestmark = pytest.mark.alone
 
 CALM, ATTACK = 4.0, 3.0  # s
 LONG = CALM + ATTACK + 1.0  # s

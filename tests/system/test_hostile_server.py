@@ -25,6 +25,7 @@ from cohaptic.vec import ZERO, norm, sub
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from tests.client.plane import PLANE, STIFFNESS
+from tests.examples_of_laws import examples
 from tests.system.virtual_touch import (
     AT_REST,
     DEPTH,
@@ -42,7 +43,9 @@ STEP = 1.02 * EXTERNAL_RATE * PERIOD  # N; the second order of a turn with it
 places = st.integers(0, 10_000)
 NOT_NUMBERS = (math.nan, math.inf, -math.inf)
 plays = settings(
-    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=examples(15),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 
 
@@ -87,6 +90,7 @@ def wrong_vertex(frame: bytes, place: int) -> bytes:
     return frame[:-10] + struct.pack("<H", 81 + place) + frame[-8:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [*map(not_a_number, NOT_NUMBERS), cut, too_long, wrong_vertex])
 @given(
     mesh=st.booleans(),
@@ -132,6 +136,7 @@ wild = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.integers(AT_REST, AT_REST + 200), st.lists(wild, max_size=3)))
 @plays
 def test_patches_at_their_limits_at_any_time_step_no_force(
@@ -147,6 +152,7 @@ def test_patches_at_their_limits_at_any_time_step_no_force(
     assert seen.forces[-1] == ZERO
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
 @given(seed=st.integers(0, 2**32 - 1))
 @plays
@@ -176,6 +182,7 @@ def test_with_400_ms_of_jitter_the_newest_patch_is_in_use_and_no_force_steps(
         assert n + latest >= END or seen.ticks[n + latest] >= tick
 
 
+@pytest.mark.slow
 @given(
     st.booleans(),
     st.lists(st.tuples(st.integers(0, 100), st.integers(1, 950)), max_size=20),

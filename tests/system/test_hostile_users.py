@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given
-from hypothesis import settings as examples
+from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.protocol.contact_sample import ContactSample
@@ -19,6 +19,7 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3, add, norm, scale
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from tests.examples_of_laws import examples
 
 MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
 Attack = Callable[[int, int], tuple[Vec3, Vec3]]  # attacker, tick -> probe [m], force [N]
@@ -118,6 +119,7 @@ def resonant(_k: int, tick: int) -> tuple[Vec3, Vec3]:
 ATTACKS: Sequence[Attack] = (alternating, hammering, crushing, leaping, sweeping, resonant)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attackers", [1, 3, 15])
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
 def test_nobody_jolts_a_resting_hand(balloon: Balloon, attack: Attack, attackers: int) -> None:
@@ -146,6 +148,7 @@ def dragging(k: int, _tick: int) -> tuple[Vec3, Vec3]:
     return at_angle(2.0 + 0.2 * k), add(scale(at_angle(2.0, 1.0), 7.0), (0.0, 0.0, 7.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attackers", [1, 15])
 @pytest.mark.parametrize("attack", [dragging, alternating], ids=lambda attack: attack.__name__)
 @pytest.mark.parametrize(
@@ -161,6 +164,7 @@ def test_nobody_jolts_a_resting_hand_by_where_it_says_that_it_holds_on(
     assert victim.number in session.room.members
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", [crushing, hammering], ids=lambda attack: attack.__name__)
 def test_when_they_are_gone_everything_is_as_before(balloon: Balloon, attack: Attack) -> None:
     session, victim = attacked(balloon, attack, 15, seconds=2.0)
@@ -176,9 +180,12 @@ wild = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2
 hard = st.tuples(st.floats(-57.0, 57.0), st.floats(-57.0, 57.0), st.floats(-57.0, 57.0))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(wild, hard), min_size=1, max_size=12), st.sampled_from([1, 3, 15]))
-@examples(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+@tried(
+    max_examples=examples(12),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 def test_whatever_samples_they_send(
     balloon: Balloon, samples: list[tuple[Vec3, Vec3]], attackers: int

@@ -19,7 +19,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.demo.processes import Process
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
 DESCRIBED = Path(__file__).parents[2] / "docs/openapi"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.alone
 ROOT = Path(__file__).parents[2]
 SECONDS = 3.0
 # Bytes for each: 0.3 kB in the server where ten thousand are held; of a thousand its breath shows.

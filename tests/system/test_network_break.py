@@ -16,7 +16,10 @@ from cohaptic_server.demo.processes import Process
 from tests.system.broken_path import BrokenPath
 from tests.system.test_rooms import CLOCK, STEP_TIME, largest_unexplained, port_of, state, until
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="resets connections")
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.skipif(sys.platform == "win32", reason="resets connections"),
+]
 
 SILENCE = 5.0  # s for which nothing passes
 

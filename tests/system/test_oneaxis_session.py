@@ -23,14 +23,14 @@ from cohaptic.status.report import TouchStatus
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
+from tests.patience import PATIENCE
 
 pytestmark = [
-    pytest.mark.realtime,
+    pytest.mark.alone,
     pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals"),
 ]
 
 CLOCK = SystemClock()
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 REACH = 0.02  # m from the middle of the handle, before the balloon, into it
 PRESSED = 1.5  # s
 TRIED = 5.0  # s for which a press may take until all of it is felt

@@ -27,11 +27,14 @@ from cohaptic_server.demo.processes import Stage
 from cohaptic_server.demo.scene import PRESS_DEPTH, Scene
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"),
+]
 
 CLOCK = SystemClock()
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 BALLOON_K_O = 250.0  # N/m, on the equator
 STEP_TIME = 0.02  # s over which a jump is measured: more than a scheduler's hiccup
 
@@ -67,6 +70,7 @@ def largest_change(t: Floats, force: Floats, start: float, end: float) -> float:
     return float(np.abs(part[n:] - part[:-n]).max())
 
 
+@pytest.mark.smoke
 def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
     result = tmp_path / "out.json"
     output = ["--json", str(result)]
@@ -75,7 +79,7 @@ def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
         [sys.executable, "-m", "cohaptic", "demo", "--duration", "12", "--delay-ms", "30", *output],
         capture_output=True,
         text=True,
-        timeout=150,
+        timeout=3 * PATIENCE,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "right felt left press" in done.stdout
@@ -102,7 +106,7 @@ def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> Non
         [sys.executable, "-m", "cohaptic", "demo", *options],
         capture_output=True,
         text=True,
-        timeout=150,
+        timeout=3 * PATIENCE,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "drag felt" in done.stdout
@@ -230,7 +234,7 @@ def test_two_users_feel_each_other_on_an_object_from_a_file(
         [sys.executable, "-m", "cohaptic", "demo", *options],
         capture_output=True,
         text=True,
-        timeout=150,
+        timeout=3 * PATIENCE,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "C_ij/C_ii" in done.stdout

@@ -27,6 +27,7 @@ def soft_block() -> Solid:
     return Solid(mesh, np.asarray(mesh.vertices[:, 2] < 1e-6), settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.0, 0.08, 0.25])
 @pytest.mark.parametrize("geometry", ["plane", "mesh"])
 @pytest.mark.parametrize("degrees", [10.0, 30.0])

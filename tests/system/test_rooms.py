@@ -22,12 +22,15 @@ from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_server.demo.analysis import STEP, Recording
 from cohaptic_server.demo.processes import Process
+from tests.patience import PATIENCE
 from tests.system.broken_path import BrokenPath
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over")
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
+]
 
 CLOCK = SystemClock()
-PATIENCE = 90.0  # s; far more than anything here takes on an idle machine
 STEP_TIME = 0.02  # s over which a jump is measured: more than a scheduler's hiccup
 CONFIG = """
 port = 0
@@ -81,6 +84,7 @@ def state(hand: Process) -> tuple[str, float]:
     return str(told.get("state")), float(told.get("force", 0.0))
 
 
+@pytest.mark.smoke
 def test_after_a_room_was_killed_a_hand_comes_back_smoothly_and_the_other_felt_nothing(
     rooms: Rooms, tmp_path: Path
 ) -> None:

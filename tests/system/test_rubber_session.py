@@ -56,6 +56,7 @@ def resting(body: RubberBalloon, hands: list[HandScript]) -> list[RestingHand]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [(-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.64, 0.48)])
 @pytest.mark.parametrize("most", [10.0, 30.0])
 def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
@@ -99,6 +100,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     assert hardest > 4.0
 
 
+@pytest.mark.slow
 def test_two_users_at_80_ms_feel_the_reference(rubber: RubberBalloon) -> None:
     hands = [HandScript(math.pi + math.pi * i, depth=0.02, approach_at=1.2) for i in range(2)]
     session = VirtualSession(rubber)
@@ -112,6 +114,7 @@ def test_two_users_at_80_ms_feel_the_reference(rubber: RubberBalloon) -> None:
         assert user.force[-1] > 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (2.0, 0.15)])
 def test_three_deep_hands_settle_at_the_reference(damping: float, sway: float) -> None:
     """Contacts do not throw each other to and fro on a body that softens.
@@ -132,6 +135,7 @@ def test_three_deep_hands_settle_at_the_reference(damping: float, sway: float) -
         assert np.ptp(user.force[-500:]) < sway
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("friction", "off"), [(0.0, 0.01), (0.6, 0.15)])
 def test_meshes_and_friction_work_on_it_too(
     rubber: RubberBalloon, friction: float, off: float

@@ -44,6 +44,7 @@ def soft() -> RubberSolid:
     return ball()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [(-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.64, -0.48)])
 @pytest.mark.parametrize(("young", "most"), [(2e4, 10.0), (2e4, 30.0), (4e3, 30.0)])
 def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
@@ -92,6 +93,7 @@ def resting(body: RubberSolid, hands: list[HandScript]) -> list[RestingHand]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (1.0, 0.1)])
 def test_two_users_at_80_ms_feel_the_reference(damping: float, sway: float) -> None:
     body = ball(damping=damping)
@@ -107,6 +109,7 @@ def test_two_users_at_80_ms_feel_the_reference(damping: float, sway: float) -> N
         assert user.force[-1] > 1.0
 
 
+@pytest.mark.slow
 def test_meshes_and_friction_work_on_it_too(soft: RubberSolid) -> None:
     """Patches cut from the bent surface; three loads of a contact, one normal, two along it."""
     hands = [HandScript(math.pi + math.pi * i, depth=0.01) for i in range(2)]

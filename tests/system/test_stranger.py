@@ -19,10 +19,11 @@ from cohaptic_server.http.page_files import has_page, load_page
 from tests.browser.chromium import FLAGS, NAMES
 from tests.browser.visitor import Visitor
 from tests.give_up import give_up
+from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.system.namespaces import Namespace, two_namespaces
 
-pytestmark = [pytest.mark.patient, pytest.mark.realtime]
+pytestmark = pytest.mark.alone
 
 
 def chromium() -> str:
@@ -131,7 +132,7 @@ def test_the_servers_loopback_is_not_the_guests(tmp_path: Path) -> None:
                 sys.executable, "-c",
                 f"import socket; socket.create_connection(('127.0.0.1', {port}), 5)",
             ),
-            capture_output=True, text=True, check=False, timeout=30.0,
+            capture_output=True, text=True, check=False, timeout=PATIENCE,
         )  # fmt: skip
         listening.stdin.close()
         listening.wait(10.0)

@@ -56,6 +56,7 @@ def test_a_wall_is_pressed_until_it_is_felt(wall: Solid, placement: Placement) -
     assert reference(scene, wall, pressed=True).force[0] > 2.0 * LEAST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.0, 0.08, 0.25])
 def test_a_session_finds_the_forces_of_the_reference(
     wall: Solid, placement: Placement, delay: float

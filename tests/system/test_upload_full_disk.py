@@ -25,6 +25,8 @@ from tests.server.shell.uploads.stage_of_uploads import (
 from tests.server.upload.test_worker import block_vtu, cube
 from tests.small_disk import fill, small_disk
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Generator[Path]:

@@ -11,10 +11,10 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.demo.processes import Process
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.alone
 CLOCK = SystemClock()
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 
 
 def until(condition: Callable[[], bool]) -> None:

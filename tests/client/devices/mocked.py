@@ -12,6 +12,7 @@ from typing import Any
 
 from tests.client.devices.umock import UNAVAILABLE
 from tests.give_up import give_up
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).parents[3]
 
@@ -26,7 +27,7 @@ def run_mocked(script: Path, *arguments: str) -> Any:
         [wrapper, sys.executable, str(script), *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
         env={**os.environ, "PYTHONPATH": path},
     )

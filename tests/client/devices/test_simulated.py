@@ -10,6 +10,7 @@ from cohaptic.simulated.hand import Hand, HandScript, Intention, Rhythm
 from cohaptic.vec import ZERO, Vec3, is_finite, norm, sub
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.simulated import SimulatedDevice
+from tests.examples_of_laws import examples
 
 HAND = Hand()
 PERIOD = 0.001  # s
@@ -34,7 +35,7 @@ def test_it_is_a_device_and_says_so() -> None:
 
 
 @given(st.floats(0.0, 2e5))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_its_time_starts_with_the_first_read_whatever_the_clock_shows(start: float) -> None:
     here, there = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING)
     first, later = run(here, 0.0, 0.4), run(there, start, 0.4)
@@ -55,7 +56,7 @@ def test_reading_twice_in_one_moment_moves_nothing() -> None:
 
 
 @given(st.floats(-5.0, 5.0))
-@settings(max_examples=20)  # two seconds each
+@settings(max_examples=examples(20))  # two seconds each
 def test_it_comes_to_rest_where_its_spring_and_the_force_balance(force: float) -> None:
     sample = run(SimulatedDevice(HAND, RESTING), 0.0, 2.0, (force, 0.0, 0.0))
     expected = 0.1 - 0.02 + force / HAND.stiffness

@@ -244,6 +244,7 @@ def test_without_the_right_to_open_it_a_rule_for_udev_is_named(
     assert "/etc/udev/rules.d/70-" in caught.value.advice  # before 73-seat-late.rules
 
 
+@pytest.mark.live
 def test_importing_the_driver_loads_nothing_heavy_and_no_hidapi() -> None:
     heavy = ("hid", "hidraw", "numpy", "asyncio", "pydantic")
     code = (

@@ -9,6 +9,8 @@ import pytest
 
 from tests.client.devices.mocked import run_mocked
 
+pytestmark = pytest.mark.live
+
 SCRIPT = Path(__file__).with_name("umock_spacemouse.py")
 FULL_SPEED = 0.15  # m/s
 REACH = 0.1  # m

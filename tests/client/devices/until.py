@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 
 from cohaptic.clock import SystemClock
+from tests.patience import PATIENCE
 
 _CLOCK = SystemClock()
 _MOST = 0.005  # s from one look at a steady clock to the next
@@ -33,7 +34,7 @@ class SteadyClock:
         _CLOCK.sleep_until(_CLOCK.now() + when - self.now())
 
 
-def until(condition: Callable[[], bool], seconds: float = 20.0) -> None:
+def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> None:
     """Wait until `condition` holds; a machine that is busy with other tests takes its time."""
     end = _CLOCK.now() + seconds
     while not condition():

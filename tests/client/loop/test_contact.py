@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from hypothesis import settings as examples
+from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
@@ -30,6 +30,7 @@ from tests.client.loop.loop_cases import (
     probes,
 )
 from tests.client.plane import PLANE, STIFFNESS
+from tests.examples_of_laws import examples
 
 depths = st.floats(-0.05, 0.05)
 
@@ -40,7 +41,7 @@ depths = st.floats(-0.05, 0.05)
     st.sampled_from([0.0, 1.0]),
     st.sampled_from([0.0, 8.0]),
 )
-@examples(max_examples=100, deadline=None)
+@tried(max_examples=examples(100), deadline=None)
 def test_a_hand_at_rest_is_moved_no_faster_than_others_may_move_it(
     arrivals: list[tuple[Patch, int]], depth: float, smoothing: float, damping: float
 ) -> None:
@@ -68,7 +69,7 @@ SECOND_ORDER = 0.01  # a change of gain times one of depth, relative
     st.floats(0.0, 1.0),
     st.sampled_from([0.0, 0.5]),
 )
-@examples(max_examples=100, deadline=None)
+@tried(max_examples=examples(100), deadline=None)
 def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
     arrivals: list[tuple[Patch, int, bool]], depth: float, share: float, friction: float
 ) -> None:
@@ -129,7 +130,7 @@ def test_the_hands_own_way_is_never_held_back(ways: list[float]) -> None:
 
 
 @given(st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.floats(0.0, 1.0))
-@examples(max_examples=40, deadline=None)
+@tried(max_examples=examples(40), deadline=None)
 def test_material_that_others_drag_takes_a_sticking_hand_along(
     x: float, y: float, lift: float
 ) -> None:
@@ -174,7 +175,7 @@ def test_friction_drives_no_force_on_a_contact_that_is_softer_than_the_gain(way:
 
 
 @given(near_patches, near_patches, probes, st.sampled_from(WIDE), st.integers(0, 400))
-@examples(max_examples=60, deadline=None)
+@tried(max_examples=examples(60), deadline=None)
 def test_a_change_of_law_moves_the_force_by_two_percent_a_period_at_most(
     first: Patch, second: Patch, probe: Vec3, settings: LoopSettings, later: int
 ) -> None:

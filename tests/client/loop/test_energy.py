@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from hypothesis import settings as examples
+from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
@@ -23,6 +23,7 @@ from tests.client.loop.loop_cases import (
     engaged,
 )
 from tests.client.plane import PLANE, STIFFNESS
+from tests.examples_of_laws import examples
 from tests.strategies import vectors
 
 
@@ -31,7 +32,7 @@ from tests.strategies import vectors
     st.sampled_from([0.0, 50.0]),
     vectors(5.0),
 )
-@examples(max_examples=60, deadline=None)
+@tried(max_examples=examples(60), deadline=None)
 def test_a_closed_way_over_a_resting_spring_makes_nothing(
     ways: list[Vec3], friction: float, own_force: Vec3
 ) -> None:

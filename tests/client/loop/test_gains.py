@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from hypothesis import settings as examples
+from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
@@ -27,13 +27,14 @@ from tests.client.loop.loop_cases import (
     near_patches,
 )
 from tests.client.plane import PLANE
+from tests.examples_of_laws import examples
 from tests.strategies import normals, single, vectors
 
 gains = st.floats(0.1, 1e5)
 
 
 @given(st.lists(st.tuples(near_patches, st.integers(0, 30)), min_size=1, max_size=4))
-@examples(max_examples=50)
+@tried(max_examples=examples(50))
 def test_no_patch_moves_the_gain_faster_than_that(arrivals: list[tuple[Patch, int]]) -> None:
     state, now = engaged(PLANE), 10.0
     for tick, (patch, periods) in enumerate(arrivals, start=2):

@@ -25,9 +25,11 @@ from cohaptic_client.loop.memory import SAMPLE, LoopMemory
 from cohaptic_client.loop.running.haptic_loop import ORPHANED_AFTER
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 from tests.client.plane import CONFIG, DEPTH, PLANE, PRESSED_FORCE, STIFFNESS
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.alone
 
 CLOCK = SystemClock()
-PATIENCE = 20.0  # s; on an idle machine a tenth of a second is enough
 LOOK = 0.01  # s between looks at the process
 
 

@@ -21,6 +21,7 @@ from cohaptic_client.loop.law_fade import (
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from tests.client.loop.test_moving_surfaces import Held
 from tests.client.plane import PLANE
+from tests.examples_of_laws import examples
 from tests.strategies import vectors
 
 T = 0.001  # s
@@ -54,7 +55,7 @@ def test_without_a_change_it_is_the_law_itself(law: Law, own: Gains, sight: Sigh
 
 
 @given(st.lists(st.tuples(laws, gains, st.integers(1, 500)), min_size=2, max_size=5), sights)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_whatever_follows_whatever_the_force_moves_by_one_percent(
     changes: list[tuple[Law, Gains, int]], sight: Sight
 ) -> None:

@@ -16,7 +16,10 @@ from cohaptic.protocol.patch import SIZE as PATCH_BYTES
 from cohaptic.status.row import COLUMNS, Row, rows_in
 from cohaptic_client.loop import memory as module
 from cohaptic_client.loop.memory import COMMAND, RING_ROWS, SAMPLE, LoopMemory, RowRing, Slot
+from tests.examples_of_laws import examples
 from tests.small_disk import fill, small_disk
+
+pytestmark = pytest.mark.live
 
 CAPACITY = 64
 payloads = st.binary(max_size=CAPACITY)
@@ -157,7 +160,7 @@ def test_a_reader_beside_a_writer_in_another_process_sees_whole_and_rising_value
 
 
 @given(st.lists(st.integers(0, RING_ROWS - 64), max_size=5))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_a_reader_that_keeps_up_gets_every_row_in_order(batches: list[int]) -> None:
     memory = mmap.mmap(-1, RowRing.size())
     writer, reader = RowRing(memory, 0), RowRing(memory, 0)
@@ -172,7 +175,7 @@ def test_a_reader_that_keeps_up_gets_every_row_in_order(batches: list[int]) -> N
 
 
 @given(st.integers(0, 500), st.integers(RING_ROWS - 100, 2 * RING_ROWS + 100))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=examples(5), deadline=None)
 def test_a_slow_reader_loses_only_the_oldest(before: int, after: int) -> None:
     memory = mmap.mmap(-1, RowRing.size())
     writer, reader = RowRing(memory, 0), RowRing(memory, 0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from hypothesis import assume, given
-from hypothesis import settings as examples
+from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
@@ -26,6 +26,7 @@ from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 from cohaptic_client.loop.step import step
 from tests.client.loop.slew_cases import BALL, PERIOD, SKEWED, STEP, TICK, seeds
 from tests.client.plane import PLANE
+from tests.examples_of_laws import examples
 
 
 class Held:
@@ -147,7 +148,7 @@ def test_a_compliance_that_comes_into_a_contact_starts_friction_at_none() -> Non
 
 
 @given(seeds, st.sampled_from([0.0, 0.5]), st.booleans(), st.sampled_from([200, 1000, 10_000]))
-@examples(max_examples=30)
+@tried(max_examples=examples(30))
 def test_no_legal_patches_move_the_force_of_a_hand_but_slowly(
     seed: int, friction: float, moves: bool, device: int
 ) -> None:
@@ -264,7 +265,7 @@ def test_a_closed_way_along_a_surface_makes_no_energy_on_any_device(stiffness: f
 
 
 @given(seeds)
-@examples(max_examples=20)
+@tried(max_examples=examples(20))
 def test_the_body_never_gets_more_than_the_law_or_the_limit(seed: int) -> None:
     """Even while the damping takes nearly all of the law's force, or the limit cuts it."""
     rng = random.Random(seed)

@@ -37,6 +37,7 @@ from tests.client.loop.safety_cases import (
     pressing,
     states,
 )
+from tests.examples_of_laws import examples
 from tests.strategies import vectors
 
 
@@ -127,7 +128,7 @@ def test_the_first_period_gives_no_force() -> None:
 
 
 @given(states, periods)
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 def test_the_same_periods_give_the_same_forces(state: SafetyState, periods: list[Period]) -> None:
     # NaN in a sentence of a fault is text, so states compare.
     assert play(state, periods) == play(state, periods)
@@ -139,7 +140,7 @@ def whole(force: Vec3, time: float) -> float:
 
 
 @given(st.floats(0.05, 1.0), forces, st.floats(0.0005, 0.01))
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_once_silent_the_force_is_exactly_zero_after_the_fade(
     start: float, force: Vec3, dt: float
 ) -> None:
@@ -184,7 +185,7 @@ def test_no_fade_moves_a_force_faster_than_others_may(
 
 
 @given(st.integers(1, 250), forces.filter(lambda f: norm(f) > 0.5))
-@settings(max_examples=30)  # a second of periods each
+@settings(max_examples=examples(30))  # a second of periods each
 def test_when_the_server_is_heard_again_the_force_rises_smoothly(silent: int, force: Vec3) -> None:
     seen = play(pressing(force), [Period(force, silent=True)] * silent)
     low = seen[-1]
@@ -208,6 +209,6 @@ def test_at_the_start_the_force_rises_over_the_engage_time() -> None:
 
 
 @given(st.lists(friendly, max_size=12))
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 def test_silence_alone_never_asks_the_hand_to_lift_off(periods: list[Period]) -> None:
     assert {state.mode for state in play(PRESSED, periods)} == {Mode.ENGAGED}

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic.vec import ZERO, is_finite, norm
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode
 from tests.client.loop.attacks import PERIOD, Event, Hand, anything, hands, servers
+from tests.examples_of_laws import examples
 
 ROUNDING = 1e-9  # N
 # N; what a hand that pressed 0.37 s ago may still be owed of its own motion: 20 N, `FORGET_OWN`
@@ -15,7 +16,7 @@ OWED = 1e-4
 # Half a second of pressing comes before each example, and a second of silence or two behind it: to
 # make one that fails smaller would take minutes.
 attacks = settings(
-    max_examples=100,
+    max_examples=examples(100),
     deadline=None,
     phases=(Phase.explicit, Phase.reuse, Phase.generate),
     suppress_health_check=[HealthCheck.data_too_large],

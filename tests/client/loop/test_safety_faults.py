@@ -26,6 +26,7 @@ from tests.client.loop.safety_cases import (
     pressing,
     smooth,
 )
+from tests.examples_of_laws import examples
 
 NAN, INF = math.nan, math.inf
 
@@ -46,7 +47,7 @@ RELEASE = math.ceil(FAULT_RELEASE_TIME / PERIOD) + 1
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
 @given(force=forces, then=forces)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_a_fault_lets_the_hand_go_within_the_release_time_without_a_jerk(
     fault: Period, force: Vec3, then: Vec3
 ) -> None:

@@ -17,6 +17,9 @@ from cohaptic.errors import ServerLost
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.network.link import Data, Delayed, Link
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.live
 
 CLOCK = SystemClock()
 NOW = LinkSettings()
@@ -28,7 +31,7 @@ Answer = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
 def play(work: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(work, 20.0))
+    asyncio.run(asyncio.wait_for(work, PATIENCE))
 
 
 # Delayed

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_client.network.pacing import GAIN, TARGET_WAIT, Pacer
+from tests.examples_of_laws import examples
 
 ROUNDING = 1e-6  # s; clocks of some hours in doubles, times the ticks of a run
 SETTLED = 1e-4  # s; a tenth of a haptic period
@@ -55,7 +56,7 @@ class Line:
         return self.waits
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(sim_periods, phases, st.floats(0.0, 2.0), st.floats(0.0, 2.0))
 def test_from_any_phase_and_over_any_delay_the_wait_becomes_the_wanted_one(
     period: float, phase: float, up: float, down: float

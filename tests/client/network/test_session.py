@@ -27,6 +27,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic_client.network.session import ALLOWED, ClientSession, Event, State
 from tests.client.plane import PLANE
+from tests.examples_of_laws import examples
 from tests.strategies import contact_samples, patches
 
 BODY = BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02)
@@ -70,7 +71,7 @@ def next_state(state: State, message: Event) -> State:
 
 @pytest.mark.parametrize("state", State)
 @given(message=messages)
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_each_message_is_allowed_by_the_table_or_ends_the_session(
     state: State, message: Event
 ) -> None:

@@ -20,6 +20,10 @@ from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic_client.network import wire
 from cohaptic_client.network.frames import LONGEST
 from cohaptic_client.network.wire import Wire
+from tests.examples_of_laws import examples
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.live
 
 BYE = Frame(Opcode.CLOSE, Close(1000, "").serialize()).serialize(mask=False)
 PING = Frame(Opcode.PING, b"there?").serialize(mask=False)
@@ -83,10 +87,10 @@ async def heard(chunks: list[bytes]) -> tuple[list[Message], int]:
 def play(chunks: list[bytes], *, direct_loop: bool) -> tuple[list[Message], int]:
     factory = DirectLoop if direct_loop else None
     with asyncio.Runner(loop_factory=factory) as runner:
-        return runner.run(asyncio.wait_for(heard(chunks), 20.0))
+        return runner.run(asyncio.wait_for(heard(chunks), PATIENCE))
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.lists(
         st.tuples(
@@ -151,7 +155,7 @@ def test_the_body_of_a_refusal_is_not_cut() -> None:
             with pytest.raises(InvalidHandshake, match="HTTP 403"):
                 await connect(f"ws://127.0.0.1:{port}", create_connection=Wire, proxy=None)
 
-    asyncio.run(asyncio.wait_for(work(), 20.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
 
 
 def test_what_comes_with_the_answer_to_the_handshake_is_heard(
@@ -170,7 +174,7 @@ def test_what_comes_with_the_answer_to_the_handshake_is_heard(
         async with connected() as ws:
             assert await ws.recv() == b"early"
 
-    asyncio.run(asyncio.wait_for(work(), 20.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
 
 
 def test_no_masking_key_is_used_twice(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,7 +191,7 @@ def test_no_masking_key_is_used_twice(monkeypatch: pytest.MonkeyPatch) -> None:
             for _ in range(700):
                 ws.write(bytes(52))
 
-    asyncio.run(asyncio.wait_for(work(), 20.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
     assert {len(key) for key in keys} == {KEY}
     assert len(keys) == 700
     assert len(set(keys)) > 697  # of 2^32: that two of them meet is one run in 17,000
@@ -202,7 +206,7 @@ def test_nothing_is_written_behind_the_farewell() -> None:
             await ws.close()
             ws.write("late")
 
-    asyncio.run(asyncio.wait_for(work(), 20.0))
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
     assert got == ["first"]
 
 

@@ -36,6 +36,7 @@ from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.world.force_limits import allowed_shares, limit_forces
+from tests.examples_of_laws import examples
 from tests.experiments.quick_run import check_quick_run
 
 OURS = RULES[-1]
@@ -65,6 +66,7 @@ def two_on_a_plate(law: Law, delay: float) -> Trial:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", Law)
 @pytest.mark.parametrize("delay", [0.0, 0.08])
 def test_the_campaign_agrees_with_the_real_room_and_client(law: Law, delay: float) -> None:
@@ -100,7 +102,7 @@ def test_the_campaign_agrees_with_the_real_room_and_client(law: Law, delay: floa
 
 
 @given(st.floats(0, 1), st.floats(-0.01, 0.03), st.floats(1, 800), st.floats(0, 1e4))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_compiled_functions_are_the_functions(
     share: float, depth: float, k_h: float, gain: float
 ) -> None:
@@ -121,7 +123,7 @@ def test_compiled_functions_are_the_functions(
 
 
 @given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=8), st.floats(1.0, 5000.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_compiled_limits_are_the_servers(demands: list[float], k: float) -> None:
     change, n = np.array(demands), len(demands)
     C = np.full((n, n), 0.5 / k) + 0.5 / k * np.eye(n)
@@ -132,7 +134,7 @@ def test_compiled_limits_are_the_servers(demands: list[float], k: float) -> None
 
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_trials_are_rooms_of_the_published_ranges(seed: int, index: int) -> None:
     trial = draw(seed, index)
     n = len(trial.C)
@@ -184,6 +186,7 @@ def test_hands_that_share_nothing_feel_exactly_their_own_object() -> None:
     assert play(trials, OURS, seconds=8.0).errors.max() < 1e-3
 
 
+@pytest.mark.slow
 def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> None:
     """The check of the campaign can fail: without both it does, with the layer and without."""
     trials = [draw(0, i) for i in range(300)]
@@ -197,6 +200,7 @@ def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.M
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [*ROWS, WEAK_OFF], ids=lambda row: row.name)
 def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None:
     verdicts = play([row.draw(0, i) for i in range(24)], row.variant, seconds=row.seconds)
@@ -205,7 +209,7 @@ def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None
 
 
 @given(st.integers(0, 2**31), st.integers(0, 10_000))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_the_wide_ensemble_is_as_described(seed: int, index: int) -> None:
     trial = draw_wide(seed, index, 40.0)
     assert np.linalg.eigvalsh(trial.C).min() > 0.0
@@ -230,5 +234,6 @@ def test_one_trial_is_drawn_alone() -> None:
     assert replace(Options(), trial=1).trial == 1
 
 
+@pytest.mark.slow
 def test_the_experiment_holds_and_writes_its_outcome(tmp_path: Path) -> None:
     check_quick_run("hands", tmp_path)

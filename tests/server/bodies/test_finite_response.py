@@ -16,6 +16,7 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.contacts import settled
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -42,7 +43,7 @@ def free_of(response: FiniteResponse, i: int) -> tuple[Floats, Floats]:
 
 
 @given(directions, forces)
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 def test_who_is_alone_has_the_resting_surface_moved_along_the_force(
     direction: tuple[float, float, float], force: float
 ) -> None:
@@ -62,7 +63,7 @@ def test_the_tangents_own_surface_bends_with_the_force() -> None:
 
 
 @given(st.lists(st.tuples(directions, forces), min_size=2, max_size=3))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_along_the_force_it_is_the_step_of_newtons_method(
     hands: list[tuple[tuple[float, float, float], float]],
 ) -> None:

@@ -15,6 +15,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.testing.blocks import block
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
@@ -50,7 +51,7 @@ def test_it_is_equation_9_with_b_o_in_proportion() -> None:
 
 
 @given(st.floats(0.05, 2.0), st.floats(0.1, 5.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_a_press_creeps_to_the_elastic_place(b: float, force: float) -> None:
     body, load = Viscous(solid(), b), press(solid(), (0.2, 0.1, 1.0), force)
     end = solid().respond([load])

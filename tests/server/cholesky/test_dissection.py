@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.cholesky.dissection import Part, dissect
 from cohaptic_server.cholesky.symbolic import graph_of
 from cohaptic_server.numeric import Ints
+from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import grid, problem
 
 
@@ -17,7 +18,7 @@ def subtree(parts: list[Part], k: int) -> Ints:
 
 
 @given(st.integers(2, 6), st.integers(1, 40))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_halves_do_not_touch_and_every_node_is_in_one_part(n: int, leaf: int) -> None:
     elements, points = grid(n)
     member = sp.csr_array(

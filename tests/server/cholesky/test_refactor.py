@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 
 from cohaptic_server.cholesky.refactor import Indefinite, Refactored, Workspace
 from cohaptic_server.cholesky.symbolic import analyse
+from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import blocks_of, dense, grid, shifted
 
 sizes, seeds = st.integers(2, 5), st.integers(0, 2**32 - 1)
 
 
 @given(sizes, st.integers(2, 30), seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_one_workspace_serves_every_matrix_of_its_pattern(n: int, leaf: int, seed: int) -> None:
     """Against a dense solve; trees of one front and of many, in both precisions."""
     elements, points = grid(n)
@@ -47,7 +48,7 @@ def test_a_factor_in_use_is_not_overwritten_and_its_memory_is_used_again() -> No
 
 
 @given(sizes, seeds)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_root_that_is_left_is_its_schur_complement(n: int, seed: int) -> None:
     elements, points = grid(n)
     analysis = analyse(elements, points, root=np.arange(n), leaf=4)

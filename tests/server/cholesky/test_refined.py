@@ -9,6 +9,7 @@ from cohaptic_server.cholesky.refactor import Indefinite
 from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import blocks_of, grid, shifted
 
 ELEMENTS, POINTS = grid(4)
@@ -16,7 +17,7 @@ ANALYSIS = analyse(ELEMENTS, POINTS, leaf=8)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-6.0, 1.0), st.floats(-12.0, 12.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_it_is_as_exact_as_double_precision(seed: int, least: float, scale: float) -> None:
     """Also for matrices whose condition single precision cannot take, and for any unit."""
     K: Floats = np.asarray(
@@ -32,7 +33,7 @@ def test_it_is_as_exact_as_double_precision(seed: int, least: float, scale: floa
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-9.0, 0.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_no_matrix_passes_for_positive_definite_by_rounding(seed: int, least: float) -> None:
     """Its lowest mode is negative, by as little as a millionth of what single precision sees."""
     K = shifted(ELEMENTS, len(POINTS), seed, -(10.0**least))

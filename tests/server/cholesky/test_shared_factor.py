@@ -13,7 +13,7 @@ from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.testing.blocks import block
 from tests.server.cholesky.block_problem import in_single
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 NODES = np.array([3, 40])
 FORCES = np.arange(12.0).reshape(6, 2)

@@ -27,17 +27,16 @@ from cohaptic_server.credentials.key_file import save_keys
 from cohaptic_server.rooms.config import RoomsConfig, RoomTable
 from cohaptic_server.rooms.supervisor import Supervisor
 from cohaptic_server.rooms.tables import AccessTable
+from tests.patience import PATIENCE
 from tests.server.access.some import ALL, KEY, OTHER, RING, token
 from tests.server.peers import hello
 from tests.server.rooms.bodies import small
 from tests.server.shell.stage import names, visit
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
-
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 
 
 @contextlib.asynccontextmanager

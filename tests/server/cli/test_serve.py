@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from cohaptic.cli.app import main
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 TORUS = Path(__file__).parents[3] / "examples" / "torus.stl"
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
-PATIENCE = 90.0  # s; far more than anything here takes on a busy machine
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 

@@ -17,7 +17,7 @@ from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort
 from tests.server.monitoring.asking import told_until
 from tests.server.monitoring.some import user
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 def test_once_prints_rooms_and_users_of_a_real_port() -> None:

@@ -19,6 +19,9 @@ from cohaptic.errors import SettingError
 from cohaptic_server.access.remembered import Record, Used
 from cohaptic_server.credentials import journal as module
 from cohaptic_server.credentials.journal import MOST_WAITING, Journal
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.live
 
 CLOCK = SystemClock()
 
@@ -38,7 +41,7 @@ def kept(folder: Path, *records: Record) -> list[Record]:
 
 
 def until(condition: Callable[[], bool]) -> None:
-    deadline = CLOCK.now() + 20.0
+    deadline = CLOCK.now() + PATIENCE
     while not condition():
         assert CLOCK.now() < deadline
         threading.Event().wait(0.01)
@@ -200,7 +203,7 @@ def test_on_a_full_disk_it_waits_and_nothing_is_lost_once_there_is_room(tmp_path
         process.stdin.flush()
         assert "is written again" in process.stdout.readline()
         process.stdin.write("end\n")
-        process.communicate(timeout=20.0)
+        process.communicate(timeout=PATIENCE)
     assert {record.jti for record in kept(tmp_path) if isinstance(record, Used)} == {
         f"token-{i}" for i in range(50)
     }

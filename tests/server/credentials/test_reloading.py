@@ -12,7 +12,7 @@ import pytest
 from cohaptic.errors import SettingError
 from cohaptic_server.credentials.reloading import Watched, reload_changed
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 async def changes(path: Path, change: str, times: list[str]) -> None:

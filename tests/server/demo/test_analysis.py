@@ -21,6 +21,7 @@ from cohaptic_server.demo.analysis import (
 )
 from cohaptic_server.demo.scene import MEASURE
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 from tests.server.demo.recordings import blank, save
 
 RHYTHM = Rhythm(4.0)
@@ -50,7 +51,7 @@ def test_a_recording_is_read_as_a_client_wrote_it(tmp_path: Path) -> None:
 
 
 @given(st.floats(0.0, 0.5), st.floats(0.0, 0.5), st.floats(0.0007, 0.0025))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_recordings_lie_side_by_side_where_all_of_them_exist(
     later: float, earlier: float, period: float
 ) -> None:

@@ -76,6 +76,7 @@ def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
 
 
 # Sixteen have no room with three contact radii between each two, and find it with fewer.
+@pytest.mark.slow
 @pytest.mark.parametrize("users", [3, 5, 16])
 def test_more_hands_keep_apart(tower: Solid, users: int) -> None:
     x = np.array([place.point for place in place_hands(tower, held(tower), users).places])
@@ -121,6 +122,7 @@ def test_the_support_is_behind_and_not_next_to_a_place() -> None:
     assert not found[height < -0.036].any()
 
 
+@pytest.mark.slow
 def test_two_hands_whose_contacts_are_wide_stand_as_far_apart_as_there_is_room() -> None:
     """Less than 2.2 contact radii: the fingertips of a coarse object grow with its elements."""
     wide = Balloon(BalloonSettings(contact_radius=0.095))

@@ -9,6 +9,8 @@ import pytest
 from cohaptic_server.demo.processes import DemoFailed, Process, Stage
 from cohaptic_server.demo.scene import Scene
 
+pytestmark = pytest.mark.alone
+
 
 def test_a_process_that_does_not_start_is_quoted(tmp_path: Path) -> None:
     """Its last line is its own, although its lifeline is still open when it ends."""

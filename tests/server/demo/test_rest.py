@@ -19,6 +19,7 @@ from cohaptic_server.demo.rest import (
     swings,
 )
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 LIMIT = 10.0  # N
 SECONDS = 4.0  # of a stretch
@@ -53,7 +54,7 @@ def test_a_force_at_rest_may_ripple_by_less_than_a_finger_feels(size: float, sha
 
 
 @given(st.floats(0.0, 9.0), st.floats(0.55, 20.0), st.floats(2.0, 12.0))
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 def test_one_that_ripples_more_without_dying_is_unstable(
     size: float, share: float, hz: float
 ) -> None:

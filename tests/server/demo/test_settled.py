@@ -54,6 +54,7 @@ def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
         assert rests(rubber, placement) == at_rest
 
 
+@pytest.mark.slow
 def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
     deep = [replace(placement, depth=0.06) for placement in standing]
     shares: list[float] = []
@@ -96,6 +97,7 @@ def test_where_the_best_is_not_felt_another_is_taken(
     assert first_that_rests(rubber, shallow, print).places == shallow[1].places
 
 
+@pytest.mark.slow
 def test_where_they_rest_nowhere_the_press_is_shallow(
     rubber: RubberSolid, standing: list[Placement]
 ) -> None:

@@ -26,10 +26,9 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.shell.green_blocks import GreenBlocks
 from cohaptic_server.testing.blocks import block
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.patient
-
-PATIENCE = 60.0  # s
+pytestmark = pytest.mark.live
 
 
 def solid(young: float = 2e4) -> Solid:

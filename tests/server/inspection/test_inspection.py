@@ -17,7 +17,7 @@ from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.testing.blocks import block
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 WANTED = ObjectFile(Path("a.stl"), "z <= 0%", material=SolidSettings(order=1), scale=0.001)
 GOOD = SurfaceReport(0, 0, 0, 1, 1e6, 100.0)

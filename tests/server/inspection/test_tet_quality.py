@@ -52,6 +52,7 @@ def test_a_plate_is_half_of_its_thickness_deep() -> None:
     assert sorted(set(through.round(9).tolist())) == [0.02, 0.2]
 
 
+@pytest.mark.slow
 def test_what_is_thinner_than_a_step_is_not_without_depth() -> None:
     sheet = block((0.2, 0.2, 0.001), (80, 80, 1))
     faces = boundary(sheet.tets)

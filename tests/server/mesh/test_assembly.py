@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.mesh.assembly import scatter_matrix, scatter_vector
 from cohaptic_server.mesh.icosphere import icosphere
+from tests.examples_of_laws import examples
 
 X, FACES = icosphere(1, 0.1)
 N, M = len(X), len(FACES)
@@ -14,7 +15,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_each_corner_gets_its_share_and_nothing_is_lost(seed: int) -> None:
     shares = np.random.default_rng(seed).normal(size=(M, 3, 3))
     whole = scatter_vector(shares, FACES, N).reshape(N, 3)
@@ -24,7 +25,7 @@ def test_each_corner_gets_its_share_and_nothing_is_lost(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_matrix_does_to_the_whole_what_its_blocks_do_to_the_parts(seed: int) -> None:
     """K u, assembled, is the sum over faces of (block of the face) (u at its corners)."""
     rng = np.random.default_rng(seed)
@@ -36,7 +37,7 @@ def test_a_matrix_does_to_the_whole_what_its_blocks_do_to_the_parts(seed: int) -
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_symmetric_blocks_give_a_symmetric_matrix(seed: int) -> None:
     half = np.random.default_rng(seed).normal(size=(M, 9, 9))
     blocks = (half + half.transpose(0, 2, 1)).reshape(M, 3, 3, 3, 3)

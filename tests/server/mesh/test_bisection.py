@@ -11,6 +11,7 @@ from cohaptic_server.mesh.bisection import longest_over_wanted, with_shorter_edg
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
+from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)
 NO_LIMIT = 10**6
@@ -32,7 +33,7 @@ def even(mesh: TetMesh, length: float) -> Floats:
 
 
 @given(seeds, st.floats(0.008, 0.05), st.floats(1.0, 3.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_no_edge_is_longer_than_wanted_and_the_object_is_the_same(
     seed: int, length: float, wider: float
 ) -> None:
@@ -66,7 +67,7 @@ def _sides(face: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 @given(seeds)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_elements_keep_a_share_of_their_quality(seed: int) -> None:
     def quality(mesh: TetMesh) -> float:
         cubes = longest_edges(mesh) ** 3
@@ -79,7 +80,7 @@ def test_elements_keep_a_share_of_their_quality(seed: int) -> None:
 
 
 @given(seeds, st.integers(60, 3000))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_there_are_never_more_than_there_may_be(seed: int, most: int) -> None:
     mesh = shaken(seed)
     found = with_shorter_edges(mesh, even(mesh, 0.009), most)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, union
+from tests.examples_of_laws import examples
 from tests.server.windows import choose
 
 OUT = np.array([1.0, 0.0, 0.0])
@@ -27,7 +28,7 @@ def touched() -> TouchedBody:
 
 
 @given(places(), st.floats(0.0, 0.06), st.floats(0.0, 0.08), st.floats(0.0, 0.1), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_window_is_what_lies_near_and_what_is_carried(
     touched: TouchedBody, foot: Floats, radius: float, reach: float, length: float, carries: bool
 ) -> None:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 X, FACES = icosphere(1, 0.1)
 
@@ -24,7 +25,7 @@ def test_a_corner_has_the_volume_of_a_corner() -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_derivatives_match_differences(seed: int) -> None:
     x, direction = shaken(seed), np.random.default_rng(seed + 1).normal(size=(len(shaken(0)), 3))
     h = 1e-5
@@ -41,7 +42,7 @@ def test_derivatives_match_differences(seed: int) -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_translation_changes_neither_volume_nor_pressure_force(seed: int) -> None:
     x = shaken(seed)
     H = volume_hessian(x, FACES)

@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.surface import SurfaceMesh
+from tests.examples_of_laws import examples
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_the_nearest_point_of_a_tetrahedron_beats_every_other_one(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mesh = SurfaceMesh(rng.normal(size=(4, 3)), TETRAHEDRON)

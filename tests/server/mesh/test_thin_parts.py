@@ -16,6 +16,7 @@ from cohaptic_server.mesh.thin_parts import (
 )
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
+from tests.examples_of_laws import examples
 
 LENGTH = 0.01  # m
 
@@ -30,7 +31,7 @@ def turned(x: Floats, turn: float) -> Floats:
 
 
 @given(st.floats(1e-4, 4.0 * THIN * LENGTH), st.floats(0.0, 2.0 * np.pi))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_plate_has_its_thickness_up_to_the_most(thickness: float, turn: float) -> None:
     mesh, most = plate(thickness), THIN * LENGTH
     found = layer_thickness(turned(mesh.vertices, turn), boundary(mesh.tets), most)
@@ -60,7 +61,7 @@ def test_edges_fade_into_those_of_what_is_not_thin() -> None:
 
 
 @given(st.floats(0.0, 2.0 * np.pi), st.floats(0.2, 3.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_gap_is_not_thin_and_what_is_beside_it_neither(angle: float, gap: float) -> None:
     """Two cubes, 4 edges wide, whose faces look at each other across a narrow gap."""
     cube = block((0.04, 0.04, 0.04), (4, 4, 4))

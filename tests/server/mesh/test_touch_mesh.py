@@ -50,6 +50,7 @@ def test_a_mesh_that_is_coarse_enough_is_taken_as_it_is(balloon: Balloon) -> Non
     assert (mesh.faces == balloon.mesh.faces).all()
 
 
+@pytest.mark.slow
 @given(distances)
 def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     mesh = thinned(BALL, apart)
@@ -69,6 +70,7 @@ def test_its_triangles_look_outwards(apart: float) -> None:
     assert (np.einsum("fi,fi->f", vectors, mesh.points[mesh.faces].mean(axis=1)) > 0.0).all()
 
 
+@pytest.mark.slow
 @given(distances.map(lambda apart: min(apart, 0.015)), st.integers(0, 2**32 - 1))
 def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     """The client's surface over the fewer vertices, away from where its patch was made."""

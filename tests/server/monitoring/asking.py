@@ -11,9 +11,8 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic_server.monitoring.admin_port import AdminPort
+from tests.patience import PATIENCE
 from tests.server.monitoring.some import health, room
-
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 
 
 async def ask(url: str, **headers: str) -> tuple[int, bytes]:

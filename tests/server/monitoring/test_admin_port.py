@@ -17,7 +17,7 @@ from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort, admin
 from tests.server.monitoring.asking import ask, status_once, told_until
 from tests.server.monitoring.some import health, room
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @contextlib.asynccontextmanager

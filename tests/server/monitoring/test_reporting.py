@@ -16,7 +16,7 @@ from tests.server.monitoring.asking import ask, status_once
 from tests.server.peers import hello_text
 from tests.server.shell.stage import visit
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 def test_what_happens_in_a_server_is_told_by_its_admin_port(small_balloon: Balloon) -> None:

@@ -46,6 +46,7 @@ def volume(path: Path, cells: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
     path = torus(tmp_path / "ring.stl")
     body = build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True, damping=0.5)
@@ -58,6 +59,7 @@ def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
     assert body.shape.tets.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.2)
 
 
+@pytest.mark.live
 def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> None:
     path = torus(tmp_path / "ring.stl")
     words = r"nodes under large deformation take about .* 60 Hz leave 16.7 ms. Take a larger --edge"
@@ -65,6 +67,7 @@ def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> N
         build_body(str(path), ObjectFile(path, "z < 20%", edge=0.1), nonlinear=True)
 
 
+@pytest.mark.slow
 def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -76,6 +79,7 @@ def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
         build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True)
 
 
+@pytest.mark.slow
 def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
     tmp_path: Path,
 ) -> None:
@@ -90,6 +94,7 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
         affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
 
 
+@pytest.mark.slow
 def test_a_sheet_that_no_edge_resolves_is_told_how_thick_it_has_to_be(tmp_path: Path) -> None:
     path = tmp_path / "sheet.stl"
     trimesh.creation.box((0.3, 0.3, 0.0005)).export(path)  # pyright: ignore[reportUnknownMemberType]
@@ -97,6 +102,7 @@ def test_a_sheet_that_no_edge_resolves_is_told_how_thick_it_has_to_be(tmp_path: 
         load_or_prepare(ObjectFile(path, fix="x < 3%"))
 
 
+@pytest.mark.live
 def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
     """25 tetrahedra had 98 % of the volume of a sheet of 1 mm, and ended 135 mm from its rim."""
     path = tmp_path / "leaflet.stl"
@@ -147,6 +153,7 @@ def test_nothing_held_is_refused(tmp_path: Path) -> None:
         build_body(str(path), ObjectFile(path), nonlinear=True)
 
 
+@pytest.mark.slow
 def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
     source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 20%")
@@ -180,6 +187,7 @@ def test_what_a_tick_does_not_afford_is_made_of_linear_elements_by_auto(
         resolve(finer, demand=demand)
 
 
+@pytest.mark.slow
 def test_a_part_that_coarse_elements_lose_gets_finer_ones(tmp_path: Path) -> None:
     parts = {"organ": icosphere(2, 0.04), "lump": icosphere(1, 0.009)}
     path = tmp_path / "parts.glb"

@@ -16,7 +16,7 @@ from cohaptic_server.objects.cost import (
     growth_between,
 )
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @given(st.floats(0.005, 0.45), st.floats(0.5e9, 1e11), st.floats(0.5e9, 1e11), st.floats(1.0, 4.0))

@@ -16,7 +16,7 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.objects.fill_process import FillLimitError, fill
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 OPTIONS = {"edge_length_fac": 0.1, "epsilon": 1e-3}

@@ -17,13 +17,14 @@ from cohaptic_server.objects.fix_mesh import fixed_within, inside, read_fix_mesh
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
+from tests.examples_of_laws import examples
 from tests.server.objects.files import write
 
 X = block((0.1, 0.1, 0.1), (5, 5, 5)).vertices
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_inside_a_ball_is_what_is_nearer_than_its_radius(seed: int, turned: bool) -> None:
     rng = np.random.default_rng(seed)
     y, faces = icosphere(3, 1.0)

@@ -15,6 +15,7 @@ from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.objects.held_region import NEAR, Cut, Region, cut_at
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
+from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -35,7 +36,7 @@ def area(mesh: TetMesh) -> float:
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_cut_keeps_the_object_and_its_neighbours(seed: int) -> None:
     """The same body: volume, surface, no face with three tetrahedra, none inside out."""
     mesh, rng = shaken(seed), np.random.default_rng(seed)
@@ -59,7 +60,7 @@ def test_a_cut_keeps_the_object_and_its_neighbours(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_no_tetrahedron_is_on_both_sides_by_more_than_what_counts_as_near(seed: int) -> None:
     mesh, rng = shaken(seed), np.random.default_rng(seed)
     normal = rng.normal(size=3)

@@ -34,6 +34,7 @@ def sphere(path: Path, radius: float = 0.05) -> Path:
     return write(path, *icosphere(2, radius))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply", "glb", "off"])
 def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> None:
     path = sphere(tmp_path / f"ball.{kind}")
@@ -45,6 +46,7 @@ def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> N
     assert body.shape.fixed[body.shape.surface].any()
 
 
+@pytest.mark.live
 def test_a_printers_file_is_in_millimetres_and_says_so(tmp_path: Path) -> None:
     pytest.importorskip("lxml", reason="pip install 'cohaptic[objects]' reads 3MF")
     path = sphere(tmp_path / "ball.3mf", 50.0)
@@ -70,6 +72,7 @@ def test_a_volume_of_every_kind_becomes_a_solid(kind: str, quadratic: bool, tmp_
     assert len(body.shape.tets.tets) == len(mesh.tets)
 
 
+@pytest.mark.live
 def test_a_surface_inside_out_is_turned(tmp_path: Path) -> None:
     x, faces = icosphere(2, 0.05)
     path = write(tmp_path / "ball.stl", x, faces[:, ::-1])
@@ -150,12 +153,14 @@ def test_a_torus_in_single_precision_does_not_cross_itself(sections: int, tmp_pa
     assert report.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.06)
 
 
+@pytest.mark.live
 def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None:
     path = broken("open", tmp_path)
     body = build_solid(ObjectFile(path, "z < 20%", edge=0.2, repair=True))
     assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
 
 
+@pytest.mark.slow
 def test_where_cubes_cross_the_tetrahedra_are_no_finer_than_they_need_to_be(tmp_path: Path) -> None:
     rng, pieces = np.random.default_rng(5), list[Any]()
     transformations: Any = trimesh.transformations
@@ -200,6 +205,7 @@ def test_millions_of_triangles_are_refused_with_the_number(
         build_solid(ObjectFile(sphere(tmp_path / "ball.stl"), "z < 20%"))
 
 
+@pytest.mark.live
 def test_a_solid_too_large_for_memory_is_refused_with_the_estimate(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +241,7 @@ def test_options_of_a_file_do_not_fit_the_balloon() -> None:
         build_body("balloon", ObjectFile(Path("balloon"), "z < 10%"))
 
 
+@pytest.mark.live
 def test_the_distance_from_the_file_is_measured(tmp_path: Path) -> None:
     """Beside the distance from a dense cloud of points on the tetrahedra's surface."""
     path = sphere(tmp_path / "ball.stl")

@@ -16,6 +16,7 @@ from cohaptic_server.room.room import STALE_AFTER, Room
 from cohaptic_server.room.seats.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import RELEASE_TIME
+from tests.examples_of_laws import examples
 from tests.server.peers import hello, sample
 
 
@@ -252,7 +253,7 @@ def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon)
 
 
 @given(st.lists(st.integers(0, 6), min_size=1, max_size=40))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_ticks_count_one_by_one_whatever_happens_between_them(
     small_balloon: Balloon, happenings: list[int]
 ) -> None:

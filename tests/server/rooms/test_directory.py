@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.rooms.directory import Lease, LeaseError, LocalDirectory
 
-pytestmark = pytest.mark.patient  # a loop of asyncio runs coroutines that never wait
+pytestmark = pytest.mark.live  # a loop of asyncio runs coroutines that never wait
 
 DURATION = 10.0
 

@@ -17,8 +17,10 @@ from cohaptic_server.shell.doors import door as module
 from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.listener import open_doors
+from tests.patience import PATIENCE
 
-PATIENCE = 10.0
+pytestmark = pytest.mark.live
+
 LINE = b"GET /r/a HTTP/1.1\r\n\r\n"
 
 

@@ -9,6 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from cohaptic_server.room.seats.seating import Seating
 from cohaptic_server.rooms.seats import SeatPool
+from tests.examples_of_laws import examples
 
 TOTAL = 7
 MOST = {"a": 4, "b": 5, "c": 3}
@@ -79,7 +80,9 @@ class Seated(RuleBasedStateMachine):
 
 
 TestSeated = Seated.TestCase
-TestSeated.settings = hypothesis_settings(max_examples=200, stateful_step_count=40, deadline=None)
+TestSeated.settings = hypothesis_settings(
+    max_examples=examples(200), stateful_step_count=40, deadline=None
+)
 
 
 @given(st.integers(0, 30), st.dictionaries(st.text(max_size=3), st.integers(0, 9), max_size=6))

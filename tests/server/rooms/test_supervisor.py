@@ -20,14 +20,17 @@ from cohaptic.errors import CloseCode
 from cohaptic_server.rooms.config import RoomsConfig, RoomTable
 from cohaptic_server.rooms.process.room_process import Build
 from cohaptic_server.rooms.supervisor import Supervisor
+from tests.patience import PATIENCE
 from tests.server.monitoring.asking import ask, status_once
 from tests.server.peers import hello_text
 from tests.server.rooms.bodies import slow, small, torn
 from tests.server.shell.stage import Client, names, visit
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over")
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
+]
 
-PATIENCE = 60.0  # s; far more than anything here takes on an idle machine
 PRESSING = (0.09, 0.0, 0.0)
 
 

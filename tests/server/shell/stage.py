@@ -25,10 +25,10 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
+from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
 
 SIMULATION_HZ = 200.0  # the fastest: more happens in a test of a tenth of a second
-PATIENCE = 60.0  # s; far more than anything here takes on a busy machine
 FAR: Vec3 = (0.0, 0.5, 0.0)  # m; nobody's neighbour
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 REQUEST = (

@@ -22,8 +22,9 @@ from cohaptic_server.objects.store.store import load_or_make_parts
 from cohaptic_server.shell import column_worker
 from cohaptic_server.shell.column_worker import ColumnWorker, Unsolved
 from cohaptic_server.testing.blocks import block
+from tests.patience import PATIENCE
 
-PATIENCE = 30.0  # s
+pytestmark = pytest.mark.alone
 
 
 def test_a_worker_brings_what_a_tick_wants_until_nothing_is_wanted() -> None:

@@ -2,11 +2,15 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from cohaptic.errors import CohapticError
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.spring import Spring
 from tests.server.shell.stage import names, serving, visit
+
+pytestmark = pytest.mark.live
 
 
 def test_what_an_administrator_has_ordered_holds_for_the_next_object(

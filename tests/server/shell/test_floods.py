@@ -21,8 +21,11 @@ from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.shell.doors import door
 from cohaptic_server.shell.doors.door import KERNEL_BUFFER
+from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
-from tests.server.shell.stage import FAR, PATIENCE, REQUEST, ZERO, Stage, names, serving, visit
+from tests.server.shell.stage import FAR, REQUEST, ZERO, Stage, names, serving, visit
+
+pytestmark = pytest.mark.live
 
 KEY = b"abcd"
 PINGS = Frame(Opcode.PING, b"x" * 100).serialize(mask=True) * 100

@@ -16,6 +16,8 @@ from cohaptic_server.shell.frames import (
     unmask,
 )
 
+pytestmark = pytest.mark.live
+
 HEAD = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
 LONGEST = 300
 

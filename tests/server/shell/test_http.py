@@ -13,7 +13,10 @@ import pytest
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.http.green_functions import encode_block, green_source
-from tests.server.shell.stage import PATIENCE, serving
+from tests.patience import PATIENCE
+from tests.server.shell.stage import serving
+
+pytestmark = pytest.mark.live
 
 UPGRADE = {
     "Upgrade": "websocket",
@@ -25,7 +28,9 @@ UPGRADE = {
 
 def status(url: str, path: str, headers: dict[str, str]) -> tuple[int, str]:
     """Status and text of one answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", int(url.rpartition(":")[2]), timeout=10)
+    connection = http.client.HTTPConnection(
+        "127.0.0.1", int(url.rpartition(":")[2]), timeout=PATIENCE
+    )
     connection.request("GET", path, headers=headers)
     answer = connection.getresponse()
     text = "" if answer.status == 101 else answer.read().decode()

@@ -24,16 +24,17 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.shell.protection import Protection
+from tests.patience import PATIENCE
 from tests.server.access.some import RING, token
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.peers import hello
-from tests.server.shell.stage import PATIENCE, Serving, serving, visit
+from tests.server.shell.stage import Serving, serving, visit
 
 CONF = Path(__file__).parents[3] / "deploy/nginx.conf"
 # Debian's is beside the paths of ordinary users.
 NGINX = shutil.which("nginx", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(NGINX is None, reason="nginx is not installed"),
 ]
 

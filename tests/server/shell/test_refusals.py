@@ -22,6 +22,8 @@ from cohaptic_server.shell.wire import MAX_INBOUND_BYTES
 from tests.server.peers import hello_text, sample, text
 from tests.server.shell.stage import Stage, names, serving, visit
 
+pytestmark = pytest.mark.live
+
 
 def spoiled(offset: int, value: float) -> bytes:
     """A sample with one number that no client of ours can send."""

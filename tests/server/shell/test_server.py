@@ -29,8 +29,11 @@ from cohaptic_server.room.seats.names import REPLACE_AFTER
 from cohaptic_server.room.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CLOSE_TIMEOUT, CohapticServer
+from tests.patience import PATIENCE
 from tests.server.peers import hello
-from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, Client, Stage, names, serving, visit
+from tests.server.shell.stage import SIMULATION_HZ, Client, Stage, names, serving, visit
+
+pytestmark = pytest.mark.live
 
 BAD = CloseCode.BAD_MESSAGE.value
 

@@ -24,10 +24,11 @@ from cohaptic_server.shell import listener, wire
 from cohaptic_server.shell.doors import door
 from cohaptic_server.shell.gate import Turns
 from cohaptic_server.shell.protection import Protection
+from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
-from tests.server.shell.stage import PATIENCE, Serving, serving, visit
+from tests.server.shell.stage import Serving, serving, visit
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 def protected(folder: Path) -> Protection:

@@ -14,7 +14,10 @@ from websockets.frames import Close, Frame, Opcode
 
 from cohaptic_server.shell.frames import unmask
 from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
+from tests.examples_of_laws import examples
 from tests.server.shell.stage import REQUEST
+
+pytestmark = pytest.mark.live
 
 BYE = Frame(Opcode.CLOSE, Close(1000, "").serialize()).serialize(mask=True)
 
@@ -81,7 +84,7 @@ async def heard(chunks: list[bytes]) -> tuple[list[str | bytes], int]:
     return messages, direct
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.lists(st.tuples(texts | binaries, st.integers(1, 3)), max_size=10),
     st.lists(st.integers(0, 3000), max_size=6),

@@ -34,6 +34,8 @@ from tests.server.peers import hello_text, sample
 from tests.server.shell.stage import REQUEST
 from tests.shared.protocol.vectors import PATCHES
 
+pytestmark = pytest.mark.live
+
 # Calls of Python functions and of built-in ones for one sample and one patch, from the bytes of the
 # client to the write: 126 for a plane patch and 135 for a mesh patch, of which the limits of the
 # patch are 40 and the budget of samples is 6. A mesh patch of 97 vertices has as many as one of

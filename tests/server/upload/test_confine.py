@@ -9,6 +9,8 @@ import pytest
 
 from cohaptic_server.upload.confine import TOO_MUCH_MEMORY
 
+pytestmark = pytest.mark.live
+
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="as Linux does it")
 START = "from cohaptic_server.upload.confine import confine, watch\n"
 

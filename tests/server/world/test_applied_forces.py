@@ -21,6 +21,7 @@ from cohaptic_server.world.applied_forces import (
 from cohaptic_server.world.force_limits import EFFECT_RATE, MAX_SUM
 from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState
 from cohaptic_server.world.users import Tracked, Users, WorldState
+from tests.examples_of_laws import examples
 from tests.server.touches import contact_at, side, touch, user_of
 
 DT = 1.0 / 60.0  # s
@@ -67,7 +68,7 @@ def at(body: Balloon, angle: float, force: float, user: int = 1) -> UserState:
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_contact_that_no_hand_has_moved_so_far_stays_where_it_was_and_fades(
     small_balloon: Balloon, angle: float, force: float
 ) -> None:
@@ -262,7 +263,7 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
 
 
 @given(st.floats(-1.0, 1.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: float) -> None:
     """What the body carries never pulls at a surface that has turned under the hand."""
     was = at(small_balloon, 0.0, 2.0)

@@ -14,6 +14,7 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.world.contact import Contact, locate, turned
 from cohaptic_server.world.displacement_field import ZeroField
+from tests.examples_of_laws import examples
 
 RADIUS = 0.1  # m, of the balloon
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
@@ -59,7 +60,7 @@ def test_contact_and_normal_glide_when_a_deep_probe_slides(balloon: Balloon) -> 
 
 
 @given(units)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_hint_speeds_up_and_changes_nothing(
     balloon: Balloon, direction: tuple[float, float, float]
 ) -> None:
@@ -77,7 +78,7 @@ def test_a_hint_speeds_up_and_changes_nothing(
 
 
 @given(units, st.floats(0.0, 0.01), st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_contact_can_be_found_exactly(
     balloon: Balloon, direction: tuple[float, float, float], depth: float, hinted: bool
 ) -> None:

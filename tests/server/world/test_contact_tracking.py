@@ -20,6 +20,7 @@ from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
+from tests.examples_of_laws import examples
 from tests.strategies import vectors
 
 DT = 1.0 / 60.0  # s
@@ -67,7 +68,7 @@ def foot_after(
 
 
 @given(st.floats(0.5, 4.0), vectors(0.01), st.floats(-1.2, 1.2), st.floats(0.0, 3.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_finger_stays_on_the_point_that_it_holds(
     small_balloon: Balloon, pressed: float, way: Vec3, beside: float, other: float
 ) -> None:

@@ -19,6 +19,7 @@ from cohaptic_server.world.displacement_field import (
     ZeroField,
     flatten_bulges,
 )
+from tests.examples_of_laws import examples
 from tests.server.fields import bulge
 
 vertices = st.lists(st.integers(0, 161), min_size=1, max_size=30)
@@ -63,7 +64,7 @@ def test_a_body_that_nobody_touched_is_still() -> None:
 
 
 @given(st.floats(0.0, 3.0), st.floats(0.0, 8.0), st.floats(0.0, 8.0), vertices)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_free_of_one_user_is_the_body_under_the_others(
     small_balloon: Balloon, angle: float, mine: float, theirs: float, asked: list[int]
 ) -> None:

@@ -13,6 +13,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.equilibrium import Equilibrium, RestingHand, complementarity, solve
+from tests.examples_of_laws import examples
 from tests.server.fields import free_of
 from tests.system.spectral import random_compliance
 
@@ -91,7 +92,7 @@ def test_complementarity_keeps_its_three_conditions_for_a_full_room(n: int, seed
 @given(corners, st.lists(st.floats(-0.01, 0.02), min_size=4, max_size=4))
 # Where contacts that stay as they may in a tick leave a tip 13 um off.
 @example([side(0), side(1), side(4)], [0.015625] * 4)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_tips_lie_on_the_surface_they_press_and_over_the_one_they_do_not(
     small_balloon: Balloon, at: list[Vec3], depths: list[float]
 ) -> None:
@@ -109,7 +110,7 @@ def test_tips_lie_on_the_surface_they_press_and_over_the_one_they_do_not(
 
 
 @given(st.floats(0.001, 0.02), st.floats(100.0, 1000.0), st.floats(-3.0, 3.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_a_lone_hand_and_the_body_are_springs_in_a_row(
     small_balloon: Balloon, depth: float, stiffness: float, angle: float
 ) -> None:
@@ -157,7 +158,7 @@ def test_a_symmetric_scene_has_symmetric_forces(balloon: Balloon, axis: Vec3) ->
 
 
 @given(st.permutations([0, 1, 2]))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 def test_nobody_is_served_first(small_balloon: Balloon, order: list[int]) -> None:
     hands = [hand((1.0, 0.0, 0.0), 0.01), hand((0.0, 1.0, 0.2), 0.02), hand((-1.0, 0.0, 0.5), 0.0)]
     straight = solve(small_balloon, hands)
@@ -181,7 +182,7 @@ def test_what_a_contact_turns_of_a_lone_hands_way_is_the_slope_over_its_stiffnes
 
 
 @given(st.lists(st.integers(0, 5).map(side), min_size=2, max_size=4, unique=True))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_what_turns_under_one_hand_turns_in_the_room_too(balloon: Balloon, at: list[Vec3]) -> None:
     """The eigenvalue of a part of a symmetric matrix is never larger (Cauchy's interlacing)."""
     room = solve(balloon, [hand(a, 0.02) for a in at])

@@ -22,6 +22,7 @@ from cohaptic_server.world.loads import (
     load_spans,
     without_tangents,
 )
+from tests.examples_of_laws import examples
 
 angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=4)
 forces = st.floats(0.0, 5.0)
@@ -38,7 +39,7 @@ def press(body: Balloon, angle: float, force: float, along: float | None) -> Pre
 
 
 @given(angles, forces, st.floats(-3.0, 3.0), st.booleans())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_free_of_is_the_body_without_that_user(
     small_balloon: Balloon, where: list[float], force: float, along: float, rough: bool
 ) -> None:
@@ -53,7 +54,7 @@ def test_free_of_is_the_body_without_that_user(
 
 
 @given(angles, forces, st.floats(-3.0, 3.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_the_3x3_compliance_moves_the_contact_as_the_body_does(
     small_balloon: Balloon, where: list[float], force: float, along: float
 ) -> None:
@@ -69,7 +70,7 @@ def test_the_3x3_compliance_moves_the_contact_as_the_body_does(
 
 
 @given(angles)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_without_friction_c_between_users_is_the_bodys(
     small_balloon: Balloon, where: list[float]
 ) -> None:
@@ -80,7 +81,7 @@ def test_without_friction_c_between_users_is_the_bodys(
 
 
 @given(angles)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_with_friction_a_row_bounds_every_direction(
     small_balloon: Balloon, where: list[float]
 ) -> None:

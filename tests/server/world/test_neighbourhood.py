@@ -18,6 +18,7 @@ from cohaptic_server.world.neighbourhood import (
     path_ahead,
     quantised,
 )
+from tests.examples_of_laws import examples
 from tests.server.windows import choose as choose_window
 
 RADIUS = 0.1  # m, of the balloon
@@ -52,7 +53,7 @@ def cut(body: TouchedBody, displacement: Floats, touched: Ints) -> Neighbourhood
 
 
 @given(angles, st.floats(-0.5, 0.9), angles, st.floats(0.0, 0.2), st.floats(0.0, 0.6))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_the_chosen_are_round_the_contact_and_along_the_way(
     balloon: Balloon, angle: float, z: float, towards: float, speed: float, horizon: float
 ) -> None:

@@ -20,6 +20,7 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.contact import Contact, Contacts, locate
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, Windows, choose_windows
 from cohaptic_server.world.state import Touch
+from tests.examples_of_laws import examples
 from tests.server.fields import free_of
 from tests.server.touches import RADIUS, side, touch
 from tests.server.world.worlds import play
@@ -33,7 +34,7 @@ def patches(body: Balloon, hand: Touch, *others: Touch) -> dict[Geometry, Patch]
 
 
 @given(angles, st.floats(-0.01, 0.02), st.floats(0.0, 8.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_geometries_differ_in_their_shape_only_and_keep_to_their_frames(
     balloon: Balloon, angle: float, depth: float, force: float
 ) -> None:
@@ -49,7 +50,7 @@ def test_geometries_differ_in_their_shape_only_and_keep_to_their_frames(
 
 
 @given(st.floats(0.4, 1.2), st.floats(0.0, 4.0), st.floats(-0.3, 0.3), st.floats(0.0, 0.02))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
     balloon: Balloon, beside: float, pressed: float, slid: float, depth: float
 ) -> None:
@@ -109,7 +110,7 @@ def test_a_hand_that_says_impossible_times_gets_patches_all_the_same(balloon: Ba
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_window_is_kept_while_a_finger_hardly_moves(
     balloon: Balloon, slid: float, first: float, later: float
 ) -> None:

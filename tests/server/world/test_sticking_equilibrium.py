@@ -19,6 +19,7 @@ from cohaptic_server.world.sticking_equilibrium import (
     solve_sticking,
     touch_down,
 )
+from tests.examples_of_laws import examples
 
 RADIUS = 0.1  # m, of the balloons
 HAND = 400.0  # N/m
@@ -40,7 +41,7 @@ def hand(body: Balloon, angle: float, depth: float, aside: float = 0.0) -> Stick
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 0.02), st.floats(-0.01, 0.01)), min_size=1, max_size=3))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_every_tip_is_where_its_material_is(
     small_balloon: Balloon, ways: list[tuple[float, float]]
 ) -> None:
@@ -55,7 +56,7 @@ def test_every_tip_is_where_its_material_is(
 
 
 @given(st.floats(0.001, 0.02), st.floats(-0.01, 0.01))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_lone_hand_and_the_body_are_springs_in_a_row_in_every_direction(
     small_balloon: Balloon, depth: float, aside: float
 ) -> None:

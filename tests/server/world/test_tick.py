@@ -20,12 +20,13 @@ from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
 from cohaptic_server.world.patch import NEAR_HEIGHT
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
+from tests.examples_of_laws import examples
 from tests.server.touches import RADIUS, side, touch
 from tests.server.world.worlds import DT, RISE, angles, depths, forces, play
 
 
 @given(st.lists(st.tuples(angles, depths, forces), min_size=1, max_size=3))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_tick_is_a_function_and_leaves_what_it_was_given(
     small_balloon: Balloon, hands: list[tuple[float, float, float]]
 ) -> None:
@@ -45,7 +46,7 @@ def test_a_tick_is_a_function_and_leaves_what_it_was_given(
 
 
 @given(angles, st.floats(0.0, 0.02), forces, forces, angles, forces)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_patch_is_free_of_its_users_own_force(
     small_balloon: Balloon,
     angle: float,
@@ -74,7 +75,7 @@ def test_a_patch_is_free_of_its_users_own_force(
 
 
 @given(angles, st.floats(-0.4, 1.0), forces)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_lone_user_meets_the_resting_surface(
     small_balloon: Balloon, angle: float, z: float, force: float
 ) -> None:
@@ -86,7 +87,7 @@ def test_a_lone_user_meets_the_resting_surface(
 
 
 @given(st.lists(st.tuples(angles, st.floats(0.1, 5.0)), min_size=2, max_size=5), st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
     small_balloon: Balloon, hands: list[tuple[float, float]], data: st.DataObject
 ) -> None:
@@ -196,7 +197,7 @@ def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: B
 
 
 @given(st.lists(st.sets(st.integers(1, 4)), min_size=1, max_size=40))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_whoever_comes_and_goes_nobodys_force_jumps(
     small_balloon: Balloon, attendance: list[set[int]]
 ) -> None:
@@ -280,7 +281,7 @@ wild_vectors = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
         max_size=4,
     )
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_whatever_a_few_hands_do_their_patches_can_be_sent(
     small_balloon: Balloon, hands: list[tuple[Vec3, Vec3]]
 ) -> None:

@@ -19,6 +19,7 @@ from cohaptic_server.world.force_limits import EFFECT_RATE
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
+from tests.examples_of_laws import examples
 from tests.server.touches import side, touch
 from tests.server.world.worlds import DT, RISE, forces, play
 
@@ -68,7 +69,7 @@ def test_the_body_carries_forces_behind_the_lag_and_says_so(small_balloon: Ballo
 
 
 @given(st.lists(st.tuples(forces, forces, forces), min_size=1, max_size=12))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_nobodys_surface_moves_faster_than_others_may_move_a_hand(
     small_balloon: Balloon, blows: list[tuple[float, float, float]]
 ) -> None:

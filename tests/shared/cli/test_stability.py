@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cohaptic.cli.stability import stability
 from cohaptic.errors import SettingError
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 APP = Typer()
 APP.command()(stability)

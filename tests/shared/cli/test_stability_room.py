@@ -11,7 +11,7 @@ import pytest
 from cohaptic.errors import SettingError
 from tests.shared.cli.test_stability import CLOSE, ask
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 THREE = ["--compliance", CLOSE, "--delays", "[0.1, 0.1, 0.1]"]
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.sampled_room import room_radius
+from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
 
 PERIOD = 1.0 / 60.0  # s
@@ -82,7 +83,7 @@ def test_the_rule_for_a_single_contact_is_not_enough_for_two() -> None:
 
 
 @given(sizes, seeds, st.lists(st.integers(1, 10), min_size=8, max_size=8))
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=examples(1500), deadline=None)
 def test_rooms_with_an_integral_are_stable_at_the_delays_it_was_chosen_for(
     n: int, seed: int, delays: list[int]
 ) -> None:

@@ -11,6 +11,8 @@ import pytest
 
 from cohaptic.runtime.direct_loop import DirectLoop
 
+pytestmark = pytest.mark.alone
+
 
 def play(work: Callable[[DirectLoop], Coroutine[Any, Any, None]]) -> list[dict[str, Any]]:
     """Run on a direct loop; returns what its handler of exceptions was told."""

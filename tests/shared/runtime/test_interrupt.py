@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE
+
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
+    pytest.mark.usefixtures("terminal"),
     pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"),
 ]
 
@@ -58,7 +61,7 @@ def test_a_second_interrupt_does_not_cut_the_clean_up_short(tmp_path: Path, name
             if said[-1] != "works":
                 process.stdin.write("\n")
                 process.stdin.flush()
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
         process.communicate()
@@ -90,7 +93,7 @@ def test_a_loop_without_events_hears_of_a_signal_that_did_not_interrupt_its_wait
         assert process.stdout is not None
         assert process.stdout.readline() == "waits\n"
         os.kill(process.pid, getattr(signal, name))
-        assert process.communicate(timeout=30)[0] == ""
+        assert process.communicate(timeout=PATIENCE)[0] == ""
         assert process.returncode == 0
     finally:
         process.kill()
@@ -123,7 +126,11 @@ run(work())
 
 def test_no_signal_ends_the_process_from_the_work_on_until_its_end() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", HANDLERS], capture_output=True, text=True, timeout=30, check=True
+        [sys.executable, "-c", HANDLERS],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=True,
     )
     assert (done.stdout, done.stderr) == ("", "")
 
@@ -142,6 +149,10 @@ run(work())
 
 def test_under_nohup_a_terminal_that_closes_interrupts_nothing() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", IGNORES], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", IGNORES],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=PATIENCE,
     )
     assert done.stdout == "True\n"

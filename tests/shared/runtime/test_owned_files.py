@@ -12,7 +12,10 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic.runtime.owned_files import own, remove_leftovers
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such locks")
+pytestmark = [
+    pytest.mark.live,
+    pytest.mark.skipif(sys.platform == "win32", reason="has no such locks"),
+]
 CLOCK = SystemClock()
 OWNER = """
 import mmap, os, sys

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.live
+
 LOOK = """
 import json, os, sys
 from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process

@@ -83,6 +83,7 @@ def test_pads_are_found_by_serial_or_where_that_says_nothing_by_number(
     assert all(not each.problem for each in find_pads())
 
 
+@pytest.mark.live
 def test_one_that_may_not_be_opened_is_told_with_the_rule_that_helps(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

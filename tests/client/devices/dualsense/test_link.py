@@ -18,7 +18,7 @@ from cohaptic_client.devices.hid_devices import HidDevice
 from tests.client.devices.dualsense.pad_reports import pad_report, understood
 from tests.client.devices.mocked import run_mocked
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 SCRIPT = Path(__file__).with_name("umock_dualsense.py")
 RIGHT = SIDES["right"]

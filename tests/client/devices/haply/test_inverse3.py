@@ -17,7 +17,7 @@ from tests.client.devices.haply.emulator import REST, EmulatedArm
 from tests.client.devices.haply.haply_bench import CLOCK, PUSH, Bench
 from tests.client.devices.until import until
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 ROUNDING = 1e-12
 

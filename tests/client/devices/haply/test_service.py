@@ -18,7 +18,7 @@ from cohaptic_client.devices.haply.service import Service, ServiceSilent
 from tests.client.devices.haply.haply_bench import Bench
 from tests.client.plane import CONFIG
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ if sys.platform == "win32":
 
 from tests.client.devices.oneaxis.board import Board
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 CLOCK = SteadyClock()  # a process that stands still is no handle that does
 

@@ -35,6 +35,8 @@ from tests.client.devices.oneaxis.firmware import (
     compiler,
 )
 
+pytestmark = pytest.mark.live
+
 # Bytes as they may come: none of the protocol, whole frames, frames that were cut off or changed.
 _FRAMES = st.builds(command, st.integers(0, 255), st.floats(-40.0, 40.0)) | st.builds(
     identify, st.integers(0, 255)

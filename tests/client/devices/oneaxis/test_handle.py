@@ -20,6 +20,8 @@ from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.plane import PLANE
 
+pytestmark = pytest.mark.live
+
 BOARD = Description(1, 0.5, 1.0, 0.05, 0.5, 2000)
 UNIT = Unit(counts_per_metre=100_000.0, torque_constant=0.02, gear=20.0, handle_radius=0.08)
 FIRST = Report(0, 100.0, 400, 0.0)

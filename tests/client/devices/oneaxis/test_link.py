@@ -23,7 +23,7 @@ if sys.platform == "win32":
 
 from tests.client.devices.oneaxis.bench import CLOCK, UNIT, Bench
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 LONG, SHORT = 20.0, 0.6  # s for a first answer: that comes, or that does not
 
 

@@ -17,7 +17,7 @@ from tests.client.devices.until import until
 from tests.client.devices.vendor.vendor_bench import CLOCK, PUSH, Bench, make_bench
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is built for POSIX"),
 ]
 

@@ -16,7 +16,7 @@ from tests.client.devices.until import SteadyClock, until
 from tests.client.devices.vendor.vendor_bench import PUSH, Bench, make_bench
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is built for POSIX"),
 ]
 

@@ -17,7 +17,7 @@ from cohaptic_client.devices.woodenhaptics.hid_link import HidLink
 from cohaptic_client.devices.woodenhaptics.reports import GENERATIONS
 from tests.client.devices.mocked import run_mocked
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 SCRIPT = Path(__file__).with_name("umock_wooden.py")
 SIZES = {"h1": 8, "h2": 14, "h3": 64}

@@ -23,7 +23,7 @@ if sys.platform == "win32":
 
 from tests.client.devices.woodenhaptics.serial_board import SerialBoard
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 CLOCK = SteadyClock()
 PUSH: Vec3 = (0.5, -1.0, 2.0)

@@ -27,6 +27,8 @@ from cohaptic_client.loop.running.watchdog import Releasable, Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME
 from tests.client.loop.running.rigs import CLOCK, FORCE, Parent, Rig
 
+pytestmark = [pytest.mark.alone, pytest.mark.usefixtures("terminal")]
+
 HANDLED = [getattr(signal, name) for name in (*_IGNORED, *_ENDING) if hasattr(signal, name)]
 Main = Callable[[Device | CohapticError], None]
 

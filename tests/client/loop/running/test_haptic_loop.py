@@ -19,6 +19,8 @@ from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE
 from tests.client.loop.running.rigs import CLOCK, FORCE, LIMITS, OUTSIDE, Parent, Rig
 from tests.client.plane import PLANE
 
+pytestmark = pytest.mark.alone
+
 
 def test_each_period_reads_then_writes_and_leaves_one_row(parent: Parent) -> None:
     rig = Rig(parent.stop_after(150))

@@ -19,6 +19,8 @@ from cohaptic_client.loop.running.haptic_loop import HapticLoop
 from cohaptic_client.loop.running.watchdog import GIVE_UP, HELD, Releasable, Watchdog
 from tests.client.loop.running.rigs import CLOCK, FORCE, LIMITS, Parent, Rig
 
+pytestmark = pytest.mark.alone
+
 LIMIT = 0.02  # s
 
 

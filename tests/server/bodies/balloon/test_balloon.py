@@ -12,6 +12,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings, inf
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press
 from tests.server.fields import free_of
 
@@ -57,7 +58,7 @@ def test_compliance_is_symmetric_and_definite_on_what_water_allows(small_balloon
 
 
 @given(st.lists(st.tuples(directions, st.floats(0.0, 5.0)), min_size=1, max_size=5))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
     presses: list[tuple[tuple[float, float, float], float]],
 ) -> None:
@@ -80,7 +81,7 @@ def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
 
 
 @given(st.lists(st.tuples(directions, st.floats(0.0, 5.0)), min_size=1, max_size=5))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_water_is_incompressible_and_the_base_is_held(
     presses: list[tuple[tuple[float, float, float], float]],
 ) -> None:

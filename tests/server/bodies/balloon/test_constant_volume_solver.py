@@ -16,6 +16,7 @@ from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.enclosed_volume import volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
+from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import blocks_of, grid, shifted
 
 
@@ -30,7 +31,7 @@ def factor(
 
 @example(n=4, share=0.625, seed=27973640)  # parts that do not touch
 @given(st.integers(3, 5), st.floats(0.01, 0.9), st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_it_solves_the_bordered_system(n: int, share: float, seed: int) -> None:
     """With any cap."""
     elements, points = grid(n)

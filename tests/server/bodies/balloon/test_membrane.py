@@ -9,6 +9,7 @@ from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 X, FACES = icosphere(1, 0.1)
 SHEET = Membrane.at_rest(X / 1.5, FACES, mu_h=250.0)
@@ -33,7 +34,7 @@ def test_a_stretched_sphere_has_the_energy_of_the_formula() -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_the_gradient_is_that_of_the_energy(seed: int) -> None:
     x = shaken(seed)
     direction = np.random.default_rng(seed + 1).normal(size=X.shape)
@@ -43,7 +44,7 @@ def test_the_gradient_is_that_of_the_energy(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_the_hessian_is_that_of_the_gradient_and_symmetric(seed: int) -> None:
     x = shaken(seed)
     direction = np.random.default_rng(seed + 1).normal(size=X.shape)
@@ -55,7 +56,7 @@ def test_the_hessian_is_that_of_the_gradient_and_symmetric(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_moving_and_turning_the_sheet_costs_nothing(seed: int) -> None:
     x = shaken(seed)
     assert np.abs(SHEET.gradient(x) @ rigid_motions(x)).max() < 1e-10

@@ -16,6 +16,7 @@ from cohaptic_server.cholesky.refactor import Workspace
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.contacts import depth, settled
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import check_derivatives, press
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
@@ -87,7 +88,7 @@ def test_the_volume_is_constant_under_the_deepest_press(
 
 
 @given(presses)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_fields_and_compliance_are_derivatives_by_the_forces(
     small: RubberBalloon, hands: list[tuple[tuple[float, float, float], float]]
 ) -> None:
@@ -140,7 +141,7 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
 
 
 @given(presses)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_a_warm_start_ends_where_a_cold_one_does(
     small: RubberBalloon, hands: list[tuple[tuple[float, float, float], float]]
 ) -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.balloon.tension_field import add_forces, add_tangents, energy, strains
 from cohaptic_server.numeric import Floats, Ints
+from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -78,7 +79,7 @@ def far_from_a_change(F: Floats) -> npt.NDArray[np.bool_]:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_stress_is_the_derivative_of_the_energy(seed: int) -> None:
     F, rng, h = some(seed), np.random.default_rng(seed), 1e-6
     way = rng.normal(size=F.shape)
@@ -88,7 +89,7 @@ def test_stress_is_the_derivative_of_the_energy(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_moduli_are_the_derivative_of_the_stress(seed: int) -> None:
     F, rng, h = some(seed), np.random.default_rng(seed), 1e-6
     way = rng.normal(size=F.shape)
@@ -99,7 +100,7 @@ def test_moduli_are_the_derivative_of_the_stress(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_the_energy_is_convex_in_every_state(seed: int) -> None:
     """No element can take energy out of the tangent: taut, wrinkled, slack, or nearly a line."""
     F = some(seed, low=1e-4)
@@ -109,7 +110,7 @@ def test_the_energy_is_convex_in_every_state(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_strains_are_principal(seed: int) -> None:
     """The columns of F along the axes are at right angles, with the stretches as lengths."""
     F = some(seed)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse, with_felt
 from cohaptic_server.bodies.modal.modes import Modes
 from cohaptic_server.testing import check_body
+from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, modes, solid
 from tests.server.bodies.presses import press
 
@@ -69,7 +70,7 @@ def test_hands_are_shown_a_share_of_the_swing_and_everybody_sees_all_of_it() -> 
 
 
 @given(st.lists(st.floats(-0.05, 0.05), min_size=2, max_size=12), st.floats(0.02, 0.9))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_two_halves_of_a_force_are_the_force(forces: list[float], damping: float) -> None:
     body = jelly(damping)
     whole, halves = body.respond([]), body.respond([])

@@ -20,6 +20,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.contacts import depth, settled
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import check_derivatives, press
 from tests.server.bodies.rubber_solid.inversion import least_volume
 
@@ -91,7 +92,7 @@ def test_it_agrees_with_its_linear_twin_at_a_thousandth_of_strain(order: int) ->
 
 
 @given(presses)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_fields_and_compliance_are_derivatives_by_the_forces(
     hands: list[tuple[tuple[float, float, float], float]],
 ) -> None:
@@ -119,7 +120,7 @@ def test_the_compliance_before_it_is_made_symmetric_is_so() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2]))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: int) -> None:
     """Also a large one."""
     rubber, x = small(order).rubber, small(order).shape.nodes
@@ -134,7 +135,7 @@ def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: in
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2]))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> None:
     """Far from rest; the tangent is tested through its solutions."""
     body = small(order)
@@ -186,7 +187,7 @@ def test_the_hands_work_is_the_energy_stored(force: float) -> None:
 
 
 @given(presses)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_a_warm_start_ends_where_a_cold_one_does(
     hands: list[tuple[tuple[float, float, float], float]],
 ) -> None:
@@ -204,7 +205,7 @@ def test_a_warm_start_ends_where_a_cold_one_does(
     ),
     st.integers(5, 40),
 )
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_no_push_turns_an_element_inside_out_and_it_comes_back(
     hands: list[tuple[tuple[float, float, float], float]], ticks: int
 ) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import Floats
+from tests.patience import PATIENCE
 
 CCX = shutil.which("ccx")
 
@@ -20,7 +21,12 @@ def displacement(body: Solid, loads: list[Load], folder: Path) -> Floats:
     assert CCX is not None
     (folder / "solid.inp").write_text(deck(body, loads))
     done = subprocess.run(
-        [CCX, "-i", "solid"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+        [CCX, "-i", "solid"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=2 * PATIENCE,
+        check=False,
     )
     assert done.returncode == 0, done.stdout[-2000:]
     rows = [

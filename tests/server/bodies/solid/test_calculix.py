@@ -12,7 +12,7 @@ from cohaptic_server.world.contact import locate
 from tests.give_up import give_up
 from tests.server.bodies.solid import calculix
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -83,6 +83,7 @@ def errors(found: list[float], exact: float) -> list[float]:
     return [abs(value / exact - 1.0) for value in found]
 
 
+@pytest.mark.slow
 def test_a_flat_punch_converges_to_the_half_space(meshes: list[Pressed]) -> None:
     """K = 2 a E / (1 - nu^2)."""
     off = errors([mesh.punch() for mesh in meshes], 2.0 * A * YOUNG / (1.0 - NU**2))

@@ -19,6 +19,7 @@ from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
+from tests.examples_of_laws import examples
 
 Place = tuple[float, float]  # angles along the ring and round its tube
 
@@ -79,7 +80,7 @@ def test_loads_keep_their_place() -> None:
 
 
 @given(places, places, directions, directions)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_far_away_it_agrees_with_the_solid(
     one: Place, two: Place, d: tuple[float, ...], e: tuple[float, ...]
 ) -> None:
@@ -103,7 +104,7 @@ def test_far_away_it_agrees_with_the_solid(
 
 
 @given(places)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_contact_is_as_soft_as_the_contacts_round_it(place: Place) -> None:
     found = far_field()
     vertices, weights, n = touch(place)

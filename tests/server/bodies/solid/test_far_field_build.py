@@ -105,6 +105,7 @@ def exact(solid: Solid, vertices: list[int]) -> Floats:
     return np.asarray((loaded * spsolve(K, loaded)).sum(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_table_is_exact_wherever_a_finger_presses(name: str) -> None:
     solid = body(name)

@@ -14,6 +14,7 @@ from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.response import SolidResponse
 from cohaptic_server.bodies.solid.solid import FADE_IN_TICKS, MIN_TOUCH_TICKS, Solid
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 from tests.server.bodies.solid.test_far_field import Place, far_field, places, soft_ring, touch
 
 
@@ -47,7 +48,7 @@ def serve(body: Solid, loads: list[Load], ticks: int = 3 * FADE_IN_TICKS) -> Sol
 
 
 @given(st.lists(st.tuples(places, st.floats(0.0, 5.0)), min_size=1, max_size=4))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_with_its_columns_it_is_exact_near_and_almost_so_far_away(
     presses: list[tuple[Place, float]],
 ) -> None:
@@ -69,7 +70,7 @@ def test_with_its_columns_it_is_exact_near_and_almost_so_far_away(
     st.lists(st.integers(0, 100), max_size=40),
     st.lists(st.floats(0.0, 1.0), min_size=40, max_size=40),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_c_is_symmetric_and_definite_with_any_columns(
     where: list[Place], known: list[int], shares: list[float]
 ) -> None:
@@ -141,7 +142,7 @@ def test_vertices_ahead_are_requested_after_those_touched() -> None:
 
 
 @given(places, st.lists(st.tuples(places, st.floats(0.1, 5.0)), min_size=2, max_size=4))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_loads_of_one_contact_are_as_those_of_several(
     place: Place, turns: list[tuple[Place, float]]
 ) -> None:

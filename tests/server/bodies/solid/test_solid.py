@@ -21,6 +21,7 @@ from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.equilibrium import RestingHand, solve
+from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press
 
 directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 1)).filter(
@@ -62,7 +63,7 @@ def test_a_uniform_strain_has_the_stress_of_hooke(order: int) -> None:
 
 
 @given(materials, st.lists(st.tuples(directions, st.floats(0.0, 5.0)), min_size=1, max_size=5))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
     material: tuple[int, float], presses: list[tuple[tuple[float, float, float], float]]
 ) -> None:

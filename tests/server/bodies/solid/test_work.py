@@ -81,6 +81,7 @@ def work(body: Solid, slide: float) -> Work:
     return float(np.mean(rows[2:])), float(np.mean(calls[2:]))
 
 
+@pytest.mark.slow
 def test_the_work_of_a_tick_does_not_grow_with_the_mesh() -> None:
     """Contacts of as many vertices read as many rows in as many calls, on four times the mesh."""
     coarse, fine = served(32, 20, 0.02), served(64, 40, 0.01)

@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from cohaptic_server.mesh.search.near import LEAF, point_tree
+from tests.examples_of_laws import examples
 
 COUNTS = st.sampled_from([1, 2, LEAF, LEAF + 1, 3 * LEAF, 200, 642])
 
 
 @given(st.integers(0, 2**32 - 1), COUNTS, st.floats(0.0, 4.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_it_finds_what_scipy_finds(seed: int, count: int, distance: float) -> None:
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))

@@ -46,6 +46,7 @@ def on_a_thread(path: Path, second: float) -> Path:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("demand", [None, Demand(2, 60.0, nonlinear=True)], ids=["solid", "rubber"])
 def test_one_of_two_balls_is_not_taken_for_both_unasked(
     tmp_path: Path, demand: Demand | None
@@ -60,6 +61,7 @@ def test_one_of_two_balls_is_not_taken_for_both_unasked(
     assert load_or_prepare(asked.source).tets.volume > 0.0
 
 
+@pytest.mark.live
 def test_a_tassel_goes_and_the_user_is_told(tmp_path: Path) -> None:
     source = ObjectFile(
         turned(tmp_path / "tassel.stl", (0.0, -0.03), *ball(0.0, 0.03)[:-1], (THREAD, 0.03),

@@ -27,6 +27,7 @@ def bowl(path: Path) -> Path:
     return write(path, x, faces[x[faces].mean(axis=1)[:, 2] < 0.0])
 
 
+@pytest.mark.slow
 def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Path) -> None:
     found = resolve(ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1))
     assert found.options.split()[::2][:2] == ["--scale", "--shell"]
@@ -36,6 +37,7 @@ def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Pat
     assert made.solid.shape.fixed.any()
 
 
+@pytest.mark.live
 def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1)
     first = resolve(source)
@@ -49,6 +51,7 @@ def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyP
         resolve(replace(source, edge=0.2))
 
 
+@pytest.mark.slow
 def test_a_mesh_is_made_as_coarse_as_memory_asks_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +84,7 @@ def test_a_slip_in_a_rule_is_told_before_filling(
             resolve(ObjectFile(path, rule))
 
 
+@pytest.mark.live
 def test_parts_that_do_not_touch_are_refused_in_a_sentence(tmp_path: Path) -> None:
     x, faces = icosphere(2, 0.02)
     both = np.concatenate([x, x + np.array([0.1, 0.0, 0.0])])
@@ -89,6 +93,7 @@ def test_parts_that_do_not_touch_are_refused_in_a_sentence(tmp_path: Path) -> No
         resolve(ObjectFile(path, edge=0.15))
 
 
+@pytest.mark.live
 def test_a_crumb_beside_the_object_is_left_out(tmp_path: Path) -> None:
     x, faces = icosphere(2, 0.05)
     crumb = 0.2 * x + np.array([0.1, 0.0, 0.0])
@@ -104,6 +109,7 @@ def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
         find_problems(ObjectFile(tmp_path / name))
 
 
+@pytest.mark.live
 def test_rubber_is_filled_once_and_not_made_coarser_for_a_linear_solids_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,6 +60,7 @@ def test_closed_nodes_are_parts_and_others_are_one_surface(tmp_path: Path) -> No
     assert single.name == ""
 
 
+@pytest.mark.slow
 def test_what_lies_in_an_organ_has_its_own_material(tmp_path: Path) -> None:
     path = scene(tmp_path / "a.glb", {"organ": ball(OUTER), "lump": ball(INNER, (0.01, 0.0, 0.0))})
     source = ObjectFile(path, "z < 20%", edge=0.12, parts=PartMaterials((("lump", 1e5),)))
@@ -80,6 +81,7 @@ def test_what_lies_in_an_organ_has_its_own_material(tmp_path: Path) -> None:
     assert again.solid.shape.moduli.is_uniform
 
 
+@pytest.mark.live
 def test_parts_that_touch_become_one_body(tmp_path: Path) -> None:
     made = prepare(
         ObjectFile(scene(tmp_path / "a.glb", {"a": box(0.0, 0.02), "b": box(0.02, 0.05)}), edge=0.1)
@@ -90,12 +92,14 @@ def test_parts_that_touch_become_one_body(tmp_path: Path) -> None:
     assert sizes["b"] == pytest.approx(0.06 * 0.04 * 0.03, rel=0.01)
 
 
+@pytest.mark.live
 def test_parts_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:
     path = scene(tmp_path / "a.glb", {"a": box(0.0, 0.02), "b": box(0.03, 0.05)})
     with pytest.raises(BodyError, match="the solid is in 2 pieces, and it must be one"):
         prepare(ObjectFile(path, edge=0.15))
 
 
+@pytest.mark.live
 def test_a_part_that_others_cover_is_named(tmp_path: Path) -> None:
     nodes = {"a": ball(OUTER), "b": ball(INNER), "c": ball(INNER)}
     with pytest.raises(BodyError, match=r"no tetrahedron belongs to [bc]: smaller"):

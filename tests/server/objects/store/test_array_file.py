@@ -13,13 +13,14 @@ from hypothesis.extra import numpy as hnp
 from cohaptic.errors import BodyError
 from cohaptic_server.objects.store import array_file as module
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
+from tests.examples_of_laws import examples
 
 KINDS = st.sampled_from(["f8", "f4", "i8", "i4", "?", "u1"]).map(np.dtype)
 ARRAYS = KINDS.flatmap(lambda kind: hnp.arrays(kind, hnp.array_shapes(min_dims=0, min_side=0)))
 
 
 @given(arrays=st.dictionaries(st.text(max_size=5), ARRAYS, max_size=5), mapped=st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_arrays_are_loaded_as_they_were_saved(
     arrays: dict[str, npt.NDArray[Any]], mapped: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -48,7 +49,7 @@ def test_a_block_stored_by_columns_stays_so_and_lies_in_the_file(tmp_path: Path)
 
 
 @given(data=st.data())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_a_file_with_any_byte_changed_or_cut_off_is_refused_or_right(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

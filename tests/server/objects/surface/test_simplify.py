@@ -69,6 +69,7 @@ def test_millions_are_refused_before_they_are_read(
         prepare(ObjectFile(path, "z < 10%"))
 
 
+@pytest.mark.live
 def test_at_the_users_word_they_are_simplified(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,6 +19,7 @@ from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.room.company.gathering import AIMED_EVERY
 from cohaptic_server.room.peer import Peer
+from tests.examples_of_laws import examples
 from tests.server.room.company.gatherings import Gatherings
 from tests.server.room.company.rooms import Played, company_of, heard, key_of
 
@@ -276,4 +277,4 @@ def test_what_is_out_of_its_range_ends_the_session_that_said_it_alone(
 
 
 TestGatherings = Gatherings.TestCase
-TestGatherings.settings = hypothesis_settings(max_examples=40, stateful_step_count=40)
+TestGatherings.settings = hypothesis_settings(max_examples=examples(40), stateful_step_count=40)

@@ -27,7 +27,8 @@ from cohaptic.protocol.watch_messages import (
     Watching,
     decode_watch_control,
 )
-from tests.server.shell.stage import PATIENCE, Client, Serving, visit
+from tests.patience import PATIENCE
+from tests.server.shell.stage import Client, Serving, visit
 
 
 @dataclass

@@ -28,8 +28,11 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.http.green_functions import decode_block, green_source
 from cohaptic_server.http.page_files import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
+from tests.patience import PATIENCE
 from tests.server.room.watch.pages import pressing, watching
-from tests.server.shell.stage import PATIENCE, SIMULATION_HZ, serving, visit
+from tests.server.shell.stage import SIMULATION_HZ, serving, visit
+
+pytestmark = pytest.mark.live
 
 BOUND = 256 * 1024  # bytes that one who watches may cost
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from cohaptic.protocol.messages import Bye, UserLeft, encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
@@ -13,6 +15,8 @@ from cohaptic.protocol.watch_messages import (
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.server.room.watch.pages import watching
 from tests.server.shell.stage import SIMULATION_HZ, Client, serving, visit
+
+pytestmark = pytest.mark.live
 
 
 def test_injected_latency_delays_both_ways_is_told_to_all_and_stops(

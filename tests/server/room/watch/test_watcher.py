@@ -21,6 +21,7 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
+from tests.examples_of_laws import examples
 from tests.server.peers import hello_text, sample
 from tests.server.room.watch.watchers import NEWS, Sent, ended, watcher
 
@@ -146,7 +147,7 @@ class Watched(RuleBasedStateMachine):
 
 
 Watched.TestCase.settings = settings(
-    max_examples=60,
+    max_examples=examples(60),
     stateful_step_count=30,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],

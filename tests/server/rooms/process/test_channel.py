@@ -7,10 +7,9 @@ import pytest
 
 from cohaptic_server.rooms.process.channel import open_channel
 from cohaptic_server.rooms.process.reports import LONGEST, Failed, Left, Line, Ready
+from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.patient
-
-PATIENCE = 60.0  # s
+pytestmark = pytest.mark.live
 
 
 def test_lines_come_in_order_and_the_end_is_told_once() -> None:

@@ -13,9 +13,10 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
 from cohaptic_server.shell.gate import Gate
+from tests.patience import PATIENCE
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
 
@@ -24,7 +25,7 @@ pytestmark = [
 def connected() -> Generator[tuple[socket.socket, socket.socket]]:
     """Both ends of a connection over loopback."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        ours = socket.create_connection(listening.getsockname(), timeout=60.0)
+        ours = socket.create_connection(listening.getsockname(), timeout=PATIENCE)
         theirs, _ = listening.accept()
     with ours, theirs:
         yield ours, theirs

@@ -21,11 +21,12 @@ from cohaptic_server.shell.doors import door as door_module
 from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate, Taken
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
+from tests.patience import PATIENCE
 from tests.server.shell.doors.test_first_bytes import hello
 from tests.server.shell.stage import REQUEST
 
 pytestmark = [
-    pytest.mark.patient,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a door holds nobody"),
 ]
 WINDOW = door_module._WINDOW  # pyright: ignore[reportPrivateUsage]
@@ -87,7 +88,7 @@ class Stand:
     def come(self, many: int, said: bytes = b"") -> list[socket.socket]:
         new: list[socket.socket] = []
         for _ in range(many):
-            new.append(socket.create_connection(self.door.getsockname(), timeout=10.0))
+            new.append(socket.create_connection(self.door.getsockname(), timeout=PATIENCE))
             if said:
                 new[-1].sendall(said)
         while any(_under_way(guest) for guest in new):

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from cohaptic_server.shell.doors.first_bytes import MOST, has_asked
 from tests.server.shell.stage import REQUEST
 
+pytestmark = pytest.mark.live
+
 
 def hello() -> bytes:
     """What a client of TLS says first."""

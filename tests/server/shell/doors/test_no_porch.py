@@ -12,7 +12,7 @@ from cohaptic_server.shell.gate import Taken
 from tests.server.shell.doors.test_door import standing
 from tests.server.shell.stage import REQUEST
 
-pytestmark = pytest.mark.patient
+pytestmark = pytest.mark.live
 
 
 @pytest.mark.parametrize("said", [b"", REQUEST])

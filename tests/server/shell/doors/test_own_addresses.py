@@ -3,9 +3,12 @@ from __future__ import annotations
 import ipaddress
 import socket
 
+import pytest
+
 from cohaptic_server.shell.doors.own_addresses import machine_addresses
 
 
+@pytest.mark.live
 def test_every_address_is_one_of_this_machine_and_said_once() -> None:
     found = machine_addresses()
     assert len(set(found)) == len(found)

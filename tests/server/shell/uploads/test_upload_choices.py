@@ -32,6 +32,8 @@ from tests.server.shell.uploads.stage_of_uploads import (
 )
 from tests.server.upload.test_worker import block_vtu
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture(autouse=True)
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

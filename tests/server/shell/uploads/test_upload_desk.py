@@ -26,7 +26,8 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.shell.uploads.upload_desk import UploadDesk
 from cohaptic_server.upload.limits import UploadLimits
-from tests.server.shell.stage import PATIENCE, names, serving, visit
+from tests.patience import PATIENCE
+from tests.server.shell.stage import names, serving, visit
 from tests.server.shell.uploads.stage_of_uploads import (
     LONG,
     begin,
@@ -38,6 +39,8 @@ from tests.server.shell.uploads.stage_of_uploads import (
     stay,
 )
 from tests.server.upload.test_worker import block_vtu, cube
+
+pytestmark = pytest.mark.alone
 
 
 @pytest.fixture(autouse=True)

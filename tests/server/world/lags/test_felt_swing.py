@@ -12,6 +12,7 @@ from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse, with_felt
 from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
+from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, solid
 from tests.server.bodies.presses import press
 from tests.server.touches import touch, user_of
@@ -48,7 +49,7 @@ def shown(
 
 
 @given(st.floats(0.0, 1.0), st.lists(st.sampled_from([0.0, 0.4, 1.0]), min_size=3, max_size=3))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_it_rises_slowly_and_falls_fast(before: float, near: list[float]) -> None:
     loop, response = loop_of(near)
     after = shown(loop, response, before)

@@ -16,6 +16,7 @@ from cohaptic.control.stability.anticipation import (
     hand_factor,
 )
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)
 THETA = 0.12  # s
@@ -88,7 +89,7 @@ def _errors(S: Floats, ticks: list[int], steps: int, *, anticipating: bool) -> F
 
 
 @given(seeds, st.integers(2, 8), st.data())
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_held_hands_come_to_rest_without_a_lag_at_any_unequal_delays(
     seed: int, n: int, data: st.DataObject
 ) -> None:

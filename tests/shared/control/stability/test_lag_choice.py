@@ -21,6 +21,7 @@ from cohaptic.control.stability.lag_choice import (
     margin,
 )
 from cohaptic.control.stability.room_roots import growth
+from tests.examples_of_laws import examples
 from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
@@ -66,7 +67,7 @@ def test_for_equal_delays_the_edge_is_exact() -> None:
 
 
 @given(seeds)
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 def test_a_coupling_above_one_is_a_positive_eigenvalue(seed: int) -> None:
     """I + S is positive definite for K_i <= 1 / C_ii, so nothing grows at frequency 0."""
     eigenvalues = np.linalg.eigvalsh(draw(np.random.default_rng(seed)).coupling)

@@ -13,6 +13,7 @@ from scipy.special import lambertw
 from cohaptic.control.stability.lag_choice import coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import LARGEST, growth, largest_growth, unknowns
 from cohaptic.control.stability.single_contact import Floats
+from tests.examples_of_laws import examples
 from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
@@ -67,7 +68,7 @@ def roots_right_of(x: float, S: Floats, delays: Floats, lag: float) -> int:
 
 
 @given(seeds, ratios)
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_equal_delays_have_a_closed_form(seed: int, ratio: float) -> None:
     room = draw(np.random.default_rng(seed), equal_delays=True)
     T = float(room.delays[0])
@@ -79,7 +80,7 @@ def test_equal_delays_have_a_closed_form(seed: int, ratio: float) -> None:
 
 @given(seeds, st.floats(-0.7, 0.7).map(lambda x: 10.0**x))
 @example(seed=8896, ratio=2.472522657659735)  # two roots nearly as far right as each other
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 def test_the_argument_principle_finds_roots_on_one_side_and_none_on_the_other(
     seed: int, ratio: float
 ) -> None:
@@ -92,7 +93,7 @@ def test_the_argument_principle_finds_roots_on_one_side_and_none_on_the_other(
 
 
 @given(seeds, ratios, st.floats(0.001, 1000.0))
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_time_has_no_scale_of_its_own(seed: int, ratio: float, scale: float) -> None:
     room = draw(np.random.default_rng(seed))
     longest = float(room.delays.max())
@@ -103,7 +104,7 @@ def test_time_has_no_scale_of_its_own(seed: int, ratio: float, scale: float) -> 
 
 
 @given(seeds, ratios)
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_the_closed_bound_is_one(seed: int, ratio: float) -> None:
     room = draw(np.random.default_rng(seed))
     longest = float(room.delays.max())

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.sampled_room import room_radius
+from tests.examples_of_laws import examples
 from tests.shared.control.stability.rooms import draw
 
 seeds = st.integers(0, 2**32 - 1)
@@ -42,7 +43,7 @@ def test_a_lagged_force_goes_two_thirds_of_the_way_in_the_time_of_the_lag() -> N
 
 
 @given(seeds, st.lists(st.integers(1, 12), min_size=15, max_size=15))
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_sampled_rooms_obey_the_theorem_too(seed: int, ticks: list[int]) -> None:
     """Delays of whole simulation periods, the lag by `kept` once in each."""
     rng = np.random.default_rng(seed)

@@ -12,6 +12,7 @@ from cohaptic.control.stability.room_roots import growth
 from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
 from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
 from cohaptic.errors import SettingError
+from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
 
 sizes, seeds = st.integers(1, 8), st.integers(0, 2**32 - 1)
@@ -97,7 +98,7 @@ def test_a_sampled_room_swings_without_its_lag_and_rests_with_it() -> None:
 
 
 @given(sizes, seeds, laws, st.floats(0.3, 1.7), st.integers(0, 1000))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_without_delay_the_radius_tells_whether_forces_settle(
     n: int, seed: int, law: Law, share: float, start: int
 ) -> None:
@@ -117,7 +118,7 @@ def test_without_delay_the_radius_tells_whether_forces_settle(
 
 
 @given(st.integers(2, 6), seeds, laws)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_below_one_forces_settle_whatever_the_delays(n: int, seed: int, law: Law) -> None:
     """Each user sees the others' forces of random earlier times, changing from tick to tick."""
     C = random_compliance(n, seed)

@@ -15,6 +15,7 @@ from cohaptic.control.stability.single_contact import (
     proportional_model,
     spectral_radius,
 )
+from tests.examples_of_laws import examples
 
 T = 0.001  # s
 stiffness = st.floats(50.0, 800.0)
@@ -28,7 +29,7 @@ def unlike(radius: float) -> None:
 
 
 @given(stiffness, shares, st.floats(0.0, 1.0), ratios)
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=examples(1000), deadline=None)
 def test_8_and_10_agree_with_the_lifted_system(
     k_o: float, share: float, damping: float, n: int
 ) -> None:
@@ -39,7 +40,7 @@ def test_8_and_10_agree_with_the_lifted_system(
 
 
 @given(stiffness, shares, st.floats(0.01, 3.0), st.floats(0.0, 1.0), ratios)
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=examples(1000), deadline=None)
 def test_15_and_16_agree_with_the_lifted_system(
     k_o: float, share: float, integral: float, damping: float, n: int
 ) -> None:
@@ -50,7 +51,7 @@ def test_15_and_16_agree_with_the_lifted_system(
 
 
 @given(stiffness, shares, st.integers(0, 8), ratios)
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_8_holds_for_every_delay(k_o: float, share: float, d: int, n: int) -> None:
     """z^(d+1) + K_h / K_o = 0, science 3.1."""
     radius = lifted_radius(proportional_model(share * k_o), elastic_object(k_o), n, d * n)
@@ -58,7 +59,7 @@ def test_8_holds_for_every_delay(k_o: float, share: float, d: int, n: int) -> No
 
 
 @given(stiffness, shares, st.floats(0.01, 3.0), st.integers(0, 6), ratios)
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_the_delayed_integral_loop_has_its_characteristic_polynomial(
     k_o: float, share: float, integral: float, d: int, n: int
 ) -> None:
@@ -93,7 +94,7 @@ def simulate(local: StateSpace, body: StateSpace, n: int, delay: int, periods: i
     stiffness, st.floats(0.1, 1.3), st.floats(0.02, 1.2), st.floats(0.0, 0.5),
     st.integers(2, 12), st.integers(0, 30),
 )  # fmt: skip
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_the_lifted_system_agrees_with_a_simulation_at_fractions_of_a_tick(
     k_o: float, share: float, integral: float, damping: float, n: int, delay: int
 ) -> None:

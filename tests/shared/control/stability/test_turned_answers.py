@@ -18,6 +18,7 @@ from cohaptic.control.stability.anticipation import (
 )
 from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -91,7 +92,7 @@ def growth(room: Limb, ticks: list[int], tau: float) -> float:
 
 
 @given(seeds, st.integers(2, 4), st.data())
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 def test_held_hands_rest_behind_the_lag_at_any_unequal_delays(
     seed: int, n: int, data: st.DataObject
 ) -> None:

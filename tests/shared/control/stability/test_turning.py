@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.stability.turning import turning_needed
 from cohaptic_server.numeric import Floats
+from tests.examples_of_laws import examples
 
 STEPS = 400  # of the longest delay, in a simulation
 
@@ -50,7 +51,7 @@ def grows(S: Floats, hands: int, delays: Floats, turning: float, longest: float)
 
 
 @given(st.integers(0, 10**6), st.integers(2, 3), st.floats(0.1, 0.9), st.floats(0.2, 3.0))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_beyond_the_edge_no_room_of_any_delays_grows(
     seed: int, hands: int, coupling: float, turned: float
 ) -> None:
