@@ -12,6 +12,8 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import vec3
 from friction_rooms import play, soft_block
 
+pytestmark = pytest.mark.night
+
 
 @pytest.fixture(scope="module")
 def body() -> Solid:
@@ -42,7 +44,6 @@ def test_a_hand_alone_with_friction_rests_at_a_rim_behind_a_delay(
     assert forces[1] == pytest.approx(forces[0], rel=0.01)
 
 
-@pytest.mark.night
 @pytest.mark.parametrize("number", [6, 12])
 def test_several_hands_with_friction_rest_and_no_force_jumps(body: Solid, number: int) -> None:
     """Of the benchmark's rooms one whose force jumped by 0.6 N, and one that swung on.

@@ -17,6 +17,8 @@ from cohaptic_server.objects.volume_file import VOLUMES, read_volume
 from shapes.catalogue import MANY
 from shapes.implicit import Limb, blended, surface
 
+pytestmark = pytest.mark.slow
+
 # What is wrong with a surface: open, with branching edges, crossing itself, in so many pieces.
 FLAWED = {
     "bowl.stl": (True, False, False, 1),
@@ -57,7 +59,6 @@ def extent(path: Path) -> Floats:
     return np.asarray(np.ptp(read_surface(path)[0], axis=0))
 
 
-@pytest.mark.slow
 def test_there_are_many(folder: Path) -> None:
     assert {path.name for path in folder.iterdir()} == MANY.keys()
     assert len(MANY) >= 28

@@ -39,6 +39,8 @@ from cohaptic_server.world.force_limits import allowed_shares, limit_forces
 from tests.examples_of_laws import examples
 from tests.experiments.quick_run import check_quick_run
 
+pytestmark = pytest.mark.slow  # its kernel is compiled first, for half a minute
+
 OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)
 FAST_FRICTION = compiled(friction_step)
@@ -66,7 +68,6 @@ def two_on_a_plate(law: Law, delay: float) -> Trial:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", Law)
 @pytest.mark.parametrize("delay", [0.0, 0.08])
 def test_the_campaign_agrees_with_the_real_room_and_client(law: Law, delay: float) -> None:
@@ -186,7 +187,6 @@ def test_hands_that_share_nothing_feel_exactly_their_own_object() -> None:
     assert play(trials, OURS, seconds=8.0).errors.max() < 1e-3
 
 
-@pytest.mark.slow
 def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.MonkeyPatch) -> None:
     """The check of the campaign can fail: without both it does, with the layer and without."""
     trials = [draw(0, i) for i in range(300)]
@@ -200,7 +200,6 @@ def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.M
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("row", [*ROWS, WEAK_OFF], ids=lambda row: row.name)
 def test_the_rows_of_the_campaign_hold_on_a_few_of_their_rooms(row: Row) -> None:
     verdicts = play([row.draw(0, i) for i in range(24)], row.variant, seconds=row.seconds)
@@ -234,6 +233,5 @@ def test_one_trial_is_drawn_alone() -> None:
     assert replace(Options(), trial=1).trial == 1
 
 
-@pytest.mark.slow
 def test_the_experiment_holds_and_writes_its_outcome(tmp_path: Path) -> None:
     check_quick_run("hands", tmp_path)

@@ -77,6 +77,7 @@ def test_a_contact_that_came_through_to_the_far_side_does_not_rest(
     assert not rests(rubber, deep)
 
 
+@pytest.mark.slow
 def test_the_best_of_those_that_rest_is_taken(
     rubber: RubberSolid, standing: list[Placement]
 ) -> None:

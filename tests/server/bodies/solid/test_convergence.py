@@ -13,6 +13,8 @@ from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import half_ball
 
+pytestmark = pytest.mark.slow
+
 A = 0.01  # m, radius of the punch
 FAR = 300 * A  # where the half ball is held: a thousandth of the displacement is lost there
 YOUNG, NU = 1e5, 0.3
@@ -83,7 +85,6 @@ def errors(found: list[float], exact: float) -> list[float]:
     return [abs(value / exact - 1.0) for value in found]
 
 
-@pytest.mark.slow
 def test_a_flat_punch_converges_to_the_half_space(meshes: list[Pressed]) -> None:
     """K = 2 a E / (1 - nu^2)."""
     off = errors([mesh.punch() for mesh in meshes], 2.0 * A * YOUNG / (1.0 - NU**2))

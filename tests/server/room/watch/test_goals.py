@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
+import pytest
 
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
@@ -30,6 +31,7 @@ def test_the_fine_balloon_is_the_balloon(small_balloon: Balloon) -> None:
     assert np.abs(got.displacement - want.displacement).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_frames_are_small_and_forces_give_the_surface() -> None:
     body = FineBalloon()
     mesh = body.mesh
