@@ -10,6 +10,9 @@ unexport PYTHONDONTWRITEBYTECODE
 # pip would compile every module of every package to bytecode; Python does it at a module's first
 # import. By pip's rule a negative option is switched on by a false value.
 PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# The releases that were tried. `make test PINNED= VENV=.venv-newest`, or `make test-newest`, takes the
+# newest instead; what users install has open ranges.
+PINNED ?= --constraint constraints.txt
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
 # Processes that run tests side by side; `auto` is one for each core.
@@ -17,7 +20,7 @@ JOBS   ?= auto
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test test-all night check static format lint types web page compiled docs bench soak results clean
+.PHONY: help demo test test-all test-newest lock night check static format lint types web page compiled docs bench soak results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
@@ -35,18 +38,18 @@ $(VENV)/.made:
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 export IMPORTED = import cohaptic_server.cli.demo, cohaptic_server.cli.serve, cohaptic_client.cli, cohaptic_client.client
-$(VENV)/.installed: $(VENV)/.made pyproject.toml
+$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
-	@{ $(PIP) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
+	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
 	  others=$$!; $(PIP) --no-deps -e . && wait $$others
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/.made pyproject.toml
-	@$(PIP) -e ".[dev]"
+$(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
+	@$(PIP) $(PINNED) -e ".[dev]"
 	@touch $@ $(VENV)/.installed
 
-$(VENV)/.docs: $(VENV)/.made pyproject.toml
-	@$(PIP) -e ".[docs]"
+$(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt
+	@$(PIP) $(PINNED) -e ".[docs]"
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
@@ -65,6 +68,14 @@ test-all: $(VENV)/.dev  ## all tests, live ones at the end; has to pass before a
 
 night: $(VENV)/.dev  ## what takes hours: long tests, new examples for every law, soak, fuzz
 	@$(BIN)/python tools/suite.py night $(ARGS)
+
+test-newest:  ## make test with the newest releases of everything that cohaptic needs
+	@$(MAKE) --no-print-directory test PINNED= VENV=.venv-newest
+
+lock: $(VENV)/.made  ## write constraints.txt anew, for all systems and Pythons
+	@$(PIP) uv
+	@$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --upgrade \
+	  --no-header --no-annotate pyproject.toml --output-file constraints.txt
 
 check:  ## has to be green before a commit
 	@$(MAKE) --no-print-directory static
