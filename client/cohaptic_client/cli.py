@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from cohaptic.protocol.messages import FixedGains, GeometryName
 
 
+# s; a server of the balloon listens a second after it was started, on a busy machine after three.
+_WAIT = 5.0
+
+
 class Shape(Enum):
     """Local surface, as the command line names it."""
 
@@ -130,7 +134,7 @@ def touch(
     ] = None,
     wait: Annotated[
         float, typer.Option(help="Seconds to try to reach the server, also after losing it.")
-    ] = 0.0,
+    ] = _WAIT,
     wait_seat: Annotated[
         bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
     ] = False,
