@@ -40,8 +40,8 @@ from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, reference
 from cohaptic_server.demo.set_up import FIX, set_up
 from cohaptic_server.mesh.thickness import depth_under
 from cohaptic_server.numeric import Floats, Ints, vec3
-from cohaptic_server.objects.catalogue import is_file
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.touchable import is_file
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance

@@ -30,7 +30,7 @@ from typing import IO, Any
 from cohaptic.clock import SystemClock
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.cli.serve import SWITCH_INTERVAL
+from cohaptic_server.cli.work.serving import SWITCH_INTERVAL
 from cohaptic_server.room.pace import TickMeters, is_missed, next_tick
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody

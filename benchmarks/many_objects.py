@@ -36,7 +36,7 @@ from typing import Any
 
 import json_report
 from cohaptic_server.demo.rest import Rest
-from cohaptic_server.objects.prepare import KINDS
+from cohaptic_server.touchable import KINDS
 from limited import Ended, run_limited
 
 SESSIONS = Path(__file__).with_name("object_session.py")

@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
-import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from pydantic import ValidationError
-from rich.console import Console
-from rich.live import Live
 
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
-from cohaptic.protocol.messages import FixedGains, GeometryName
 from cohaptic.room_address import room_url
-from cohaptic.runtime.interrupt import run
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
-from cohaptic.status.table import status_view
 from cohaptic.vec import Vec3
-from cohaptic_client.address import read_address
-from cohaptic_client.client import Client
 from cohaptic_client.devices.catalogue import NAMES, read_device
-from cohaptic_client.enter_key import EnterKey
-from cohaptic_client.recorder import Recorder
-from cohaptic_client.settings import ClientSettings
 
-_REFRESH = 0.1  # s
+if TYPE_CHECKING:
+    from cohaptic.protocol.messages import FixedGains, GeometryName
+
+
+# s; a server of the balloon listens a second after it was started, on a busy machine after three.
+_WAIT = 5.0
 
 
 class Shape(Enum):
@@ -142,7 +134,7 @@ def touch(
     ] = None,
     wait: Annotated[
         float, typer.Option(help="Seconds to try to reach the server, also after losing it.")
-    ] = 0.0,
+    ] = _WAIT,
     wait_seat: Annotated[
         bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
     ] = False,
@@ -176,6 +168,12 @@ def touch(
         return LinkSettings(1e-3 * one_way, 1e-3 * extra, 2 * seed + salt)
 
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
+    # Imported here, so that the help and what is no value at all come without them.
+    from cohaptic.runtime.interrupt import run
+    from cohaptic_client.address import read_address
+    from cohaptic_client.settings import ClientSettings
+    from cohaptic_client.touching import touching
+
     address = read_address(url)
     settings = ClientSettings(
         url=room_url(address.url, room),
@@ -210,7 +208,7 @@ def touch(
         patience=wait,
         duration=duration,
     )
-    run(_touch(settings, record, json_lines), lifeline=lifeline)
+    run(touching(settings, record, json_lines), lifeline=lifeline)
 
 
 def _place(at: Vec3 | None, inward: Vec3 | None) -> Place | None:
@@ -226,6 +224,10 @@ def _fixed_gains(k_h: float | None, integral_gain: float) -> FixedGains | None:
         if integral_gain != 0.0:
             raise SettingError("integral gain", integral_gain, "given together with --k-h")
         return None
+    from pydantic import ValidationError
+
+    from cohaptic.protocol.messages import FixedGains
+
     try:
         return FixedGains(k_h=k_h, integral_gain=integral_gain)
     except ValidationError as error:
@@ -240,41 +242,3 @@ def _thresholds(millimetres: float | None) -> Thresholds:
     if not 0.0 <= millimetres <= 50.0:
         raise SettingError("threshold", f"{millimetres:g} mm", "from 0 to 50 mm")
     return Thresholds(1e-3 * millimetres, 1e-3 * millimetres, 0.0)
-
-
-async def _touch(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
-    recorder = Recorder(settings.loop_hz)
-    console = Console(stderr=True)
-    client = Client(
-        settings,
-        tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
-        keep=recorder.keep if record else None,
-    )
-    shown = asyncio.ensure_future(_show(client, console, json_lines))
-    key = EnterKey(client.acknowledge) if settings.holds_faults else None
-    if key is not None:
-        client.hears = key.listening
-    try:
-        await client.run()
-    finally:
-        if key is not None:
-            key.stop()
-        shown.cancel()
-        await asyncio.gather(shown, return_exceptions=True)
-        if record:
-            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
-
-
-async def _show(client: Client, console: Console, json_lines: bool) -> None:
-    """The client's state, for a person or for a program, until cancelled."""
-    if json_lines:
-        while True:
-            sys.stdout.write(client.status().model_dump_json() + "\n")
-            sys.stdout.flush()
-            await asyncio.sleep(_REFRESH)
-    if not console.is_terminal:
-        return
-    with Live(console=console, refresh_per_second=10, transient=True) as live:
-        while True:
-            live.update(status_view([client.status()], width=console.width))
-            await asyncio.sleep(_REFRESH)

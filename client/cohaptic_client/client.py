@@ -7,7 +7,14 @@ import secrets
 from collections.abc import Callable
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import AnotherObject, CloseCode, CohapticError, ServerLost, one_line
+from cohaptic.errors import (
+    AnotherObject,
+    CloseCode,
+    CohapticError,
+    ServerLost,
+    ServerUnreachable,
+    one_line,
+)
 from cohaptic.status.report import TouchStatus
 from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
@@ -128,11 +135,15 @@ class Client:
         patience = self.settings.patience
         until = self.clock.now() + patience
         error: CohapticError
+        told = ""  # of what keeps it away, said once and not with every attempt
         while True:
             try:
                 reason = await self._converse()
+                told = ""
                 until = self.clock.now() + patience
                 error = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
+            except ServerUnreachable:
+                raise
             except ServerLost as lost:
                 error = lost
             except AnotherObject as another:
@@ -157,7 +168,9 @@ class Client:
                 error = refused
             if self.clock.now() >= until:
                 raise error
-            self._tell(f"{error}; trying again for {until - self.clock.now():.0f} s")
+            if str(error) != told:
+                told = str(error)
+                self._tell(f"{told}; trying again for {until - self.clock.now():.0f} s")
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:

@@ -7,6 +7,7 @@
             RemoteProtocolError    the peer's: ends that peer's session and no other
         DeviceError                a haptic device cannot be opened, read or written
         ServerLost                 the server cannot be reached, or went away
+            ServerUnreachable      and no further attempt will change that
         BodyError                  an elastic body cannot be built or solved
         LinkOverflow               more is in flight on a simulated link than it may hold
 
@@ -115,6 +116,10 @@ class ServerLost(CohapticError):
 
     def __str__(self) -> str:
         return f"{self.url}: {self.problem}"
+
+
+class ServerUnreachable(ServerLost):
+    """No attempt will reach the server: the address is none, or its certificate is not trusted."""
 
 
 class AnotherObject(CohapticError):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import signal
 import socket
 import subprocess
@@ -92,7 +93,7 @@ def test_a_bad_address_is_one_sentence(capsys: pytest.CaptureFixture[str], url: 
 def test_no_server_is_one_sentence_and_a_recording_without_rows_all_the_same(
     capsys: pytest.CaptureFixture[str], nobody: str, tmp_path: Path
 ) -> None:
-    sentence = complaint(capsys, nobody, "--record", str(tmp_path / "x.npz"))
+    sentence = complaint(capsys, nobody, "--wait", "0", "--record", str(tmp_path / "x.npz"))
     assert sentence == f"{nobody}: no server answers; start one with: cohaptic serve"
     assert (tmp_path / "x.npz").exists()
 
@@ -137,8 +138,25 @@ def test_help_names_every_option(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--lifeline" not in shown  # for programs
 
 
+def test_a_server_is_waited_for_without_being_asked_to(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["touch", "--help"])
+    words = " ".join(capsys.readouterr().out.replace("\u2502", " ").split())
+    assert re.search(r"--wait <float> Seconds to try [^\[]*\[default: 5", words), words
+
+
+def test_a_client_that_waits_says_so_once_and_ends_with_the_same_sentence(nobody: str) -> None:
+    command = [sys.executable, "-m", "cohaptic", "touch", nobody, "--wait", "0.6"]
+    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert done.returncode == 2
+    sentence = f"{nobody}: no server answers; start one with: cohaptic serve"
+    waits, ends = " ".join(done.stderr.split()).split("cohaptic: ")
+    assert waits.strip() == f"guest: {sentence}; trying again for 1 s"
+    assert ends.strip() == sentence
+
+
 def test_the_process_says_the_same_and_ends_with_two(nobody: str) -> None:
-    command = [sys.executable, "-m", "cohaptic", "touch", nobody]
+    command = [sys.executable, "-m", "cohaptic", "touch", nobody, "--wait", "0"]
     done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     assert done.returncode == 2
     assert done.stdout == ""

@@ -12,8 +12,9 @@ import make_objects
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.surface.checks import SurfaceReport, edge_counts, examine
-from cohaptic_server.objects.surface.surface_file import SURFACES, read_surface
-from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.objects.volume_file import read_volume
+from cohaptic_server.touchable import SURFACES, VOLUMES
 from shapes.catalogue import MANY
 from shapes.implicit import Limb, blended, surface
 

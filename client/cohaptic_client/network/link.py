@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
-from cohaptic.errors import AnotherObject, CloseCode, ServerLost
+from cohaptic.errors import AnotherObject, CloseCode, ServerLost, ServerUnreachable
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
@@ -89,7 +89,7 @@ class Link:
         self._outbound: Delayed | None = None
 
     async def open(self) -> None:
-        """Connect; raises ServerLost with advice."""
+        """Connect; raises ServerLost or ServerUnreachable with advice."""
         trusted = trust(self.url, self._ca_file)
         try:
             connection = await connect(
@@ -107,12 +107,13 @@ class Link:
             raise ServerLost(self.url, f"not a cohaptic server ({error}){secure}") from error
         except ssl.SSLError as error:
             host = urlsplit(self.url).hostname or ""
-            raise ServerLost(self.url, why_not_trusted(error, host)) from error
+            raise ServerUnreachable(self.url, why_not_trusted(error, host)) from error
         except (OSError, TimeoutError) as error:
             problem = "no server answers; start one with: cohaptic serve"
             raise ServerLost(self.url, problem) from error
         except (InvalidURI, ValueError) as error:  # the latter: a host or a port that cannot be one
-            raise ServerLost(self.url, "not an address; expected ws://HOST:PORT") from error
+            problem = "not an address; expected ws://HOST:PORT"
+            raise ServerUnreachable(self.url, problem) from error
         assert isinstance(connection, Wire)
         self._ws = connection
         tune(self._ws.transport.get_extra_info("socket"))

@@ -10,12 +10,12 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 
 from cohaptic_server.access.denied import Denied, forbidden
 from cohaptic_server.access.grants import OPEN, Grants
 from cohaptic_server.access.keys import KeyRing
 from cohaptic_server.access.remembered import Used
-from cohaptic_server.access.tokens import LEEWAY, SESSION_AUDIENCE, Claims, Session, sign, verify
 from cohaptic_server.access.used_tokens import UsedTokens
 
 # s after which a session needs an invitation to come back, a long day in a lab. One that is
@@ -73,6 +73,10 @@ class Admission:
         draw: Callable[[], str] = lambda: secrets.token_hex(16),
         keep: Callable[[Used], None] | None = None,
     ) -> None:
+        if ring is not None:
+            # Tokens bring libraries of cryptography, a tenth of the start of a server, which one
+            # without keys does not need. One with keys has them before anybody comes.
+            import_module("cohaptic_server.access.tokens")
         self.ring = ring
         self.admits_anybody = admits_anybody
         self._used = UsedTokens() if single_use else None
@@ -101,6 +105,8 @@ class Admission:
                 return ANYBODY
             advice = "open the link of your invitation, or give --token or COHAPTIC_TOKEN"
             raise Denied("this server takes in nobody without a token", advice)
+        from cohaptic_server.access.tokens import LEEWAY, verify
+
         claims = verify(token, self.ring, now)
         grants = claims.haptic
         if not grants.hold_in(room):
@@ -136,6 +142,8 @@ class Admission:
         ends = guest.since + SESSION_LIFE
         if self.ring is None or not guest.session or ends <= now:
             return None
+        from cohaptic_server.access.tokens import SESSION_AUDIENCE, Claims, Session, sign
+
         claims = Claims(
             sub=guest.sub,
             jti=self._draw(),

@@ -5,18 +5,16 @@ from __future__ import annotations
 import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cohaptic.errors import SettingError
-from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.credentials.certificate import Certificate
-from cohaptic_server.credentials.key_file import load_keys
-from cohaptic_server.credentials.reloading import Watched
-from cohaptic_server.shell.protection import Protection
+
+if TYPE_CHECKING:
+    from cohaptic_server.shell.protection import Protection
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +76,12 @@ class AccessOptions:
             behind_proxy=bool(self.trust_proxy),
         )
         exposure.check()
+        from cohaptic_server.access.admission import Admission
+        from cohaptic_server.credentials.certificate import Certificate
+        from cohaptic_server.credentials.key_file import load_keys
+        from cohaptic_server.credentials.reloading import Watched
+        from cohaptic_server.shell.protection import Protection
+
         watched: list[Watched] = []
         admission = Admission(
             None if self.keys is None else load_keys(self.keys),

@@ -5,27 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from cohaptic.clock import SystemClock
-from cohaptic.errors import SettingError
-from cohaptic_server.cli.object_options import ObjectOptions, takes_object
-from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.cli.resolved_object import Users, resolved, wanted
-from cohaptic_server.inspection.inspection import Inspection, inspect_object, part_words
-from cohaptic_server.inspection.picture import draw
-from cohaptic_server.inspection.sections import draw_sections
-from cohaptic_server.objects.build import build
-from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.prepare import check_file
-from cohaptic_server.objects.scan.label_map import LabelMap
-from cohaptic_server.objects.scan.read import is_scan, read_scan
-from cohaptic_server.objects.store.cache import cache_folder
-from cohaptic_server.process_memory import peak_memory
+from cohaptic_server.cli.object_options import ObjectOptions, Users, takes_object
 
 body = typer.Typer(
     help="Prepare an object from a file, or look at what it became.", no_args_is_help=True
@@ -49,20 +31,9 @@ def prepare(
     It is kept under the content of the file and of the options, in the cache of this system or
     the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).
     """
-    clock = SystemClock()
-    start = clock.now()
-    with progress_bar(f"preparing {file.name}") as progress:
-        source = resolved(file, options, progress, print, wanted(users, hz))
-        built = build(source, progress)
-    solid, peak = built.solid, peak_memory()
-    memory = f", {peak / 1e9:.2f} GB of memory at the most"
-    if built.cost is not None:
-        memory += f" ({built.cost.memory / 1e9:.2f} expected)"
-    print(
-        f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
-        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
-        f" {clock.now() - start:.1f} s{memory}"
-    )
+    from cohaptic_server.cli.work.object_files import prepare_object
+
+    prepare_object(file, options, users, hz)
 
 
 @body.command()
@@ -78,71 +49,6 @@ def inspect(
     ] = None,
 ) -> None:
     """Say what a file became: mesh, mass, stiffness, what it costs, what was repaired."""
-    if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
-        raise SettingError("--out", out, "a .png in a folder that exists")
-    if is_scan(file) and not options.label and not options.auto:
-        check_file(file)
-        labels = read_scan(file)
-        if len(labels.labels) > 1:
-            _list_labels(file, labels)
-            return
-    written: list[Path] = []
-    with progress_bar(f"inspecting {file.name}") as progress:
-        source = resolved(file, options, progress, print, wanted(users, hz))
-        built = build(source, progress)
-        inspection = inspect_object(
-            source,
-            built,
-            SystemClock(),
-            progress,
-            wanted(users, hz),
-        )
-        if out is not None:
-            progress("picture", 0.0)
-            written = _draw(out, source, inspection)
-    table = Table(box=None, pad_edge=False, show_header=False)
-    table.add_column(style="dim")
-    for heading, sentence in inspection.lines(source):
-        table.add_row(heading, sentence)
-    console = Console(highlight=False)
-    console.print(table)
-    for picture in written:
-        console.print(f"written to {picture}")
+    from cohaptic_server.cli.work.object_files import show_object
 
-
-def _list_labels(file: Path, labels: LabelMap) -> None:
-    """Print the labels of a map, and how one is chosen."""
-    table = Table("label", "name", "cm3", "box [mm]", box=None, pad_edge=False, header_style="dim")
-    for label in labels.labels:
-        name = "" if label.name == str(label.value) else label.name
-        box = " x ".join(f"{1e3 * side:.0f}" for side in labels.size(label).tolist())
-        volume = 1e6 * labels.voxel * label.voxels
-        table.add_row(str(label.value), Text(name), f"{volume:.3g}", box)
-    console = Console(highlight=False)
-    spacing = " x ".join(f"{1e3 * side:.3g}" for side in labels.spacing.tolist())
-    shape = " x ".join(str(n) for n in labels.numbers.shape)
-    console.print(f"{file}: {shape} voxels of {spacing} mm", markup=False)
-    console.print(table)
-    example = f"--label {labels.labels[0].value}=organ --young organ=5e3"
-    console.print(
-        f"Choose the object with --label, once for each that is a part: {example}", markup=False
-    )
-
-
-def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
-    """Draw the stiffness and, where there are parts, sections of them beside it."""
-    fixed = ~np.isfinite(inspection.stiffness)
-    m = source.material
-    notes = "" if inspection.parts else f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; "
-    notes += (
-        "contact of"
-        f" {1e3 * inspection.solid.contact_radius:.1f} mm; held: {source.fix or source.fix_mesh}"
-    )
-    mesh, name = inspection.solid.mesh, source.path.name
-    draw(out, mesh, inspection.stiffness, fixed, title=name, notes=notes)
-    if inspection.parts is None:
-        return [out]
-    sections = out.with_name(f"{out.stem}-parts{out.suffix}")
-    words = part_words(source, inspection.parts)
-    draw_sections(sections, inspection.solid.shape.tets, inspection.parts, words, title=name)
-    return [out, sections]
+    show_object(file, options, users, hz, out)

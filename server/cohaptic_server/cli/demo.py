@@ -2,36 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-import signal
 import sys
-import tempfile
-import threading
-from collections.abc import Generator
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from cohaptic.control.law import Law
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.cli.object_options import ObjectOptions, takes_object
-from cohaptic_server.cli.progress_bar import progress_bar
-from cohaptic_server.cli.resolved_object import SimulationHz, resolved
-from cohaptic_server.demo.browser import open_page
-from cohaptic_server.demo.live_view import watch
-from cohaptic_server.demo.processes import DemoFailed, Stage
-from cohaptic_server.demo.result import DemoResult, evaluate
-from cohaptic_server.demo.scene import Scene
-from cohaptic_server.demo.set_up import BALLOON, FIX, check_body, serve_options, set_up
-from cohaptic_server.demo.summary import show
-from cohaptic_server.objects.catalogue import BODIES, is_file
-from cohaptic_server.objects.demand import Demand
-from cohaptic_server.shell.listener import page_address
-
-_WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
+from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, takes_object
+from cohaptic_server.touchable import BALLOON
 
 Duration = Annotated[
     float | None,
@@ -77,89 +56,13 @@ def demo(
     On an object from a file (--body; held by --fix, "z < 15%" if not given) hands stand where they
     feel each other.
     """
-    console = Console()
-    if duration is None and not console.is_terminal:
-        duration = _WITHOUT_TERMINAL
+    from cohaptic_server.cli.work.demonstration import demonstrate
+    from cohaptic_server.demo.scene import Scene
+
     scene = Scene(
         users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, simulation_hz, seed, duration,
         friction=friction,
     )  # fmt: skip
-    if json is not None and not json.resolve().parent.is_dir():
-        raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
-    check_body(scene, body)
-    if not (options.auto or options.fix or options.fix_mesh) and body not in BODIES:
-        options = replace(options, fix=FIX)
-    told: list[str] = []
-    with progress_bar(f"preparing {body}") as progress:
-        source = options.of(Path(body))
-        if is_file(body):
-            demand = Demand(users, simulation_hz, nonlinear)
-            source = resolved(source.path, options, progress, told.append, demand)
-        touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
-    for sentence in told:
-        console.print(sentence, highlight=False)
-    if words:
-        console.print(words, highlight=False)
-    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=users)
-    result = _perform(scene, touched, serve_arguments, console, keep, browser=not no_browser)
-    console.print(show(result))
-    if json is not None:
-        json.write_text(result.model_dump_json(indent=2) + "\n")
-        console.print(f"written to {json}", highlight=False)
-    if any(user.stable is False for user in result.users):
+    browser = not no_browser
+    if not demonstrate(scene, body, options, json, keep, nonlinear=nonlinear, browser=browser):
         sys.exit(1)
-
-
-def _perform(
-    scene: Scene,
-    body: Body,
-    serve_arguments: list[str],
-    console: Console,
-    keep: Path | None,
-    *,
-    browser: bool,
-) -> DemoResult:
-    """Run the processes of a scene until its end, and compare their recordings."""
-    with _recordings_folder(keep) as folder:
-        typer.echo("starting the server ...", err=True)
-        stage = Stage(
-            scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
-        )
-        with stage:
-            stop = _stop_on_interrupt()
-            address = page_address(stage.url)
-            console.print(f"page {address}", highlight=False)
-            if console.is_terminal and browser:
-                open_page(address)
-            statuses, faults = watch(stage, scene, console, stop)
-        with console.status("comparing with the truth"):
-            recordings = [stage.recording(name) for name in scene.names]
-            missing = [path.stem for path in recordings if not path.exists()]
-            if missing:
-                words = "; ".join(f"{name}: {stage.users[name].words()}" for name in missing)
-                raise DemoFailed(f"no recording of {', '.join(missing)} ({words})")
-            return evaluate(scene, body, recordings, statuses, faults)
-
-
-@contextlib.contextmanager
-def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
-    """The folder of recordings and logs: the one to keep, or a temporary one."""
-    if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
-        yield keep
-        return
-    with tempfile.TemporaryDirectory(prefix="cohaptic-demo-") as folder:
-        yield Path(folder)
-
-
-def _stop_on_interrupt() -> threading.Event:
-    """An event that the first Ctrl-C sets; a second one raises KeyboardInterrupt as usual."""
-    stop = threading.Event()
-
-    def interrupted(_number: int, _frame: object) -> None:
-        stop.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    signal.signal(signal.SIGINT, interrupted)
-    signal.signal(signal.SIGTERM, interrupted)
-    return stop

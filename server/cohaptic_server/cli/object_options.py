@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cohaptic_server.bodies.modal.modes import DAMPING_RATIO
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.objects.inertia.inertia import Inertia
-from cohaptic_server.objects.object_file import MAX_MEMORY, MAX_TIME, ObjectFile
-from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
+from cohaptic_server.touchable import DAMPING_RATIO, MAX_MEMORY, MAX_TIME, NU, ORDER, YOUNG
+
+if TYPE_CHECKING:
+    from cohaptic_server.objects.object_file import ObjectFile
 
 AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # bytes and s; what `--auto` keeps to
-_SOLID = SolidSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +25,14 @@ class ObjectOptions:
         list[str] | None,
         typer.Option(
             help="Young's modulus E [Pa] of a file's object, or of a part: --young tumour=60e3.",
-            show_default=f"{_SOLID.young:g}",
+            show_default=f"{YOUNG:g}",
         ),
     ] = None
     poisson: Annotated[
         list[str] | None,
         typer.Option(
             help="Its Poisson's ratio, 0 to 0.499, or that of a part: NAME=0.4.",
-            show_default=f"{_SOLID.nu:g}",
+            show_default=f"{NU:g}",
         ),
     ] = None
     fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = ""
@@ -52,7 +50,7 @@ class ObjectOptions:
     ] = 0.05
     order: Annotated[
         int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
-    ] = _SOLID.order
+    ] = ORDER
     contact_radius: Annotated[
         float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
     ] = 0.0
@@ -110,12 +108,17 @@ class ObjectOptions:
         Raises:
             SettingError: An option is out of its range.
         """
+        from cohaptic_server.bodies.solid.shape import SolidSettings
+        from cohaptic_server.objects.inertia.inertia import Inertia
+        from cohaptic_server.objects.object_file import ObjectFile
+        from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
+
         memory = AUTO_MEMORY if self.auto else MAX_MEMORY
         young, young_of = parse_values("--young", self.young or ())
         nu, nu_of = parse_values("--poisson", self.poisson or ())
         material = SolidSettings(
-            _SOLID.young if young is None else young,
-            _SOLID.nu if nu is None else nu,
+            YOUNG if young is None else young,
+            NU if nu is None else nu,
             self.contact_radius,
             self.order,
         )
@@ -140,3 +143,14 @@ class ObjectOptions:
 
 
 takes_object = takes(ObjectOptions)
+
+SimulationHz = Annotated[
+    float, typer.Option("--simulation-hz", "--hz", help="Ticks per second, 10 to 200.")
+]
+Users = Annotated[
+    int | None,
+    typer.Option(
+        help="Prepare a file for so many at once, or say before that they cannot be served.",
+        show_default="2 for --nonlinear, which are served on a finer mesh; else not looked at",
+    ),
+]

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cli.object_options import ObjectOptions
@@ -16,17 +13,6 @@ from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import is_prepared
 from cohaptic_server.progress import Progress
-
-SimulationHz = Annotated[
-    float, typer.Option("--simulation-hz", "--hz", help="Ticks per second, 10 to 200.")
-]
-Users = Annotated[
-    int | None,
-    typer.Option(
-        help="Prepare a file for so many at once, or say before that they cannot be served.",
-        show_default="2 for --nonlinear, which are served on a finer mesh; else not looked at",
-    ),
-]
 
 
 def wanted(users: int | None, hz: float, *, nonlinear: bool = False) -> Demand | None:

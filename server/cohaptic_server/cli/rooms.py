@@ -25,7 +25,7 @@ from cohaptic_server.cli.resolved_object import resolved, wanted
 from cohaptic_server.cli.told_pages import tell_pages
 from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
 from cohaptic_server.monitoring.logs import LogStyle
-from cohaptic_server.objects.catalogue import BODIES, build_body, is_file
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.rooms.config import (
     ObjectTable,
     RoomsConfig,
@@ -39,6 +39,7 @@ from cohaptic_server.rooms.tables import AccessTable
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.protection import Protection
+from cohaptic_server.touchable import BODIES, is_file
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
 # Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it

@@ -10,16 +10,11 @@ from typing import Annotated
 from urllib.parse import urlsplit
 
 import typer
-from pydantic import ValidationError
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN, room_in, room_url
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import MOST_KEYS, KeyRing
-from cohaptic_server.access.tokens import Claims, sign
 from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.credentials.key_file import load_keys, new_key, save_keys
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _LONGEST = 400 * 86400.0  # s; a key is rotated sooner
@@ -67,6 +62,12 @@ class GrantOptions:
         Raises:
             SettingError: An option is out of its range.
         """
+        from pydantic import ValidationError
+
+        from cohaptic_server.access.grants import Grants
+        from cohaptic_server.access.tokens import Claims, sign
+        from cohaptic_server.credentials.key_file import load_keys
+
         clock = SystemClock()
         now = clock.now() + clock.to_wall()
         try:
@@ -109,6 +110,9 @@ def key(
 
     A server that runs reads the file again when it changes.
     """
+    from cohaptic_server.access.keys import MOST_KEYS, KeyRing
+    from cohaptic_server.credentials.key_file import load_keys, new_key, save_keys
+
     if keep is not None and (not rotate or not 0 <= keep < MOST_KEYS):
         raise SettingError("--keep", keep, f"given with --rotate, from 0 to {MOST_KEYS - 1}")
     fresh = new_key()

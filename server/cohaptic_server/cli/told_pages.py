@@ -9,8 +9,6 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
-import segno
-
 from cohaptic_server.shell.listener import page_address
 
 # Bright on black, as the blocks are the light modules: dark ones on a light terminal are the other
@@ -43,6 +41,8 @@ def qr_code(address: str, columns: int) -> str:
         address: To be opened.
         columns: Of the terminal.
     """
+    import segno
+
     drawn = io.StringIO()
     segno.make(address, error="l", micro=False).terminal(drawn, border=_BORDER, compact=True)
     lines = drawn.getvalue().splitlines()

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import http.client
-import threading
-import urllib.error
-import urllib.request
 from collections import deque
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 from urllib.parse import urlsplit
 
 import typer
-from pydantic import ValidationError
-from rich.console import Console
-from rich.live import Live
-from rich.text import Text
 
 from cohaptic.errors import ServerLost, SettingError, one_line
-from cohaptic_server.monitoring.overview import Status, overview
+
+if TYPE_CHECKING:
+    from cohaptic_server.monitoring.overview import Status
 
 TIMEOUT = 5.0  # s for an answer, which comes within a tenth
 MOST = 16 * 2**20  # bytes of an answer; 200 rooms of 64 users have 3 MB
@@ -35,6 +29,14 @@ def top(
 ) -> None:
     """See rooms, users, delay, loss, lag, margin and ticks of a server; ends with Ctrl-C."""
     address = status_address(url)
+    import threading
+
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    from cohaptic_server.monitoring.overview import overview
+
     console = Console()
     if once:
         console.print(overview(read_status(address), None, console.width))
@@ -89,6 +91,14 @@ def read_status(address: str) -> Status:
     Raises:
         ServerLost: Nothing answers, or something else than a server's admin port.
     """
+    import http.client
+    import urllib.error
+    import urllib.request
+
+    from pydantic import ValidationError
+
+    from cohaptic_server.monitoring.overview import Status
+
     place = address.removesuffix("/status")
     try:
         # Not through a proxy of the environment: it is a port of this machine, or of a tunnel.

@@ -13,12 +13,12 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.demo.places import place_hands
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.settled import Placement
-from cohaptic_server.objects.catalogue import BODIES, build_body, elastic_of
+from cohaptic_server.objects.catalogue import build_body, elastic_of
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import BALLOON, BODIES
 
-BALLOON = "balloon"
 FIX = "z < 15%"  # default rule for an object: it stands on its foot
 
 

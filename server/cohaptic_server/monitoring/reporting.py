@@ -16,18 +16,15 @@ from cohaptic_server.shell.server import CohapticServer
 
 
 async def run_reported(
-    server: CohapticServer, before_tick: Callable[[], None] | None, admin: AdminPort | None
+    server: CohapticServer, before_tick: Callable[[], None] | None, admin: AdminPort
 ) -> None:
     """Run a server as it runs by itself, and report it until the last client has gone.
 
     Args:
         server: That has been started.
         before_tick: As of `CohapticServer.run`.
-        admin: Where to; None reports to nobody.
+        admin: Where to.
     """
-    if admin is None:
-        await server.run(before_tick)
-        return
     reporter = Reporter(server, admin)
     reporting = asyncio.ensure_future(reporter.keep())
     running = asyncio.ensure_future(server.run(before_tick))

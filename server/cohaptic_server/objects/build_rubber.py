@@ -19,8 +19,8 @@ from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
-from cohaptic_server.objects.volume_file import VOLUMES
 from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import VOLUMES
 
 _FORM = 1  # of what is stored; raised when a press would be computed otherwise
 # Tried in this order if the user names no edge; a strongly curved surface needs the longer ones.

@@ -1,39 +1,52 @@
-"""Builds every body, from its name or from a file."""
+"""Builds every body, from its name or from a file.
+
+A body's module is imported when the body is built: a server of the balloon needs nothing of files.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cohaptic.compiled import describe, use
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.modal.modal_body import ModalBody
-from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.objects.build import build
-from cohaptic_server.objects.build_rubber import build_rubber_solid
-from cohaptic_server.objects.demand import Demand
-from cohaptic_server.objects.inertia.modes_of import with_inertia
-from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import BALLOON, BODIES, SPRING, is_file
 
-BODIES: dict[str, Callable[[], Body]] = {"balloon": Balloon, "spring": Spring}
+if TYPE_CHECKING:
+    from cohaptic_server.objects.demand import Demand
+    from cohaptic_server.objects.object_file import ObjectFile
+
+
+def _balloon(damping: float) -> Body:
+    from cohaptic_server.bodies.balloon.balloon import Balloon
+
+    return Balloon(damping=damping)
+
+
+def _rubber_balloon(damping: float) -> Body:
+    from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
+
+    return RubberBalloon(damping=damping)
+
+
+def _spring(damping: float) -> Body:
+    from cohaptic_server.bodies.spring import Spring, SpringSettings
+
+    return Spring(SpringSettings(b_o=damping * SpringSettings().k_o))
+
 
 # Constructors from B_o over K_o, by name and by whether the body is nonlinear.
-_DAMPED: dict[tuple[str, bool], Callable[[float], Body]] = {
-    ("balloon", False): lambda damping: Balloon(damping=damping),
-    ("balloon", True): lambda damping: RubberBalloon(damping=damping),
-    ("spring", False): lambda damping: Spring(SpringSettings(b_o=damping * SpringSettings().k_o)),
+_NAMED: dict[tuple[str, bool], Callable[[float], Body]] = {
+    (BALLOON, False): _balloon,
+    (BALLOON, True): _rubber_balloon,
+    (SPRING, False): _spring,
 }
-
-
-def is_file(name: str) -> bool:
-    """Whether a body's name is a path: it has a suffix or a folder."""
-    return bool(Path(name).suffix) or "/" in name or "\\" in name
 
 
 def build_body(
@@ -67,20 +80,37 @@ def build_body(
         # A tick would take a second: the loops over elements are only fast as compiled modules.
         limit = f"linear here: a nonlinear one needs compiled modules ({describe('kernels')})"
         raise SettingError("body with --nonlinear", repr(name), limit)
-    path, is_name = Path(name), not is_file(name)
-    if is_name and name not in BODIES:
+    if is_file(name):
+        return _from_file(Path(name), options, nonlinear, damping, hz, demand, progress, late)
+    if name not in BODIES:
         raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
-    if is_name and (nonlinear or damping != 0.0):
-        if (name, nonlinear) not in _DAMPED:
-            option, kind = ("--nonlinear", True) if nonlinear else ("--relaxation", False)
-            names = sorted(other for other, is_nonlinear in _DAMPED if is_nonlinear == kind)
-            known = f"one of: {', '.join(names)}, or a file"
-            raise SettingError(f"body with {option}", repr(name), known)
-        return _DAMPED[name, nonlinear](damping)
-    if is_name:
-        if options is not None and options != ObjectFile(options.path):
-            raise SettingError("body", repr(name), "a file, for options that describe a file")
-        return BODIES[name]()
+    if (name, nonlinear) not in _NAMED:
+        names = sorted(other for other, is_nonlinear in _NAMED if is_nonlinear)
+        known = f"one of: {', '.join(names)}, or a file"
+        raise SettingError("body with --nonlinear", repr(name), known)
+    plain = not nonlinear and damping == 0.0
+    if plain and options is not None and options != type(options)(options.path):
+        raise SettingError("body", repr(name), "a file, for options that describe a file")
+    return _NAMED[name, nonlinear](damping)
+
+
+def _from_file(
+    path: Path,
+    options: ObjectFile | None,
+    nonlinear: bool,
+    damping: float,
+    hz: float,
+    demand: Demand | None,
+    progress: Progress,
+    late: bool,
+) -> Body:
+    """The solid in a file; arguments and errors as for `build_body`."""
+    from cohaptic_server.objects.build import build
+    from cohaptic_server.objects.build_rubber import build_rubber_solid
+    from cohaptic_server.objects.demand import Demand
+    from cohaptic_server.objects.inertia.modes_of import with_inertia
+    from cohaptic_server.objects.object_file import ObjectFile
+
     source = replace(options or ObjectFile(path), path=path)
     if source.inertia.given and (nonlinear or damping):
         other = "--nonlinear" if nonlinear else "--relaxation"

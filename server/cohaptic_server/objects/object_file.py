@@ -9,10 +9,9 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.parts.materials import PartMaterials
+from cohaptic_server.touchable import MAX_MEMORY, MAX_TIME
 
 MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
-MAX_MEMORY = 6e9  # bytes
-MAX_TIME = 1800.0  # s
 MAX_TRIANGLES = 300_000  # of a surface; filling so many takes minutes
 
 

@@ -19,7 +19,7 @@ from cohaptic_server.objects.parts.nodes import read_surfaces
 from cohaptic_server.objects.parts.parts import Parts, PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all, simplified_to
 from cohaptic_server.objects.parts.volume_lost import VolumeLostError
-from cohaptic_server.objects.scan.read import SCANS, is_scan
+from cohaptic_server.objects.scan.read import is_scan
 from cohaptic_server.objects.scan.scan_surfaces import FEWER, ScanSurfaces, scan_surfaces
 from cohaptic_server.objects.surface.accept import (
     check_count,
@@ -32,17 +32,15 @@ from cohaptic_server.objects.surface.accept import (
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
-from cohaptic_server.objects.surface.surface_file import SURFACES
 from cohaptic_server.objects.tetrahedralise import (
     FINEST,
     NothingFitsError,
     envelope,
     tetrahedralise,
 )
-from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
-
-KINDS = SURFACES + VOLUMES + SCANS
+from cohaptic_server.touchable import KINDS, VOLUMES
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ from cohaptic_server.objects.memory_limit import reading_limited
 from cohaptic_server.objects.parts.cell_groups import groups_of
 from cohaptic_server.objects.parts.parts import Parts
 
-VOLUMES = (".msh", ".vtk", ".vtu")
 _START = 4096  # bytes in which a file says what it is
 _TETRAHEDRA = ("tetra", "tetra10")
 

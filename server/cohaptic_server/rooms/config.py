@@ -21,11 +21,11 @@ from pydantic_settings import (
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.room_address import NAMES, is_room_name
-from cohaptic_server.bodies.modal.modes import DAMPING_RATIO
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.config_errors import ConfigError, KeyProblem, problems_of
 from cohaptic_server.rooms.tables import AccessTable, AdminTable, Table
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.touchable import DAMPING_RATIO
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"

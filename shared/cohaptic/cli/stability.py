@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
-import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from cohaptic.cli.stability_answers import alone, area_corners, several
-from cohaptic.cli.stability_room import room
 from cohaptic.control.law import Law
-from cohaptic.control.stability.single_contact import Floats
 from cohaptic.errors import SettingError, one_line
+
+if TYPE_CHECKING:
+    from cohaptic.control.stability.single_contact import Floats
 
 
 # Above 60 lines because typer takes each option with its help from the signature.
@@ -70,6 +67,11 @@ def stability(
     delay, and the gains that are safe. With --delays too: a room of hands held still, by the
     rightmost root of its loop, beside the lag that the theorem asks for.
     """
+    import numpy as np
+
+    from cohaptic.cli.stability_answers import alone, area_corners, several
+    from cohaptic.cli.stability_room import room
+
     gain = None if k_h is None else _numbers("k_h", k_h)
     hundred = np.array(100.0) if gain is None else gain
     if compliance is None:
@@ -107,6 +109,8 @@ def stability(
 
 def _numbers(name: str, text: str) -> Floats:
     """An array from JSON; raises SettingError with the text as given."""
+    import numpy as np
+
     try:
         value = json.loads(text)
         if "true" in text or "false" in text:
@@ -119,6 +123,9 @@ def _numbers(name: str, text: str) -> Floats:
 
 def _show(answer: dict[str, Any]) -> None:
     """Print the answer as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table(show_header=False, box=None)
     for name, value in answer.items():
         if name == "area":

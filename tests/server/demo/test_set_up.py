@@ -12,11 +12,12 @@ from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.serve import serve
 from cohaptic_server.demo.scene import Scene
-from cohaptic_server.demo.set_up import BALLOON, serve_options, set_up
+from cohaptic_server.demo.set_up import serve_options, set_up
 from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
 from cohaptic_server.testing.blocks import block
+from cohaptic_server.touchable import BALLOON
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 

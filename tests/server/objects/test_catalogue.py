@@ -6,7 +6,8 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.objects.catalogue import BODIES, build_body
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.touchable import BODIES
 
 
 def test_an_unknown_body_is_refused_with_the_known_ones() -> None:

@@ -11,7 +11,8 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Ints
-from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.objects.volume_file import read_volume
+from cohaptic_server.touchable import VOLUMES
 
 CUBE = 0.1 * np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
 TETS = np.array([[0, 1, 2, 4], [3, 2, 1, 7], [5, 4, 7, 1], [6, 7, 4, 2], [1, 2, 4, 7]])

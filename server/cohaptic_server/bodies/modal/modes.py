@@ -8,14 +8,12 @@ import numpy as np
 
 from cohaptic.errors import SettingError
 from cohaptic_server.numeric import Floats
+from cohaptic_server.touchable import DAMPING_RATIO
 
 # Above it the unsteadiest hand has nothing to excite a mode with, and a tick of 60 Hz has six
 # samples of a period only: the body is at rest, for a hand, at once.
 HIGHEST = 10.0  # Hz
 MOST = 6  # modes; each adds a field of displacements to what a tick evaluates
-# Share of critical damping, half of the loss factor at a resonance. For gels and soft tissue it is
-# an order of magnitude and no measurement: with it a swing falls by the half in one period.
-DAMPING_RATIO = 0.1
 
 
 @dataclass(frozen=True, eq=False)

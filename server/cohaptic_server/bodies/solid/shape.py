@@ -18,6 +18,7 @@ from cohaptic_server.mesh.tetrahedra import (
     quadratic_boundary,
 )
 from cohaptic_server.numeric import Floats, Ints, Mask
+from cohaptic_server.touchable import NU, ORDER, YOUNG
 
 FINGERTIP = 0.008  # m; contact radius of a finger
 
@@ -36,10 +37,10 @@ class SolidSettings:
         cache: Memory for Green's functions [bytes].
     """
 
-    young: float = 2e4
-    nu: float = 0.45
+    young: float = YOUNG
+    nu: float = NU
     contact_radius: float = 0.0
-    order: int = 2
+    order: int = ORDER
     cache: int = 2**28
 
     def __post_init__(self) -> None:

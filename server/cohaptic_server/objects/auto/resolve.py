@@ -34,8 +34,9 @@ from cohaptic_server.objects.scan.scan_surfaces import FEWER, scan_surfaces
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface.simplify import count_triangles
-from cohaptic_server.objects.volume_file import VOLUMES, read_volume
+from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import VOLUMES
 
 _ATTEMPTS = 6  # at a mesh that is coarse enough
 # Options that are chosen, beside the order of the elements.

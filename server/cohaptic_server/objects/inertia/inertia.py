@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.modal.modes import DAMPING_RATIO, check_damping_ratio
+from cohaptic_server.bodies.modal.modes import check_damping_ratio
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.parts.materials import Named, check_names
 from cohaptic_server.objects.parts.parts import Parts
+from cohaptic_server.touchable import DAMPING_RATIO
 
 WATER = 1000.0  # kg/m^3; soft tissue and gels are within a tenth of it
 _LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has ten, the densest metals 22,600

@@ -7,8 +7,7 @@ from pathlib import Path
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.nifti import read_nifti
 from cohaptic_server.objects.scan.nrrd_file import read_nrrd
-
-SCANS = (".nii", ".nii.gz", ".nrrd")
+from cohaptic_server.touchable import SCANS
 
 
 def is_scan(path: Path) -> bool:

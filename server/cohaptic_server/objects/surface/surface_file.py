@@ -15,7 +15,6 @@ from cohaptic_server.objects.surface.merge import merge_vertices
 from cohaptic_server.objects.surface.three_mf import look_into
 
 _HEAD = 2**16  # bytes that are read for the header of a file
-SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
 
 
 def read_surface(path: Path) -> tuple[Floats, Ints]:

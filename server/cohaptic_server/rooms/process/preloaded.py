@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from cohaptic_server.objects import catalogue
+from cohaptic_server.access import tokens
+from cohaptic_server.bodies import spring
+from cohaptic_server.bodies.balloon import balloon, rubber_balloon
+from cohaptic_server.objects import build, build_rubber
+from cohaptic_server.objects.inertia import modes_of
 from cohaptic_server.rooms.process import room_process
 
-IMPORTED = (catalogue, room_process)
+IMPORTED = (balloon, build, build_rubber, modes_of, room_process, rubber_balloon, spring, tokens)

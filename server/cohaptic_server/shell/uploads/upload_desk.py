@@ -32,7 +32,6 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.prepare import KINDS
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.server import CohapticServer
@@ -44,6 +43,7 @@ from cohaptic_server.shell.uploads.upload_talk import (
     pass_on,
 )
 from cohaptic_server.shell.wire import Wire
+from cohaptic_server.touchable import KINDS
 from cohaptic_server.upload.kept_files import kind_of
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess

@@ -1,0 +1,23 @@
+"""What an administrator may do in a room, in the words of the command line."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Action(Enum):
+    """What is done, as the command line names it."""
+
+    LIST = "list"
+    MUTE = "mute"
+    UNMUTE = "unmute"
+    KICK = "kick"
+    BAN = "ban"
+    UNBAN = "unban"
+    FREEZE = "freeze"
+    UNFREEZE = "unfreeze"
+    RESET = "reset"
+    BUDGET = "force-budget"
+
+
+TO_SOMEBODY = (Action.MUTE, Action.UNMUTE, Action.KICK, Action.BAN, Action.UNBAN)

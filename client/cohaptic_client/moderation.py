@@ -1,0 +1,121 @@
+"""Does what an administrator asks for in a room, over one connection that watches."""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+from typing import TypeVar
+from urllib.parse import urlsplit
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.typing import Subprotocol
+
+from cohaptic.errors import ServerLost, SettingError
+from cohaptic.protocol.messages import Error, encode_control
+from cohaptic.protocol.rest_mesh import MAX_BYTES
+from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.protocol.watch_messages import (
+    Moderate,
+    Moderated,
+    PutOut,
+    Watch,
+    WatchedUser,
+    Watching,
+    decode_watch_control,
+)
+from cohaptic_client.address import trust, why_not_trusted
+from cohaptic_client.admin_action import Action
+from cohaptic_client.network.conversation import Refused
+
+_PATIENCE = 15.0  # s for an answer, which comes within one
+M = TypeVar("M", Watching, Moderated, PutOut)
+
+
+async def act(
+    url: str, token: str, ca_file: str, action: Action, who: str, force: float | None
+) -> list[str]:
+    """Connect and act; what there is to tell.
+
+    Raises:
+        ServerLost: There is no such server.
+        Refused: It does not allow it.
+    """
+    try:
+        async with (
+            asyncio.timeout(_PATIENCE),
+            connect(
+                url,
+                subprotocols=[Subprotocol(SUBPROTOCOL)],
+                compression=None,
+                proxy=None,
+                max_size=MAX_BYTES,
+                ssl=trust(url, ca_file),
+            ) as ws,
+        ):
+            return await _talk(ws, token, action, who, force)
+    except ssl.SSLError as error:
+        raise ServerLost(url, why_not_trusted(error, urlsplit(url).hostname or "")) from error
+    except ConnectionClosed as error:
+        frame = error.rcvd
+        if frame is None:
+            raise ServerLost(url, "the connection was lost") from error
+        raise Refused(frame.code, frame.reason) from error
+    except (InvalidHandshake, InvalidURI, ValueError) as error:
+        raise ServerLost(url, f"not a cohaptic server ({error})") from error
+    except (OSError, TimeoutError) as error:
+        raise ServerLost(url, "no server answers; start one with: cohaptic serve") from error
+
+
+async def _talk(
+    ws: ClientConnection, token: str, action: Action, who: str, force: float | None
+) -> list[str]:
+    watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=1.0, token=token or None)
+    await ws.send(encode_control(watch))
+    watching = await _answer(ws, Watching)
+    if action is Action.LIST:
+        there = [f"{user.user}  {user.name}" for user in watching.users] or ["nobody touches"]
+        if not watching.room_admin:
+            return there
+        return there + [f"put out: {name}" for name in (await _answer(ws, PutOut)).names]
+    if action is Action.UNBAN:
+        return [await _unban(ws, who)]
+    user = _find(watching.users, who) if who else None
+    name = "force_budget" if action is Action.BUDGET else action.value
+    wish = Moderate.model_validate({"action": name, "user": user and user.user, "force": force})
+    await ws.send(encode_control(wish))
+    if not (await _answer(ws, Moderated)).done:
+        return [f"{who} has left"]
+    return [f"done: {action.value}{f' {user.name}' if user else ''}"]
+
+
+async def _unban(ws: ClientConnection, who: str) -> str:
+    """Let somebody come back who was put out; what there is to tell."""
+    names = (await _answer(ws, PutOut)).names
+    if who not in names:
+        limit = f"one who was put out: {', '.join(names) or 'nobody was'}"
+        raise SettingError("user", repr(who[:60]), limit)
+    await ws.send(encode_control(Moderate(action="unban", name=who)))
+    done = (await _answer(ws, Moderated)).done
+    return f"done: unban {who}" if done else f"{who} may come back already"
+
+
+def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
+    for user in users:
+        if who in (user.name, str(user.user)):
+            return user
+    names = ", ".join(f"{user.user} {user.name}" for user in users) or "nobody touches"
+    raise SettingError("user", repr(who[:60]), f"one of: {names}")
+
+
+async def _answer(ws: ClientConnection, kind: type[M]) -> M:
+    """The next message of a kind; raises Refused for an error."""
+    while True:
+        data = await ws.recv()
+        if isinstance(data, bytes):
+            continue  # the mesh, and scenes
+        message = decode_watch_control(data)
+        if isinstance(message, kind):
+            return message
+        if isinstance(message, Error):
+            raise Refused(message.code, message.message)

@@ -1,0 +1,69 @@
+"""Touches until the end, and shows the state meanwhile: what `cohaptic touch` does."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from cohaptic_client.client import Client
+from cohaptic_client.enter_key import EnterKey
+from cohaptic_client.recorder import Recorder
+from cohaptic_client.settings import ClientSettings
+
+_REFRESH = 0.1  # s
+
+
+async def touching(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
+    """Touch until cancelled, the duration is over, or the server is lost for good.
+
+    Args:
+        settings: Of the client.
+        record: File for the recording of every haptic period, if one is wanted.
+        json_lines: Whether the state is printed as lines of JSON.
+
+    Raises:
+        CohapticError: As `Client.run` does.
+    """
+    recorder = Recorder(settings.loop_hz)
+    console = Console(stderr=True)
+    client = Client(
+        settings,
+        tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
+        keep=recorder.keep if record else None,
+    )
+    shown = asyncio.ensure_future(_show(client, console, json_lines))
+    key = EnterKey(client.acknowledge) if settings.holds_faults else None
+    if key is not None:
+        client.hears = key.listening
+    try:
+        await client.run()
+    finally:
+        if key is not None:
+            key.stop()
+        shown.cancel()
+        await asyncio.gather(shown, return_exceptions=True)
+        if record:
+            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+
+
+async def _show(client: Client, console: Console, json_lines: bool) -> None:
+    """The client's state, for a person or for a program, until cancelled."""
+    if json_lines:
+        while True:
+            sys.stdout.write(client.status().model_dump_json() + "\n")
+            sys.stdout.flush()
+            await asyncio.sleep(_REFRESH)
+    if not console.is_terminal:
+        return
+    # A third of what `cohaptic touch` imports, which a program that starts it does not need.
+    from rich.live import Live
+
+    from cohaptic.status.table import status_view
+
+    with Live(console=console, refresh_per_second=10, transient=True) as live:
+        while True:
+            live.update(status_view([client.status()], width=console.width))
+            await asyncio.sleep(_REFRESH)

@@ -1,0 +1,141 @@
+"""Performs a demonstration: its processes, its view, and the comparison with the truth."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import tempfile
+import threading
+from collections.abc import Generator
+from dataclasses import replace
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved
+from cohaptic_server.demo.browser import open_page
+from cohaptic_server.demo.live_view import watch
+from cohaptic_server.demo.processes import DemoFailed, Stage
+from cohaptic_server.demo.result import DemoResult, evaluate
+from cohaptic_server.demo.scene import Scene
+from cohaptic_server.demo.set_up import FIX, check_body, serve_options, set_up
+from cohaptic_server.demo.summary import show
+from cohaptic_server.objects.demand import Demand
+from cohaptic_server.shell.listener import page_address
+from cohaptic_server.touchable import BODIES, is_file
+
+_WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
+
+
+def demonstrate(
+    scene: Scene,
+    body: str,
+    options: ObjectOptions,
+    json: Path | None,
+    keep: Path | None,
+    *,
+    nonlinear: bool,
+    browser: bool,
+) -> bool:
+    """Show a scene on a body, and print how it went.
+
+    Args:
+        scene: Without places of the hands.
+        body: Name of the body, or path of a file.
+        options: Of an object from a file.
+        json: Where the result is written, if it is wanted.
+        keep: Folder that keeps recordings and logs, if they are wanted.
+        nonlinear: Whether the deformation is finite.
+        browser: Whether to open the page.
+
+    Returns:
+        Whether no user was unstable.
+
+    Raises:
+        CohapticError: It cannot be shown, or a process of it has failed.
+    """
+    console = Console()
+    if scene.duration is None and not console.is_terminal:
+        scene = replace(scene, duration=_WITHOUT_TERMINAL)
+    if json is not None and not json.resolve().parent.is_dir():
+        raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
+    check_body(scene, body)
+    if not (options.auto or options.fix or options.fix_mesh) and body not in BODIES:
+        options = replace(options, fix=FIX)
+    told: list[str] = []
+    with progress_bar(f"preparing {body}") as progress:
+        source = options.of(Path(body))
+        if is_file(body):
+            demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+            source = resolved(source.path, options, progress, told.append, demand)
+        touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
+    for sentence in told:
+        console.print(sentence, highlight=False)
+    if words:
+        console.print(words, highlight=False)
+    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)
+    result = _perform(scene, touched, serve_arguments, console, keep, browser=browser)
+    console.print(show(result))
+    if json is not None:
+        json.write_text(result.model_dump_json(indent=2) + "\n")
+        console.print(f"written to {json}", highlight=False)
+    return not any(user.stable is False for user in result.users)
+
+
+def _perform(
+    scene: Scene,
+    body: Body,
+    serve_arguments: list[str],
+    console: Console,
+    keep: Path | None,
+    *,
+    browser: bool,
+) -> DemoResult:
+    """Run the processes of a scene until its end, and compare their recordings."""
+    with _recordings_folder(keep) as folder:
+        typer.echo("starting the server ...", err=True)
+        stage = Stage(
+            scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
+        )
+        with stage:
+            stop = _stop_on_interrupt()
+            address = page_address(stage.url)
+            console.print(f"page {address}", highlight=False)
+            if console.is_terminal and browser:
+                open_page(address)
+            statuses, faults = watch(stage, scene, console, stop)
+        with console.status("comparing with the truth"):
+            recordings = [stage.recording(name) for name in scene.names]
+            missing = [path.stem for path in recordings if not path.exists()]
+            if missing:
+                words = "; ".join(f"{name}: {stage.users[name].words()}" for name in missing)
+                raise DemoFailed(f"no recording of {', '.join(missing)} ({words})")
+            return evaluate(scene, body, recordings, statuses, faults)
+
+
+@contextlib.contextmanager
+def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
+    """The folder of recordings and logs: the one to keep, or a temporary one."""
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        yield keep
+        return
+    with tempfile.TemporaryDirectory(prefix="cohaptic-demo-") as folder:
+        yield Path(folder)
+
+
+def _stop_on_interrupt() -> threading.Event:
+    """An event that the first Ctrl-C sets; a second one raises KeyboardInterrupt as usual."""
+    stop = threading.Event()
+
+    def interrupted(_number: int, _frame: object) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    signal.signal(signal.SIGINT, interrupted)
+    signal.signal(signal.SIGTERM, interrupted)
+    return stop
