@@ -166,7 +166,7 @@ class Runner:
                 return ""
             if session.code == NONE_COLLECTED:
                 raise RuntimeError("the recorded tests are no more; record anew")
-            if session.code == TIMED_OUT:
+            if session.code == TIMED_OUT and not session.failed:
                 # Once may be the machine; twice, while the tests end without the fault, is not.
                 endless += 1
                 if endless > 1:
