@@ -18,7 +18,7 @@ MAX_FUNCTION_LINES = 60
 
 def sources() -> list[Path]:
     """Python files of the project and its tests."""
-    folders = (*PACKAGES, "tests", "benchmarks", "examples")
+    folders = (*PACKAGES, "tests", "tools", "benchmarks", "examples")
     return [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
 
 
