@@ -93,7 +93,7 @@ web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
-compiled: $(VENV)/.dev  ## compile what is slow as Python, where its source has changed
+compiled: $(VENV)/.installed  ## compile what is slow as Python, where its source has changed
 	@$(BIN)/python -m compiling
 
 docs: $(VENV)/.docs  ## build the documentation into site/; a warning is an error

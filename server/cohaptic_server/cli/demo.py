@@ -21,6 +21,7 @@ from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, resolved
 from cohaptic_server.demo.browser import open_page
+from cohaptic_server.demo.compiling_beside import compiling_beside
 from cohaptic_server.demo.live_view import watch
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.result import DemoResult, evaluate
@@ -122,16 +123,18 @@ def _perform(
     """Run the processes of a scene until its end, and compare their recordings."""
     with _recordings_folder(keep) as folder:
         typer.echo("starting the server ...", err=True)
-        stage = Stage(
-            scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
-        )
-        with stage:
+
+        def tell(words: str) -> None:
+            console.print(words, highlight=False)
+
+        with Stage(scene, folder, serve_arguments, tell) as stage:
             stop = _stop_on_interrupt()
             address = page_address(stage.url)
-            console.print(f"page {address}", highlight=False)
+            tell(f"page {address}")
             if console.is_terminal and browser:
                 open_page(address)
-            statuses, faults = watch(stage, scene, console, stop)
+            with compiling_beside(tell, folder / "compiling.log"):
+                statuses, faults = watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]
             missing = [path.stem for path in recordings if not path.exists()]
