@@ -17,11 +17,11 @@ from rich.console import Console
 
 from cohaptic.control.law import Law
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.compiling_beside import compiling_beside
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import SimulationHz, resolved
 from cohaptic_server.demo.browser import open_page
-from cohaptic_server.demo.compiling_beside import compiling_beside
 from cohaptic_server.demo.live_view import watch
 from cohaptic_server.demo.processes import DemoFailed, Stage
 from cohaptic_server.demo.result import DemoResult, evaluate

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic_server.demo.compiling_beside import COMPILE, compiling_beside
+from cohaptic_server.cli.compiling_beside import COMPILE, compiling_beside
 
 pytestmark = [
     pytest.mark.patient,
