@@ -53,7 +53,7 @@ $(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
-	@$(BIN)/cohaptic demo $(ARGS)
+	@COHAPTIC_COMPILE=$${COHAPTIC_COMPILE-fetch} $(BIN)/cohaptic demo $(ARGS)
 
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
 test: $(VENV)/.dev  ## the proof that it works, some minutes; ARGS="tests/client -x" for a part of it
@@ -104,7 +104,7 @@ web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
-compiled: $(VENV)/.dev  ## compile what is slow as Python, where its source has changed
+compiled: $(VENV)/.installed  ## compile what is slow as Python, where its source has changed
 	@$(BIN)/python -m compiling
 
 docs: $(VENV)/.docs  ## build the documentation into site/; a warning is an error

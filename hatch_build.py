@@ -5,10 +5,10 @@ are the system's where they are new enough; else a wheel brings them, asked for 
 is built when the bundle is newer than its sources, so what comes from our sdist needs no node, nor
 with COHAPTIC_SKIP_PAGE=1.
 
-Modules are compiled (`compiling/`, docs/decisions/0024) where a C compiler and Python's headers are
-found, beside npm's work. Without them the package is pure Python: slower, with the same results.
-COHAPTIC_COMPILE=0 leaves them out; COHAPTIC_COMPILE=require, for wheels to be published, compiles
-everything anew and fails if it cannot.
+What pip installs from sources is pure Python, and so is a wheel: nobody waits for a compiler
+(docs/decisions/0075). COHAPTIC_COMPILE=require, for wheels to be published, compiles everything
+anew (`compiling/`, docs/decisions/0024), beside npm's work, and fails if it cannot. In a checkout
+the demo and `make compiled` compile.
 
 `python hatch_build.py run test` gives its arguments to the same npm.
 """
@@ -51,54 +51,40 @@ class BuildHook(BuildHookInterface[Any]):
     def dependencies(self) -> list[str]:
         """Node, where the page is to be built and the system has none that is new enough.
 
-        And what compiles, where something is to be compiled and can be.
+        And what compiles, where that is required.
         """
         node = [NODE_WHEEL] if self._page_needed() and system_npm() is None else []
-        return node + (compiler.TOOLS if self._compiling_needed() else [])
+        return node + (compiler.TOOLS if self._compiling_required() else [])
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build what is older than its sources: the page, and compiled modules, side by side."""
+        """Build the page, if it is older than its sources, and compile beside what has to be."""
         with ThreadPoolExecutor(1) as beside:
-            job = beside.submit(self._compile) if self._compiling_needed() else None
+            job = beside.submit(self._compile) if self._compiling_required() else None
             if self._page_needed():
                 self._build_page()
             if job is not None:
                 job.result()
-        folder = compiled.folder(Path(self.root))
-        if self._may_compile() and version != "editable" and any(folder.glob("*.*")):
+        if job is not None and version != "editable":
+            folder = compiled.folder(Path(self.root))
             inside = folder.relative_to(Path(self.root) / "shared").as_posix()
             build_data["force_include"][str(folder)] = inside
             build_data["pure_python"], build_data["infer_tag"] = False, True
 
-    def _may_compile(self) -> bool:
+    def _compiling_required(self) -> bool:
         # An sdist is for every system; its files are sources.
-        return self.target_name == "wheel" and os.environ.get(COMPILE) != "0"
-
-    def _compiling_needed(self) -> bool:
-        if not self._may_compile():
-            return False
-        if os.environ.get(COMPILE) == "require":
-            return True
-        why = compiler.missing()
-        if why:
-            self.app.display_warning(f"plain Python, which is slower and works: {why}")
-        return not why and bool(compiled.stale(Path(self.root)))
+        return self.target_name == "wheel" and os.environ.get(COMPILE) == "require"
 
     def _compile(self) -> None:
-        required = os.environ.get(COMPILE) == "require"
-        command = [sys.executable, "-m", "compiling", *(["--again"] if required else [])]
         done = subprocess.run(
-            command,
+            [sys.executable, "-m", "compiling", "--again"],
             cwd=self.root,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             check=False,
         )
-        if done.returncode and required:
-            raise RuntimeError(done.stdout)
         if done.returncode:
-            self.app.display_warning(done.stdout)
+            raise RuntimeError(done.stdout)
 
     def _build_page(self) -> None:
         root = Path(self.root)

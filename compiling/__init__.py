@@ -1,7 +1,9 @@
 """Compiles modules of the packages from their own Python source (docs/decisions/0024).
 
-    python -m compiling      what `make compiled` and the build hook run
+    python -m compiling          what `make compiled` and the build hook run
+    python -m compiling.beside   what the demo runs, beside itself (docs/decisions/0075)
 
-It needs Cython, mypy with mypyc, setuptools and a C compiler. Nothing is compiled in the source
+It needs a C compiler, and Cython, mypy with mypyc, and setuptools, which pip fetches for it where
+the environment lacks them. Nothing is compiled in the source
 tree: sources are copied to a temporary folder, and only finished extensions come back.
 """

@@ -23,6 +23,9 @@ HOME = Path("shared/cohaptic/_compiled")  # of all three packages; `cohaptic.com
 SUFFIX = EXTENSION_SUFFIXES[0]
 PYTHON = SUFFIX.strip(".").rpartition(".")[0]  # as in `cohaptic.compiled`
 MANIFEST = "manifest.json"
+# What a build had finished when it was ended; the next one goes on from there. The program does
+# not read it, so that it never has half of what belongs together.
+UNFINISHED = "unfinished.json"
 # Kernels that one process compiles: starting it takes as long as two of them.
 BATCH = 4
 Entry = dict[str, Any]
@@ -47,12 +50,16 @@ def _fits(unit: Unit, entry: Entry | None) -> bool:
     return entry is not None and _tools(unit) in ("", entry.get("tools"))
 
 
-def build(root: Path, *, again: bool = False) -> int:
-    """Compile stale units, side by side, and put them in place.
+def build(root: Path, *, again: bool = False, jobs: int | None = None) -> int:
+    """Compile stale units, side by side, and put them in place once all are done.
+
+    Whenever it is ended before, what was in place stays, and the next build goes on from there.
+    Two builds of one checkout must not run at once (`compiling.alone`).
 
     Args:
         root: A checkout.
         again: Compile the others too.
+        jobs: How many at a time; None for one on each core.
 
     Returns:
         How many units were compiled.
@@ -67,23 +74,27 @@ def build(root: Path, *, again: bool = False) -> int:
     entries = {key: known[key] for unit in done for key in [_key(unit, recipe)]}
     folder(root).mkdir(parents=True, exist_ok=True)
     problems: list[str] = []
-    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(os.cpu_count()) as pool:
+    workers = jobs or os.cpu_count()
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(workers) as pool:
 
         def start(batch: list[Unit]) -> tuple[list[Unit], Future[list[Entry]]]:
             work = Path(tempfile.mkdtemp(dir=temporary))
             return batch, pool.submit(_compile, root, batch, work, recipe)
 
-        jobs = deque(start(batch) for batch in _batches(todo))
-        while jobs:
-            batch, job = jobs.popleft()
+        # One at a time, the longest comes last: a build that is ended soon has finished something.
+        batches = _batches(todo)
+        pending = deque(start(batch) for batch in (batches if jobs != 1 else reversed(batches)))
+        while pending:
+            batch, job = pending.popleft()
             try:
                 made = job.result()
                 entries |= {_key(u, recipe): entry for u, entry in zip(batch, made, strict=True)}
+                _replace(folder(root) / UNFINISHED, json.dumps(entries))
             except (CompileError, OSError) as error:
                 if len(batch) == 1:
                     problems.append(str(error))
                 else:  # by itself each of them shows whether it is to blame
-                    jobs.extend(start([unit]) for unit in batch)
+                    pending.extend(start([unit]) for unit in batch)
     _write(root, every, entries, recipe)
     if problems:
         raise CompileError("\n".join(problems))
@@ -132,7 +143,9 @@ def _put(root: Path, unit: Unit, work: Path, key: str) -> Entry:
         built = work.joinpath("out", *name.split(".")).with_suffix(SUFFIX)
         # The name holds the key, so a running program keeps the file that it has opened.
         file = f"{name}-{key}{SUFFIX}"
-        shutil.copyfile(built, folder(root) / file)
+        copy = folder(root) / f"{file}.{os.getpid()}"
+        shutil.copyfile(built, copy)
+        copy.replace(folder(root) / file)
         files[file] = built.stat().st_size
         return file
 
@@ -187,10 +200,16 @@ def _key(unit: Unit, recipe: int) -> str:
 
 
 def _read(root: Path) -> dict[str, Entry]:
-    """Entries of the manifest by their keys, of units whose files are all there."""
+    """What was finished, by the keys of units whose files are all there."""
+    return _entries(root, MANIFEST) | _entries(root, UNFINISHED)
+
+
+def _entries(root: Path, name: str) -> dict[str, Entry]:
     try:
-        groups = json.loads((folder(root) / MANIFEST).read_text(encoding="utf-8"))["groups"]
-        entries = {entry["key"]: entry for group in groups.values() for entry in group}
+        told = json.loads((folder(root) / name).read_text(encoding="utf-8"))
+        entries = told
+        if name == MANIFEST:
+            entries = {entry["key"]: entry for group in told["groups"].values() for entry in group}
         return {
             key: entry
             for key, entry in entries.items()
@@ -225,9 +244,7 @@ def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int
         else:
             failed = {"modules": {name: ("", None) for name in unit.modules}, "failed": True}
             groups[unit.group].append({**failed, "files": {}, "sources": {}, "key": ""})
-    new = folder(root) / f"{MANIFEST}.{os.getpid()}"
-    new.write_text(json.dumps({"groups": groups}, indent=1), encoding="utf-8")
-    new.replace(folder(root) / MANIFEST)
+    _replace(folder(root) / MANIFEST, json.dumps({"groups": groups}, indent=1))
     named = {file for group in groups.values() for entry in group for file in entry["files"]}
     for path in folder(root).iterdir():
         if path.name not in named | {MANIFEST}:
@@ -235,3 +252,10 @@ def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int
                 path.unlink()
             except OSError:  # in use, on Windows; the next build deletes it
                 continue
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a file that a reader finds whole, the old one or the new one."""
+    new = path.with_name(f"{path.name}.{os.getpid()}")
+    new.write_text(text, encoding="utf-8")
+    new.replace(path)

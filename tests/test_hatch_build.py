@@ -27,7 +27,7 @@ hook = _load()
 
 @pytest.fixture(autouse=True)
 def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(hook.COMPILE, "0")
+    monkeypatch.setenv(hook.COMPILE, "")
 
 
 @pytest.fixture
@@ -97,57 +97,53 @@ def a_hook(root: Path, target: str = "wheel") -> Any:
     return hook.BuildHook(str(root), {}, None, None, str(root), target)
 
 
-def finds(monkeypatch: pytest.MonkeyPatch, stale: list[str], missing: str = "") -> None:
-    def what_is_stale(root: Path) -> list[str]:
-        return stale
+@pytest.mark.parametrize("version", ["standard", "editable"])
+def test_unless_it_is_required_nothing_is_compiled_and_what_was_is_left_out(
+    root: Path, monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
+    folder = hook.compiled.folder(root)
+    folder.mkdir(parents=True)
+    (folder / "manifest.json").touch()
+    for value in (None, "0"):
+        if value is None:
+            monkeypatch.delenv(hook.COMPILE)
+        else:
+            monkeypatch.setenv(hook.COMPILE, value)
+        assert a_hook(root).dependencies() == []
+        data: dict[str, Any] = {"force_include": {}}
+        a_hook(root).initialize(version, data)
+        assert data == {"force_include": {}}
 
-    monkeypatch.setattr(hook.compiled, "stale", what_is_stale)
-    monkeypatch.setattr(hook.compiler, "missing", lambda: missing)
 
-
-def test_what_compiles_is_asked_for_where_it_can(
+def test_what_compiles_is_asked_for_where_it_is_required(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delenv(hook.COMPILE)
-    finds(monkeypatch, stale=["a unit"])
+    monkeypatch.setenv(hook.COMPILE, "require")
     assert a_hook(root).dependencies() == hook.compiler.TOOLS
-    # Sources only; told not to; up to date.
-    assert a_hook(root, "sdist").dependencies() == []
-    monkeypatch.setenv(hook.COMPILE, "0")
-    assert a_hook(root).dependencies() == []
-    monkeypatch.delenv(hook.COMPILE)
-    finds(monkeypatch, stale=[])
-    assert a_hook(root).dependencies() == []
+    assert a_hook(root, "sdist").dependencies() == []  # sources only
 
 
 @pytest.mark.live
-def test_without_a_compiler_it_warns_and_goes_on_unless_it_must_not(
+def test_where_it_is_required_a_wheel_without_extensions_is_none(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delenv(hook.COMPILE)
-    finds(monkeypatch, stale=["a unit"], missing="there is no compiler")
-    data: dict[str, Any] = {"force_include": {}}
-    a_hook(root).initialize("standard", data)
-    assert data == {"force_include": {}}
     monkeypatch.setenv(hook.COMPILE, "require")
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    assert a_hook(root).dependencies() == hook.compiler.TOOLS
     # There is nothing that could be compiled here.
     with pytest.raises(RuntimeError):
-        a_hook(root).initialize("standard", data)
+        a_hook(root).initialize("standard", {"force_include": {}})
 
 
 def test_a_wheel_with_extensions_is_for_one_python_and_an_editable_install_finds_them(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    finds(monkeypatch, stale=[])
+    monkeypatch.setenv(hook.COMPILE, "require")
+    package = root / "compiling"  # what compiles, of which only the end matters here
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "__main__.py").write_text("")
     folder = hook.compiled.folder(root)
-    folder.mkdir(parents=True)
-    (folder / "manifest.json").touch()
     plain: dict[str, Any] = {"force_include": {}}
-    a_hook(root).initialize("standard", plain)
-    assert plain == {"force_include": {}}
-    monkeypatch.delenv(hook.COMPILE)
     a_hook(root).initialize("editable", plain)
     assert plain == {"force_include": {}}
     data: dict[str, Any] = {"force_include": {}}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import PackageNotFoundError, version
 
 import typer
@@ -109,7 +110,10 @@ def search() -> tuple[list[Found], list[DeviceError]]:
 
 
 def _ask(what: str) -> None:
-    typer.prompt(f"{what}, then press Enter", default="", show_default=False, err=True)
+    # Not typer.prompt, which takes Ctrl-C for an answer that is missing: status 1 in place of 130.
+    typer.echo(f"{what}, then press Enter: ", err=True, nl=False)
+    if not sys.stdin.readline():
+        raise typer.Abort
 
 
 def _version(package: str) -> str:

@@ -1,6 +1,6 @@
 """Compiled modules in place of the plain ones they were made from (docs/decisions/0024).
 
-The build compiles some modules of the packages, from their own Python source, and leaves the
+A build compiles some modules of the packages, from their own Python source, and leaves the
 extensions in the folder `_compiled` with a manifest. `use` puts those of one group in place of the
 plain modules. A module whose source has changed since stays plain, and so does everything where
 nothing was compiled: slower, with the same results.

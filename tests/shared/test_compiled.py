@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import ast
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from cohaptic.compiled import MANIFEST, PYTHON
-from compiling.build import CompileError, build
+from compiling.build import UNFINISHED, CompileError, build, stale
 from compiling.sources import module_path, units
+from tests.client.devices.until import until
 from tests.shared.loop_outputs import ROOT, outputs_of_a_loop
 from tests.small_checkout import make_checkout, used_in
 
@@ -90,6 +94,36 @@ def test_the_modules_of_the_loop_are_compiled_all_or_none(root: Path, source: st
     assert sorted(found["plain"]) == LOOP
     assert found["loop"].startswith("plain Python: ")
     assert Path(source).name in found["loop"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="compiles beside a demo on POSIX only")
+def test_a_build_beside_that_is_ended_changes_nothing_and_the_next_goes_on_from_there(
+    root: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(ROOT / "compiling", root / "compiling")
+    change(root / "server/cohaptic_server/mean.py")
+    change(root / "client/cohaptic_client/tip.py")
+    before = (folder(root) / MANIFEST).read_bytes()
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    beside = subprocess.Popen(
+        [sys.executable, "-m", "compiling.beside"],
+        cwd=root,
+        env={**os.environ, "TMPDIR": str(temporary)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with beside:
+        assert beside.stdout is not None
+        assert beside.stdout.readline().startswith("compiling beside the demo")
+        # At the lowest priority of a busy machine the one kernel may take long.
+        until((folder(root) / UNFINISHED).exists, 300.0)
+        # Leaving the block closes its input; it ends, while the loop takes 15 s of the processor.
+    assert list(temporary.iterdir()) == []
+    assert (folder(root) / MANIFEST).read_bytes() == before
+    assert sorted(used_in(root)["plain"]) == sorted([*LOOP, "cohaptic_server.mean"])
+    assert [unit.group for unit in stale(root)] == ["loop"]
 
 
 def test_the_environment_can_ask_for_plain_python(root: Path) -> None:

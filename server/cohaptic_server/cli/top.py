@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import urlsplit
@@ -44,7 +45,10 @@ def top(
     read_status(address)  # where nothing answers from the beginning, that is an error
     stop = threading.Event()
     past: deque[Status] = deque(maxlen=WINDOW)
-    with Live(console=console, screen=console.is_terminal, auto_refresh=False) as live:
+    with (
+        contextlib.suppress(KeyboardInterrupt),
+        Live(console=console, screen=console.is_terminal, auto_refresh=False) as live,
+    ):
         while True:
             try:
                 status = read_status(address)
@@ -55,12 +59,7 @@ def top(
             except ServerLost as error:
                 past.clear()
                 live.update(Text(f"{error}; trying again", "red"), refresh=True)
-            except KeyboardInterrupt:
-                return
-            try:
-                stop.wait(every)
-            except KeyboardInterrupt:
-                return
+            stop.wait(every)
 
 
 def status_address(url: str) -> str:

@@ -34,18 +34,27 @@ class DemoFailed(CohapticError):
 class Process:
     """A subcommand of cohaptic with a lifeline; its output is read by a thread.
 
+    Args:
+        arguments: The subcommand and its options.
+        log: File for its standard error.
+        module: What is run in place of cohaptic.
+        folder: Where it runs; None for the present folder.
+
     Attributes:
         first: First line of its standard output; empty before it has come.
         line: Newest line; empty before the first.
     """
 
-    def __init__(self, *arguments: str, log: Path) -> None:
+    def __init__(
+        self, *arguments: str, log: Path, module: str = "cohaptic", folder: Path | None = None
+    ) -> None:
         self.first = self.line = ""
         self._log = log
         self._first = threading.Event()
         with log.open("wb") as errors:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "cohaptic", *arguments, "--lifeline"],
+                [sys.executable, "-m", module, *arguments, "--lifeline"],
+                cwd=folder,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,

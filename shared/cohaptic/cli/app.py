@@ -13,11 +13,16 @@ import typer
 
 from cohaptic import __version__, compiled
 from cohaptic.errors import CohapticError
+from cohaptic.runtime.heeded import signals_heeded
 
 
 def main(argv: list[str] | None = None) -> None:
     """Run `cohaptic` with the given arguments (default: those of the process)."""
-    arguments = sys.argv[1:] if argv is None else argv
+    with signals_heeded():
+        _run(sys.argv[1:] if argv is None else argv)
+
+
+def _run(arguments: list[str]) -> None:
     if arguments[:1] == ["touch"]:
         # Before its modules are imported. Others need the plain functions: numba compiles them.
         compiled.use("loop")

@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.compiling_beside import compiling_beside
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
@@ -98,16 +99,18 @@ def _perform(
     """Run the processes of a scene until its end, and compare their recordings."""
     with _recordings_folder(keep) as folder:
         typer.echo("starting the server ...", err=True)
-        stage = Stage(
-            scene, folder, serve_arguments, lambda words: console.print(words, highlight=False)
-        )
-        with stage:
+
+        def tell(words: str) -> None:
+            console.print(words, highlight=False)
+
+        with Stage(scene, folder, serve_arguments, tell) as stage:
             stop = _stop_on_interrupt()
             address = page_address(stage.url)
-            console.print(f"page {address}", highlight=False)
+            tell(f"page {address}")
             if console.is_terminal and browser:
                 open_page(address)
-            statuses, faults = watch(stage, scene, console, stop)
+            with compiling_beside(tell, folder / "compiling.log"):
+                statuses, faults = watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]
             missing = [path.stem for path in recordings if not path.exists()]
