@@ -34,6 +34,7 @@ def a_wheel(folder: Path, name: str) -> None:
         wheel.writestr(f"{info}/RECORD", "")
 
 
+@pytest.mark.live
 def test_missing_tools_are_there_within_the_block_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

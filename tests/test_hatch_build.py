@@ -134,6 +134,7 @@ def test_where_it_is_required_a_wheel_without_extensions_is_none(
         a_hook(root).initialize("standard", {"force_include": {}})
 
 
+@pytest.mark.live
 def test_a_wheel_with_extensions_is_for_one_python_and_an_editable_install_finds_them(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

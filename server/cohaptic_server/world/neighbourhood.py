@@ -63,7 +63,8 @@ def quantised(
     most = np.empty((len(starts) - 1, 2))
     largest(starts, displacement, c_ii, most)
     scales = _scales(most)
-    known = scales > 0.0
+    # What is not finite is packed as zeros: neither Python nor C has a whole number for it.
+    known = (scales > 0.0) & (scales[:, :1] >= 0.0)
     per = np.where(known, 1.0 / np.where(known, scales, 1.0), 0.0)
     numbers = np.empty((len(vertices), FIELDS), np.uint16)
     if (wrong := pack(starts, vertices, displacement, c_ii, per, numbers)) < len(per):

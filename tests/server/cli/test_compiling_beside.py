@@ -9,13 +9,14 @@ from pathlib import Path
 import pytest
 
 from cohaptic_server.cli.compiling_beside import COMPILE, compiling_beside
+from tests.patience import PATIENCE
 
 pytestmark = [
     pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="on POSIX only"),
 ]
 
-PATIENCE = 60.0  # s, for a process to start on a machine that is busy with other tests
+
 WORK = """
 import sys
 from pathlib import Path

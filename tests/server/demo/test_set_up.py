@@ -26,6 +26,7 @@ def silent(phase: str, share: float) -> None:
     """Nobody watches."""
 
 
+@pytest.mark.usefixtures("kernels")
 def test_the_balloon_is_as_it_was() -> None:
     scene = Scene()
     body, placed, words = set_up(

@@ -18,6 +18,8 @@ from cohaptic_server.demo.settled import Placement, first_that_rests, force_at_r
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.equilibrium import Equilibrium
 
+pytestmark = pytest.mark.usefixtures("kernels")
+
 
 @pytest.fixture(scope="module")
 def rubber() -> RubberSolid:

@@ -29,6 +29,8 @@ from shapes.scene_files import parts_glb
 from shapes.surface_files import stl
 from tests.server.objects.files import write
 
+pytestmark = pytest.mark.usefixtures("kernels")
+
 pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 

@@ -20,6 +20,7 @@ def test_every_body_has_its_own_name(name: str) -> None:
     assert build_body(name).name == name
 
 
+@pytest.mark.usefixtures("kernels")
 def test_options_choose_the_twin() -> None:
     assert isinstance(build_body("balloon"), Balloon)
     rubber = build_body("balloon", nonlinear=True, damping=1.5)
@@ -33,6 +34,7 @@ def test_options_choose_the_twin() -> None:
     assert spring.settings.b_o == 0.5 * spring.settings.k_o
 
 
+@pytest.mark.usefixtures("kernels")
 def test_an_option_that_a_body_does_not_have_is_refused_with_those_that_do() -> None:
     words = "body with --nonlinear is 'spring'; it must be one of: balloon"
     with pytest.raises(SettingError, match=words):
