@@ -10,8 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # pip would compile every module of every package to bytecode; Python does it at a module's first
 # import. By pip's rule a negative option is switched on by a false value.
 PIP    := PIP_NO_COMPILE=0 $(BIN)/python -m pip install --quiet --disable-pip-version-check
-# The releases that were tried. `make test PINNED= VENV=.venv-newest`, or `make test-newest`, takes the
-# newest instead; what users install has open ranges.
+# The releases that were tried; `make test-newest` takes the newest. What users install has open ranges.
 PINNED ?= --constraint constraints.txt
 NPM    := $(BIN)/python hatch_build.py    # npm, the system's or the one of a wheel
 
@@ -70,7 +69,8 @@ night: $(VENV)/.dev  ## what takes hours: long tests, new examples for every law
 	@$(BIN)/python tools/suite.py night $(ARGS)
 
 test-newest:  ## make test with the newest releases of everything that cohaptic needs
-	@$(MAKE) --no-print-directory test PINNED= VENV=.venv-newest
+	@rm -f .venv-newest/.dev
+	@$(MAKE) --no-print-directory test PINNED="--upgrade --upgrade-strategy eager" VENV=.venv-newest
 
 lock: $(VENV)/.made  ## write constraints.txt anew, for all systems and Pythons
 	@$(PIP) uv

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
+from multiprocessing.process import BaseProcess
 
 import pytest
 from hypothesis import settings
@@ -26,8 +27,10 @@ os.environ.setdefault("NUMBA_OPT", "2")
 LIVE = ("live", "alone")
 # What only a live test does, by the names of Python's audit events.
 TOUCHES = frozenset({
-    "os.fork", "os.forkpty", "os.posix_spawn", "socket.bind", "socket.connect", "subprocess.Popen",
+    "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "socket.bind", "socket.connect",
+    "socket.sendto", "subprocess.Popen",
 })  # fmt: skip
+SPAWN = "multiprocessing"  # whose way of starting a process has no event
 touched: set[str] = set()
 
 
@@ -40,6 +43,19 @@ def pytest_configure() -> None:
     if main and signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.addaudithook(lambda event, _: touched.add(event) if event in TOUCHES else None)
+    start = BaseProcess.start
+
+    def start_and_note(process: BaseProcess) -> None:
+        touched.add(SPAWN)
+        start(process)
+
+    BaseProcess.start = start_and_note  # type: ignore[assignment]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Before any fixture: the first test of a module answers for what its fixtures start."""
+    touched.clear()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
@@ -51,7 +67,6 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 @pytest.fixture(autouse=True)
 def only_live_tests_touch_the_machine(request: pytest.FixtureRequest) -> Iterator[None]:
     """A test that opens sockets or starts processes has to be marked, and so finds its tier."""
-    touched.clear()
     yield
     if not any(map(request.node.get_closest_marker, LIVE)):
         assert touched == set(), f"mark this test live: it did {', '.join(sorted(touched))}"

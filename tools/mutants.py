@@ -1,6 +1,6 @@
 """How many random faults do the tests see? Makes mutants of the core, and runs the tests on them.
 
-    python tools/mutants.py record --db reach.db --select 'tests -m "not realtime" -n 2'
+    python tools/mutants.py record --db reach.db --select 'tests -n 2 -m "not (live or alone)"'
     python tools/mutants.py run --db reach.db --sample 120 --json before.json
     python tools/mutants.py show before.json [after.json]
 
@@ -99,7 +99,7 @@ def parsed() -> argparse.Namespace:
     kills = "count kills of the tests that `pytest -m MARKS` chooses; several times"
     add("--tier", action="append", default=[], metavar="NAME=MARKS", help=kills)
     add("--mark", default="", help="the same for a single tier: an expression for -m")
-    add("--pytest", default="", help="more arguments of pytest, such as --long")
+    add("--pytest", default="", help="more arguments of pytest, such as -m night")
     times = "for a mutant's tests, by their recorded times; others are left out"
     add("--most", type=float, default=float("inf"), metavar="SECONDS", help=times)
     add("--json", type=Path, required=True, help="made, or completed")

@@ -34,7 +34,11 @@ class Outcomes:
         """Take note of a file that could not be imported."""
         self._write(report.nodeid, report.outcome)
 
+    def pytest_keyboard_interrupt(self) -> None:
+        """Take note of Ctrl-C, which ends the whole tier."""
+        self._write("", "stopped")
+
     def _write(self, test: str, outcome: str) -> None:
-        if outcome in ("failed", "rerun"):
+        if outcome in ("failed", "rerun", "stopped"):
             with self._path.open("a", encoding="utf-8") as lines:
                 lines.write(json.dumps([test, outcome]) + "\n")

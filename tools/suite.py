@@ -7,8 +7,10 @@ tests that passed only when they were tried again.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,7 +20,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 NO_TESTS = 5  # pytest's status where the arguments name no test of this phase
-STOPPED = 2  # and where Ctrl-C ended it
+STOPPED = 130  # of a shell's commands that Ctrl-C ends
+TIMEOUT = 300.0  # s for one test, as in pyproject.toml; a test may wait three times its patience
 BESIDE = ("-n", os.environ.get("JOBS", "auto"), "--dist", "worksteal")
 # What is live depends on the machine and on what else runs there: it may be tried three times.
 AGAIN = ("--reruns", "2")
@@ -52,7 +55,10 @@ TIERS = {
         Phase("live, side by side", "live and not (alone or night)", (*BESIDE, *AGAIN), "usual"),
         Phase("live, one at a time", "alone and not night", AGAIN, "usual"),
     ),
-    "night": (Phase("at night", "night", ("--timeout", "3600"), "deep"),),
+    "night": (
+        Phase("laws, on new examples", "not (live or alone or night)", BESIDE, "deep"),
+        Phase("at night", "night", (), "deep"),
+    ),
 }
 
 
@@ -65,12 +71,14 @@ class Outcome:
         status: Of pytest.
         failed: Tests that failed, or could not be collected.
         flaky: Tests that failed and passed when they were tried again.
+        stopped: Whether Ctrl-C ended it.
     """
 
     phase: str
     status: int
     failed: tuple[str, ...]
     flaky: tuple[str, ...]
+    stopped: bool = False
 
 
 def read(phase: str, status: int, lines: Sequence[str]) -> Outcome:
@@ -86,30 +94,40 @@ def read(phase: str, status: int, lines: Sequence[str]) -> Outcome:
         test, outcome = json.loads(line)
         found.setdefault(outcome, set()).add(test)
     failed = found.get("failed", set())
-    return Outcome(
-        phase, status, tuple(sorted(failed)), tuple(sorted(found.get("rerun", set()) - failed))
-    )
+    flaky = found.get("rerun", set()) - failed
+    stopped = "stopped" in found
+    return Outcome(phase, status, tuple(sorted(failed)), tuple(sorted(flaky)), stopped)
 
 
-def summary(outcomes: Sequence[Outcome]) -> list[str]:
-    """Lines that end the output: flaky tests, then failures, then a verdict."""
+def summary(outcomes: Sequence[Outcome], *, a_part: bool = False) -> list[str]:
+    """Lines that end the output: flaky tests, then failures, then a verdict.
+
+    Args:
+        outcomes: Of the phases that ran.
+        a_part: Whether arguments chose tests, so that a phase may have none.
+    """
     lines = [f"FLAKY  {test}   ({o.phase})" for o in outcomes for test in o.flaky]
     lines += [f"FAILED {test}   ({o.phase})" for o in outcomes for test in o.failed]
     # A process that died, or an error of pytest's own, names no test.
     lines += [
-        f"FAILED {o.phase}: pytest ended with {o.status}"
+        f"FAILED {o.phase}: {'stopped' if o.stopped else f'pytest ended with {o.status}'}"
         for o in outcomes
-        if o.status not in (0, NO_TESTS) and not o.failed
+        if o.status not in ((0, NO_TESTS) if a_part else (0,)) and not o.failed
     ]
-    tests, phases = sum(len(o.failed) for o in outcomes), status_of(outcomes)
-    verdict = "all phases passed" if phases == 0 else f"{tests} tests failed"
+    tests, status = sum(len(o.failed) for o in outcomes), status_of(outcomes, a_part=a_part)
+    verdict = "all phases passed" if status == 0 else f"{tests} tests failed"
     return [*lines, f"{verdict}, {sum(len(o.flaky) for o in outcomes)} were tried again"]
 
 
-def status_of(outcomes: Sequence[Outcome]) -> int:
-    """Exit status of the whole: 0, or 1 where any phase failed or none found a test."""
+def status_of(outcomes: Sequence[Outcome], *, a_part: bool = False) -> int:
+    """Exit status of the whole: 0, or 1 where a phase failed or had no test.
+
+    Where arguments chose tests, a phase may have none, but not all of them.
+    """
+    if any(o.stopped for o in outcomes):
+        return STOPPED
     states = {o.status for o in outcomes}
-    return 0 if states <= {0, NO_TESTS} and 0 in states else 1
+    return 0 if states == {0} or (a_part and states == {0, NO_TESTS}) else 1
 
 
 def run(phase: Phase, arguments: Sequence[str]) -> Outcome:
@@ -119,20 +137,27 @@ def run(phase: Phase, arguments: Sequence[str]) -> Outcome:
     path = os.pathsep.join(filter(None, (str(Path(__file__).parent), os.environ.get("PYTHONPATH"))))
     # Without bytecode each process would compile every module, and rewrite every test, anew.
     kept = {name: v for name, v in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    longer = 12.0 if phase.hypothesis == "deep" else 1.0
+    limit = longer * TIMEOUT * float(os.environ.get("COHAPTIC_PATIENCE", "1"))
     with tempfile.TemporaryDirectory() as folder:
         outcomes = Path(folder) / "outcomes"
         outcomes.touch()
-        done = subprocess.run(
+        with subprocess.Popen(
             [
                 sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"),
                 "-p", "outcomes", "--outcomes", str(outcomes),
-                "-m", phase.marks, *phase.options, *arguments,
+                "--timeout", f"{limit:g}", "-m", phase.marks, *phase.options, *arguments,
             ],
             cwd=ROOT,
             env={**kept, "HYPOTHESIS_PROFILE": phase.hypothesis, "PYTHONPATH": path},
-            check=False,
-        )  # fmt: skip
-        return read(phase.name, done.returncode, outcomes.read_text(encoding="utf-8").splitlines())
+        ) as process:  # fmt: skip
+            signal.signal(signal.SIGTERM, lambda *_: process.send_signal(signal.SIGINT))
+            while process.returncode is None:
+                # Ctrl-C goes to pytest too, which tidies up what its tests have started.
+                with contextlib.suppress(KeyboardInterrupt):
+                    process.wait()
+        lines = outcomes.read_text(encoding="utf-8").splitlines()
+        return read(phase.name, process.returncode, lines)
 
 
 def run_tier(
@@ -144,20 +169,22 @@ def run_tier(
     outcomes: list[Outcome] = []
     for phase in phases:
         outcomes.append(one(phase, arguments))
-        if outcomes[-1].status == STOPPED and not outcomes[-1].failed:
+        if outcomes[-1].stopped:
             break
     return outcomes
 
 
 def main(tier: str, *arguments: str) -> int:
     """Run a tier and print its summary; returns the exit status."""
+    if "-m" in arguments:
+        print("marks choose the tier; choose tests by their files or by -k", file=sys.stderr)
+        return 2
     outcomes = run_tier(TIERS[tier], arguments)
-    print("\n" + "\n".join(summary(outcomes)), flush=True)
-    return status_of(outcomes)
+    # Options alone, such as -q or -x, choose no tests.
+    a_part = any(not argument.startswith("-") for argument in arguments) or "-k" in arguments
+    print("\n" + "\n".join(summary(outcomes, a_part=a_part)), flush=True)
+    return status_of(outcomes, a_part=a_part)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]))
-    except KeyboardInterrupt:
-        sys.exit(130)
+    sys.exit(main(*sys.argv[1:]))

@@ -135,17 +135,19 @@ class Client:
         patience = self.settings.patience
         until = self.clock.now() + patience
         error: CohapticError
+        # What ended the last session tells more than that nobody has answered since.
+        lost: CohapticError | None = None
         told = ""  # of what keeps it away, said once and not with every attempt
         while True:
             try:
                 reason = await self._converse()
                 told = ""
                 until = self.clock.now() + patience
-                error = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
+                error = lost = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
             except ServerUnreachable:
                 raise
-            except ServerLost as lost:
-                error = lost
+            except ServerLost as nobody:
+                error = nobody
             except AnotherObject as another:
                 # Gains that a person has fixed for one object may be unstable at another.
                 if self.settings.fixed_gains is not None:
@@ -167,7 +169,7 @@ class Client:
                     raise
                 error = refused
             if self.clock.now() >= until:
-                raise error
+                raise lost or error
             if str(error) != told:
                 told = str(error)
                 self._tell(f"{told}; trying again for {until - self.clock.now():.0f} s")

@@ -206,15 +206,20 @@ def test_a_hand_with_gains_of_its_own_does_not_go_on_at_another_object() -> None
         play(Visit(ticks=20, farewell=CHANGED), gains=FixedGains(k_h=20.0, integral_gain=0.0))
 
 
-def test_a_lost_server_is_tried_again_for_a_while_then_named() -> None:
+@pytest.mark.parametrize("patience", [0.0, 0.3])
+def test_a_lost_server_is_tried_again_for_a_while_and_then_it_is_said_how_it_was_lost(
+    patience: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "RETRY", 0.05)
     told = Told()
 
     async def work() -> None:
         async with plane_server(Visit(ticks=3)) as url:
-            first = asyncio.ensure_future(visit(told, url, duration=None, patience=0.0))
-            await asyncio.wait([first])
-            with pytest.raises(ServerLost, match="the connection was lost"):
-                await first
+            going = asyncio.ensure_future(visit(told, url, duration=None, patience=patience))
+            await asyncio.wait([going], timeout=None if patience == 0.0 else 0.15)
+        # Nobody answers any more.
+        with pytest.raises(ServerLost, match="the connection was lost"):
+            await going
 
     asyncio.run(asyncio.wait_for(work(), PATIENCE))
 

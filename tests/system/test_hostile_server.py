@@ -90,7 +90,6 @@ def wrong_vertex(frame: bytes, place: int) -> bytes:
     return frame[:-10] + struct.pack("<H", 81 + place) + frame[-8:]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [*map(not_a_number, NOT_NUMBERS), cut, too_long, wrong_vertex])
 @given(
     mesh=st.booleans(),
@@ -136,7 +135,6 @@ wild = st.builds(
 )
 
 
-@pytest.mark.slow
 @given(st.dictionaries(st.integers(AT_REST, AT_REST + 200), st.lists(wild, max_size=3)))
 @plays
 def test_patches_at_their_limits_at_any_time_step_no_force(
@@ -152,7 +150,6 @@ def test_patches_at_their_limits_at_any_time_step_no_force(
     assert seen.forces[-1] == ZERO
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
 @given(seed=st.integers(0, 2**32 - 1))
 @plays
@@ -182,7 +179,6 @@ def test_with_400_ms_of_jitter_the_newest_patch_is_in_use_and_no_force_steps(
         assert n + latest >= END or seen.ticks[n + latest] >= tick
 
 
-@pytest.mark.slow
 @given(
     st.booleans(),
     st.lists(st.tuples(st.integers(0, 100), st.integers(1, 950)), max_size=20),

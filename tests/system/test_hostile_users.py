@@ -119,7 +119,6 @@ def resonant(_k: int, tick: int) -> tuple[Vec3, Vec3]:
 ATTACKS: Sequence[Attack] = (alternating, hammering, crushing, leaping, sweeping, resonant)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("attackers", [1, 3, 15])
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
 def test_nobody_jolts_a_resting_hand(balloon: Balloon, attack: Attack, attackers: int) -> None:
@@ -148,7 +147,6 @@ def dragging(k: int, _tick: int) -> tuple[Vec3, Vec3]:
     return at_angle(2.0 + 0.2 * k), add(scale(at_angle(2.0, 1.0), 7.0), (0.0, 0.0, 7.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("attackers", [1, 15])
 @pytest.mark.parametrize("attack", [dragging, alternating], ids=lambda attack: attack.__name__)
 @pytest.mark.parametrize(
@@ -164,7 +162,6 @@ def test_nobody_jolts_a_resting_hand_by_where_it_says_that_it_holds_on(
     assert victim.number in session.room.members
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("attack", [crushing, hammering], ids=lambda attack: attack.__name__)
 def test_when_they_are_gone_everything_is_as_before(balloon: Balloon, attack: Attack) -> None:
     session, victim = attacked(balloon, attack, 15, seconds=2.0)
@@ -180,7 +177,6 @@ wild = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2
 hard = st.tuples(st.floats(-57.0, 57.0), st.floats(-57.0, 57.0), st.floats(-57.0, 57.0))
 
 
-@pytest.mark.slow
 @given(st.lists(st.tuples(wild, hard), min_size=1, max_size=12), st.sampled_from([1, 3, 15]))
 @tried(
     max_examples=examples(12),

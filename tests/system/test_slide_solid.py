@@ -26,7 +26,6 @@ def parts(mesh: TetMesh) -> SolidParts:
     return make_parts(mesh, fixed(mesh), SETTINGS)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "delay"), [(0.2, 0.0), (0.02, 0.0), (0.2, 0.15)])
 def test_the_force_never_steps(
     speed: float, delay: float, mesh: TetMesh, parts: SolidParts

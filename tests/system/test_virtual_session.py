@@ -187,7 +187,6 @@ def test_wild_hands_do_not_make_a_stable_pair_swing(body: Balloon) -> None:
         assert np.ptp(user.force[-500:]) < 0.05
 
 
-@pytest.mark.slow
 def test_friction_holds_the_tip_and_disturbs_nobody(body: Balloon) -> None:
     """Three users at 80 ms, one with friction: all at rest, its force within the cone."""
     session = VirtualSession(body)
@@ -206,7 +205,6 @@ def test_friction_holds_the_tip_and_disturbs_nobody(body: Balloon) -> None:
     assert all(np.ptp(user.force[-500:]) < 0.02 for user in users)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.0, 0.08])
 def test_a_change_of_law_in_contact_is_no_step(body: Balloon, delay: float) -> None:
     """Two users press; one goes through every law; at most 2 % of the force in a period."""

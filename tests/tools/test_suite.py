@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import suite
-from suite import NO_TESTS, STOPPED, Outcome, Phase
+from suite import NO_TESTS, STOPPED, TIERS, Outcome, Phase
+from tests.client.devices.until import until
+from tests.patience import PATIENCE
 
 PHASES = [Phase(name, name) for name in ("first", "second", "third")]
 TESTS = st.sets(st.sampled_from(["a::b", "a::c", "d::e"]))
@@ -30,13 +34,26 @@ def test_a_failure_hides_no_later_phase(states: list[int]) -> None:
 
     outcomes = suite.run_tier(PHASES, (), one)
     assert ran == [phase.name for phase in PHASES]
-    assert suite.status_of(outcomes) == (0 if 1 not in states and 0 in states else 1)
+    assert suite.status_of(outcomes) == (0 if states == [0, 0, 0] else 1)
+    # Where arguments chose tests, some phases have none of them.
+    assert suite.status_of(outcomes, a_part=True) == (0 if 1 not in states and 0 in states else 1)
 
 
-def test_ctrl_c_ends_the_tier() -> None:
-    outcomes = suite.run_tier(PHASES, (), lambda phase, _: Outcome(phase.name, STOPPED, (), ()))
+def test_ctrl_c_ends_the_tier_also_after_a_failure() -> None:
+    def one(phase: Phase, _arguments: Sequence[str]) -> Outcome:
+        return suite.read(phase.name, 2, ['["a::b", "failed"]', '["", "stopped"]'])
+
+    outcomes = suite.run_tier(PHASES, (), one)
     assert [outcome.phase for outcome in outcomes] == ["first"]
-    assert suite.status_of(outcomes) == 1
+    assert suite.status_of(outcomes) == STOPPED
+
+
+def test_every_night_tries_laws_on_new_examples_and_no_mark_is_in_no_tier() -> None:
+    assert any(phase.hypothesis == "deep" and "not (" in phase.marks for phase in TIERS["night"])
+    marks = " or ".join(phase.marks for tier in ("all", "night") for phase in TIERS[tier])
+    names = ("slow", "live", "alone", "smoke", "night")
+    for chosen in product((False, True), repeat=len(names)):
+        assert eval(marks, dict(zip(names, chosen, strict=True))), chosen
 
 
 @given(TESTS, TESTS)
@@ -96,3 +113,39 @@ def test_phases_of_a_real_run(tmp_path: Path) -> None:
     assert failed.startswith("FAILED ")
     assert "test_wrong" in failed
     assert verdict == "1 tests failed, 1 were tried again"
+
+
+WAITS = """
+import threading
+from pathlib import Path
+
+def test_it(tmp_path):
+    try:
+        Path(__file__).with_name("begun").touch()
+        threading.Event().wait(600)
+    finally:
+        Path(__file__).with_name("tidied").touch()
+"""
+
+
+@pytest.mark.live
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_lets_tests_tidy_up_and_ends_the_tier(tmp_path: Path, number: int) -> None:
+    file = tmp_path / "test_it.py"
+    file.write_text(WAITS)
+    with subprocess.Popen(
+        [sys.executable, suite.__file__, "test", str(file), "-n", "0"],
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        until(lambda: (tmp_path / "begun").exists(), PATIENCE)
+        if number == signal.SIGINT:  # of a terminal, to the whole group
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
+        said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == STOPPED
+    assert (tmp_path / "tidied").exists()
+    assert "stopped" in said.splitlines()[-2]

@@ -106,8 +106,10 @@ class Link:
             secure = "" if self.url.startswith("wss:") else "; try wss:// if it speaks TLS"
             raise ServerLost(self.url, f"not a cohaptic server ({error}){secure}") from error
         except ssl.SSLError as error:
-            host = urlsplit(self.url).hostname or ""
-            raise ServerUnreachable(self.url, why_not_trusted(error, host)) from error
+            problem = why_not_trusted(error, urlsplit(self.url).hostname or "")
+            if isinstance(error, ssl.SSLCertVerificationError):
+                raise ServerUnreachable(self.url, problem) from error
+            raise ServerLost(self.url, problem) from error  # as of a proxy that is still starting
         except (OSError, TimeoutError) as error:
             problem = "no server answers; start one with: cohaptic serve"
             raise ServerLost(self.url, problem) from error

@@ -35,7 +35,11 @@ def compiling_beside(
     if not _wanted(checkout):
         yield
         return
-    process = Process(log=log, module="compiling.beside", folder=checkout)
+    try:
+        process = Process(log=log, module="compiling.beside", folder=checkout)
+    except OSError:
+        yield  # no process to be had
+        return
 
     def tell_first() -> None:
         with contextlib.suppress(DemoFailed):  # there is nothing to do

@@ -23,10 +23,10 @@ def main(argv: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str]) -> None:
-    if arguments[:1] == ["touch"]:
-        # Before its modules are imported. Others need the plain functions: numba compiles them.
-        compiled.use("loop")
     try:
+        if arguments[:1] == ["touch"]:
+            # Before its modules are imported. Others need the plain functions: numba compiles them.
+            compiled.use("loop")
         build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
     except CohapticError as error:
         # An error raised on purpose is shown as one sentence, without a traceback.

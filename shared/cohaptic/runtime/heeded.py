@@ -2,10 +2,10 @@
 
 A shell without job control (`bash script &`, many service managers) starts what runs in its
 background with SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole group of
-processes, ends only what is in front. Python then leaves it ignored, and a command could be ended
-by SIGKILL alone in order to be ended at all where somebody sends SIGINT to it. Here who sends a
-signal to a command means that command. What is to outlive its terminal is started with `nohup`,
-whose SIGHUP stays ignored, and what is to outlive Ctrl-C in a session of its own (`setsid`).
+processes, ends only the command in front. Python leaves it ignored, and SIGINT sent to that one
+process would be lost. Here a signal that reaches a command is meant for it. A command that is to
+outlive its terminal is started with `nohup`, whose SIGHUP stays ignored; one that is to outlive
+Ctrl-C, in a session of its own (`setsid`).
 """
 
 from __future__ import annotations

@@ -19,8 +19,6 @@ from cohaptic_client.loop.memory import COMMAND, RING_ROWS, SAMPLE, LoopMemory, 
 from tests.examples_of_laws import examples
 from tests.small_disk import fill, small_disk
 
-pytestmark = pytest.mark.live
-
 CAPACITY = 64
 payloads = st.binary(max_size=CAPACITY)
 
@@ -136,6 +134,7 @@ memory.close(remove=False)
 """
 
 
+@pytest.mark.live
 def test_a_reader_beside_a_writer_in_another_process_sees_whole_and_rising_values(
     memory: LoopMemory,
 ) -> None:
@@ -223,6 +222,7 @@ def test_nobody_else_may_read_the_file(memory: LoopMemory) -> None:
         assert os.stat(memory.path).st_mode & 0o077 == 0
 
 
+@pytest.mark.live
 @pytest.mark.parametrize("size", ["64k", "4k"])
 def test_where_shared_memory_is_full_the_file_is_elsewhere_and_every_byte_of_it_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: str

@@ -48,6 +48,7 @@ def volume(path: Path, cells: int) -> Path:
     return path
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
     path = torus(tmp_path / "ring.stl")
@@ -69,6 +70,7 @@ def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> N
         build_body(str(path), ObjectFile(path, "z < 20%", edge=0.1), nonlinear=True)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -81,6 +83,7 @@ def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
         build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
     tmp_path: Path,
@@ -96,6 +99,7 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
         affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_sheet_that_no_edge_resolves_is_told_how_thick_it_has_to_be(tmp_path: Path) -> None:
     path = tmp_path / "sheet.stl"
@@ -155,6 +159,7 @@ def test_nothing_held_is_refused(tmp_path: Path) -> None:
         build_body(str(path), ObjectFile(path), nonlinear=True)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
@@ -189,6 +194,7 @@ def test_what_a_tick_does_not_afford_is_made_of_linear_elements_by_auto(
         resolve(finer, demand=demand)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_part_that_coarse_elements_lose_gets_finer_ones(tmp_path: Path) -> None:
     parts = {"organ": icosphere(2, 0.04), "lump": icosphere(1, 0.009)}

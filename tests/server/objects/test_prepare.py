@@ -34,6 +34,7 @@ def sphere(path: Path, radius: float = 0.05) -> Path:
     return write(path, *icosphere(2, radius))
 
 
+@pytest.mark.live
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply", "glb", "off"])
 def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> None:
@@ -160,6 +161,7 @@ def test_an_open_surface_can_be_closed_at_the_users_word(tmp_path: Path) -> None
     assert body.shape.tets.volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.15)
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_where_cubes_cross_the_tetrahedra_are_no_finer_than_they_need_to_be(tmp_path: Path) -> None:
     rng, pieces = np.random.default_rng(5), list[Any]()

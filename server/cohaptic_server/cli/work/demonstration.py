@@ -103,14 +103,18 @@ def _perform(
         def tell(words: str) -> None:
             console.print(words, highlight=False)
 
-        with Stage(scene, folder, serve_arguments, tell) as stage:
+        # What compiles beside is waited for once the hands have gone.
+        with (
+            contextlib.ExitStack() as beside,
+            Stage(scene, folder, serve_arguments, tell) as stage,
+        ):
             stop = _stop_on_interrupt()
             address = page_address(stage.url)
             tell(f"page {address}")
             if console.is_terminal and browser:
                 open_page(address)
-            with compiling_beside(tell, folder / "compiling.log"):
-                statuses, faults = watch(stage, scene, console, stop)
+            beside.enter_context(compiling_beside(tell, folder / "compiling.log"))
+            statuses, faults = watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]
             missing = [path.stem for path in recordings if not path.exists()]

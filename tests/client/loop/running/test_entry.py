@@ -217,6 +217,7 @@ def test_told_to_stop_the_process_ends_without_a_word_and_lets_go(
     assert "error" not in parent.status()
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("number", HANDLED, ids=lambda number: signal.Signals(number).name)
 def test_no_signal_ends_the_loop_with_force_on_the_hand(
     parent: Parent, main: Main, number: int

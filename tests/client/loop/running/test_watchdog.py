@@ -114,6 +114,7 @@ class Hanging(Released):
         self.let_go.set()
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("latch", [False, True])
 @pytest.mark.parametrize("call", ["read", "write"])
 def test_a_call_that_hangs_is_released_and_the_loop_goes_on_from_no_force(

@@ -27,6 +27,7 @@ def bowl(path: Path) -> Path:
     return write(path, x, faces[x[faces].mean(axis=1)[:, 2] < 0.0])
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Path) -> None:
     found = resolve(ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1))
@@ -51,6 +52,7 @@ def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyP
         resolve(replace(source, edge=0.2))
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_a_mesh_is_made_as_coarse_as_memory_asks_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

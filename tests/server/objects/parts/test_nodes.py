@@ -60,6 +60,7 @@ def test_closed_nodes_are_parts_and_others_are_one_surface(tmp_path: Path) -> No
     assert single.name == ""
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_what_lies_in_an_organ_has_its_own_material(tmp_path: Path) -> None:
     path = scene(tmp_path / "a.glb", {"organ": ball(OUTER), "lump": ball(INNER, (0.01, 0.0, 0.0))})

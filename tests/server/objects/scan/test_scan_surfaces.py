@@ -66,6 +66,7 @@ def test_what_hangs_together_is_proposed(scan: Path) -> None:
     assert "it has 3 labels: 1 (" in found.remedies[0].problem
 
 
+@pytest.mark.live
 @pytest.mark.slow
 def test_labels_become_parts_of_one_solid(scan: Path) -> None:
     pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
