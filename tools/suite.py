@@ -151,7 +151,11 @@ def run(phase: Phase, arguments: Sequence[str]) -> Outcome:
             cwd=ROOT,
             env={**kept, "HYPOTHESIS_PROFILE": phase.hypothesis, "PYTHONPATH": path},
         ) as process:  # fmt: skip
-            signal.signal(signal.SIGTERM, lambda *_: process.send_signal(signal.SIGINT))
+
+            def stop(_number: int, _frame: object) -> None:
+                process.send_signal(signal.SIGINT)
+
+            signal.signal(signal.SIGTERM, stop)
             while process.returncode is None:
                 # Ctrl-C goes to pytest too, which tidies up what its tests have started.
                 with contextlib.suppress(KeyboardInterrupt):
