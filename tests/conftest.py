@@ -7,11 +7,15 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
+from importlib import import_module
 from multiprocessing.process import BaseProcess
 
 import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
+
+from cohaptic.compiled import describe, is_complete
+from tests.give_up import give_up
 
 # A busy machine is no failure: no test has a deadline but the suite's own timeout. By day laws are
 # tried on the same examples, so that a change is judged and not a draw; new ones are drawn at
@@ -87,6 +91,14 @@ def log_of_nobody_else() -> Iterator[None]:
     yield
     root.handlers[:] = [handler for handler in root.handlers if handler in handlers]
     root.setLevel(level)
+
+
+@pytest.fixture(scope="session")
+def kernels() -> None:
+    """For tests that take minutes where the loops over arrays are plain Python."""
+    import_module("cohaptic_server")  # puts compiled kernels in use
+    if not is_complete("kernels"):
+        give_up(f"kernels: {describe('kernels')}")
 
 
 @pytest.fixture

@@ -2,19 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-import cohaptic_server  # puts compiled kernels in use
-from cohaptic.compiled import describe, is_complete
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from tests.give_up import give_up
-
-assert cohaptic_server
-
-
-@pytest.fixture(scope="session")
-def kernels() -> None:
-    """For tests of finite deformation, which is not served as plain Python."""
-    if not is_complete("kernels"):
-        give_up(f"kernels: {describe('kernels')}")
 
 
 @pytest.fixture(scope="session")

@@ -21,6 +21,8 @@ from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.examples_of_laws import examples
 
+pytestmark = pytest.mark.usefixtures("kernels")
+
 MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
 Attack = Callable[[int, int], tuple[Vec3, Vec3]]  # attacker, tick -> probe [m], force [N]
 Anchors = Callable[[int, int], Vec3 | None]  # attacker, tick -> point that it says it holds [m]

@@ -12,6 +12,8 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.testing.soft_ring import fixed, ring
 
+pytestmark = pytest.mark.usefixtures("kernels")
+
 SETTINGS = SolidSettings(order=1)
 
 
