@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -84,6 +85,11 @@ async def visit(
         told.last = client.status()
 
 
+def felt(hosted: Visit) -> bool:
+    """Whether the hand has pressed on it."""
+    return any(norm(sample.force) > 0.1 for sample in hosted.samples)
+
+
 def play(
     *visits: Visit,
     duration: float | None = None,
@@ -91,21 +97,34 @@ def play(
     geometry: GeometryName = "plane",
     passivity: bool = True,
     gains: FixedGains | None = None,
+    until: Callable[[], bool] | None = None,
 ) -> Told:
-    """A client at a server that hosts these visits in turn."""
+    """A client at a server that hosts these visits in turn; to its end, or until `until` holds."""
     told = Told()
 
     async def work() -> None:
         async with plane_server(*visits) as url:
-            await visit(
-                told,
-                url,
-                duration=duration,
-                patience=patience,
-                geometry=geometry,
-                passivity=passivity,
-                gains=gains,
+            going = asyncio.ensure_future(
+                visit(
+                    told,
+                    url,
+                    duration=duration,
+                    patience=patience,
+                    geometry=geometry,
+                    passivity=passivity,
+                    gains=gains,
+                )
             )
+            if until is not None:
+                while not (until() or going.done()):
+                    await asyncio.sleep(0.02)
+                if not going.done():
+                    going.cancel()
+                    with contextlib.suppress(asyncio.CancelledError):
+                        await going
+            await asyncio.wait([going])
+            if not going.cancelled():
+                going.result()
 
     asyncio.run(asyncio.wait_for(work(), PATIENCE))
     return told
@@ -175,7 +194,7 @@ def test_when_the_object_changes_a_hand_lets_go_comes_back_and_presses_without_a
         farewell=CHANGED if said else None,
         close=None if said else CHANGED,
     )
-    told = play(first, then, duration=5.0, geometry=geometry)
+    told = play(first, then, geometry=geometry, until=lambda: felt(then))
     assert told.news.count("touching plane with nobody else") == 1
     assert told.news.count("touching another with nobody else") == 1
     assert max(norm(sample.force) for sample in first.samples) > 0.1
@@ -196,7 +215,9 @@ def test_an_object_that_changed_unsaid_is_met_by_a_new_loop_too(
 ) -> None:
     monkeypatch.setattr(runner, "RETRY", 0.05)
     then = Visit(period=0.02)
-    told = play(Visit(ticks=20), Visit(period=0.02), then, patience=5.0, duration=2.0)
+    told = play(
+        Visit(ticks=20), Visit(period=0.02), then, patience=5.0, until=lambda: bool(then.samples)
+    )
     assert then.samples
     assert "the server has another object now; the hand comes back to it" in told.news
 
