@@ -13,6 +13,8 @@ from multiprocessing.process import BaseProcess
 import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling, Scheduling
 
 from cohaptic.compiled import describe, is_complete
 from tests.give_up import give_up
@@ -54,6 +56,23 @@ def pytest_configure() -> None:
         start(process)
 
     BaseProcess.start = start_and_note  # type: ignore[assignment]
+
+
+class FewBrowsers(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no types
+    """Deals out single tests, but those of pages to two processes, a file to the one or the other.
+
+    Software draws, and a third browser would cost the other two as much time as it saves; and each
+    process starts one browser and one server to look at.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return f"browser {len(file) % 2}" if "/browser/" in file else nodeid
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduling | None:
+    """`--dist loadscope` is ours."""
+    return FewBrowsers(config, log) if config.getoption("dist") == "loadscope" else None
 
 
 @pytest.hookimpl(tryfirst=True)

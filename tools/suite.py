@@ -22,7 +22,10 @@ ROOT = Path(__file__).parents[1]
 NO_TESTS = 5  # pytest's status where the arguments name no test of this phase
 STOPPED = 130  # of a shell's commands that Ctrl-C ends
 TIMEOUT = 300.0  # s for one test, as in pyproject.toml; a test may wait three times its patience
-BESIDE = ("-n", os.environ.get("JOBS", "auto"), "--dist", "worksteal")
+JOBS = os.environ.get("JOBS", "auto")
+BESIDE = ("-n", JOBS, "--dist", "worksteal")
+# A live test mostly waits: one process more than there are cores. Those with a browser share two.
+WAITING = ("-n", JOBS if JOBS.isdigit() else str(1 + (os.cpu_count() or 1)), "--dist", "loadscope")
 # What is live depends on the machine and on what else runs there: it may be tried three times.
 AGAIN = ("--reruns", "2")
 
@@ -52,7 +55,7 @@ TIERS = {
     ),
     "all": (
         Phase("laws, in virtual time", "not (live or alone or night)", BESIDE, "usual"),
-        Phase("live, side by side", "live and not (alone or night)", (*BESIDE, *AGAIN), "usual"),
+        Phase("live, side by side", "live and not (alone or night)", (*WAITING, *AGAIN), "usual"),
         Phase("live, one at a time", "alone and not night", AGAIN, "usual"),
     ),
     "night": (

@@ -18,7 +18,7 @@ from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look
 from tests.server.upload.test_worker import block_vtu
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 # Not `patient`: the process of an upload stands back for other tests, and would wait for their end.
 __all__ = ["own_store"]  # a fixture of every test here: nothing is left in the user's store

@@ -9,16 +9,17 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import Look, Visitor, at_night
 
 pytestmark = pytest.mark.live
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 LONG = "W" * 32  # the widest letter, as often as a name may have it
+# The extremes in every run of all tests, those between at night.
 SIZES = [
-    Look(390, 844, phone=True), Look(844, 390, phone=True), Look(720, 450), Look(820, 1180),
-    Look(1024, 700), Look(1440, 900),
-]  # fmt: skip
+    *(Look(390, 844, phone=True), Look(844, 390, phone=True), Look(1440, 900)),
+    *(at_night(look) for look in (Look(720, 450), Look(820, 1180), Look(1024, 700))),
+]
 # What is cut off at the right, or lies under another thing it should lie beside.
 _OUTSIDE = """() => [...document.querySelectorAll(
   ".panel, .panel .card-force, .panel .card-name, .panel .level, .panel .facts dd, .panel .plot,"
@@ -38,7 +39,7 @@ def share_of_dock(visitor: Visitor) -> float:
     return visitor.height(".dock") / visitor.height(".stage")
 
 
-@pytest.mark.parametrize("look", SIZES, ids=[f"{look.width}x{look.height}" for look in SIZES])
+@pytest.mark.parametrize("look", SIZES, ids=str)
 @pytest.mark.parametrize("engineer", [False, True], ids=["people", "engineer"])
 def test_nothing_is_cut_off_whoever_is_here(
     visitors: Open, room: Room, look: Look, *, engineer: bool

@@ -11,7 +11,7 @@ from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
 from tests.server.upload.test_worker import block_vtu
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 TABLET = Look(820, 1180)

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import pytest
+from _pytest.mark import ParameterSet
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Response
 
 from cohaptic.clock import SystemClock
@@ -50,6 +52,14 @@ class Look:
     height: int
     phone: bool = False
     engineer: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.width}x{self.height}"
+
+
+def at_night(look: Look) -> ParameterSet:
+    """A parameter of a test that has this one at night only."""
+    return pytest.param(look, marks=pytest.mark.night)
 
 
 # Software draws every pixel: small pictures leave the cores to the hands.

@@ -32,7 +32,7 @@ from cohaptic_server.numeric import Floats
 from tests.client.plane_server import BODY, PERIOD, SURFACE
 from tests.server.peers import hello_text
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 CALM, ATTACK = 4.0, 3.0  # s
 LONG = CALM + ATTACK + 1.0  # s

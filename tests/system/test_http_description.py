@@ -73,7 +73,8 @@ def described(name: str, address: str) -> Any:
     return schema
 
 
-@pytest.mark.parametrize("name", ["server", "admin"])
+# A room that a busy machine keeps from ticking is not ready, which counts as an error here.
+@pytest.mark.parametrize("name", ["server", pytest.param("admin", marks=pytest.mark.alone)])
 def test_every_answer_is_as_described(name: str, addresses: Addresses) -> None:
     schema = described(name, getattr(addresses, name))
     operations = [result.ok() for result in schema.get_all_operations()]

@@ -39,7 +39,7 @@ from cohaptic_server.world.force_limits import allowed_shares, limit_forces
 from tests.examples_of_laws import examples
 from tests.experiments.quick_run import check_quick_run
 
-pytestmark = pytest.mark.slow  # its kernel is compiled first, for half a minute
+pytestmark = pytest.mark.night  # its kernel is compiled first, for half a minute
 
 OURS = RULES[-1]
 FAST_PI, FAST_DISSIPATE = compiled(proportional_integral_step), compiled(dissipate)

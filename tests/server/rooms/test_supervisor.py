@@ -27,7 +27,7 @@ from tests.server.rooms.bodies import slow, small, torn
 from tests.server.shell.stage import Client, names, visit
 
 pytestmark = [
-    pytest.mark.alone,
+    pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
 
@@ -138,6 +138,7 @@ async def ticks_and_missed(house: Served, room: str, stretch: float) -> tuple[in
     return after.ticks - before.ticks, after.missed - before.missed
 
 
+@pytest.mark.alone
 def test_a_slow_room_and_a_stopped_one_cost_a_third_no_tick() -> None:
     async def main() -> None:
         rooms = {"slow": slow, "stopped": small, "third": small}

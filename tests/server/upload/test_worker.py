@@ -26,7 +26,7 @@ from cohaptic_server.upload.pipe import DATA, fields_of
 from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess
 from tests.server.upload.hostile import HOSTILE
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 LIMITS = UploadLimits()
 SMALL = UploadLimits(memory=5 * 10**8, examine=20.0, prepare=20.0)

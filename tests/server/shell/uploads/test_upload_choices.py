@@ -32,7 +32,7 @@ from tests.server.shell.uploads.stage_of_uploads import (
 )
 from tests.server.upload.test_worker import block_vtu
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 
 @pytest.fixture(autouse=True)
