@@ -7,7 +7,8 @@ acknowledged it, too: what has failed once, unseen, must not come back by itself
 not held lets the hand go as a fault does, and waits for nobody's word. A silent server fades the
 force; its return raises it again. The resulting force is clamped, and limited in its rate both
 ways: a force that vanishes is as much of a jolt as one that comes. And what the hand's own motion
-does not explain moves it no faster than `EXTERNAL_RATE`, whatever the laws make of a patch.
+does not explain moves it no faster than `EXTERNAL_RATE`, whatever the laws make of a patch. What it
+does explain is for the force of the same period: no motion is saved up for a patch to spend later.
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ class SafetyState:
         fault: Why the hand was let go last; empty once it is engaged again.
         released: Force at the fault, while it is let go [N].
         left: Share of the release that is still to come, 1 to 0.
-        own: By how much the hand's own motion may still change the force [N].
+        own: Change that its own motion explains and `max_rate` held back [N].
         velocity: Of the hand in the last period [m/s].
     """
 
@@ -152,7 +153,7 @@ def guard(
     limits: SafetyLimits,
     trouble: str = "",
     held: bool = True,
-    way_force: float = math.inf,
+    own: float = math.inf,
     damping: float = 0.0,
 ) -> SafetyState:
     """The force that the device gets, as `force` of the next state.
@@ -166,7 +167,7 @@ def guard(
         limits: Of this hand.
         trouble: Fault that was found before the force was asked for; empty for none.
         held: Whether the user holds the device's switch.
-        way_force: By how much the hand's way in this period may change the force; inf to leave
+        own: By how much the hand's way and speed in this period may change the force; inf to leave
             that out of account, for a law whose integral goes on while the hand rests [N].
         damping: By which its change of velocity may change the force [N s/m].
     """
@@ -187,24 +188,17 @@ def guard(
     up = engaged and not silent
     time = limits.engage_time if up else limits.fade_time
     share = next_share(state.scale, up, min(size, limits.max_force), time, step)
-    own, most = state.own * (1.0 - step / FORGET_OWN), limits.max_rate * step
-    own += way_force
+    most = limits.max_rate * step
+    own += state.own * (1.0 - step / FORGET_OWN)
     if damping > 0.0 and velocity != state.velocity:
         own += damping * norm(sub(velocity, state.velocity))
     if own > 2.0 * limits.max_force:
         own = 2.0 * limits.max_force
-    external = limits.external_rate * step
-    if own + external < most:
-        most = own + external
+    held_back = own - most if own > most else 0.0
+    most = min(most, own + limits.external_rate * step)
     force = limited(state.force, requested, share, limits.max_force, most)
-    # Never below 0, not by a rounding either: a negative one would grow in periods of no time.
-    if own > 0.0:
-        (x, y, z), (x0, y0, z0) = force, state.force
-        spent = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) - external
-        if spent > 0.0:
-            own = own - spent if spent < own else 0.0
     mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
-    return SafetyState(mode, share, force, quiet, now, cause, own=own, velocity=velocity)
+    return SafetyState(mode, share, force, quiet, now, cause, own=held_back, velocity=velocity)
 
 
 def smooth(left: float) -> float:

@@ -25,6 +25,7 @@ from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
 _PI: Final = Law.PI  # bound once, as in `gains`
+_CUT: Final = 0.95  # of the law's force, from which on the damping counts as cut to it
 _SWITCH: Final = 1  # of `DeviceSample.buttons`
 _REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; of a tip that is somewhere
 # N^2; the stiffest surface, at the greatest depth
@@ -119,7 +120,8 @@ def _step(
     safety = guard(
         state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits,
         trouble=trouble, held=sample.buttons & _SWITCH != 0,
-        way_force=way_force(state, contact, settings), damping=settings.max_damping,
+        own=own_force(state, sample, contact, settings),
+        damping=max(contact.damping, state.passivity.damping),
     )  # fmt: skip
     size = contact.damped_force if contact.compliance is None else norm(force)
     given_ratio = norm(safety.force) / size if size > 0.0 else safety.scale
@@ -168,11 +170,15 @@ def check_memory(contact: Contact) -> None:
         raise ValueError(f"{contact.requested_force} N at a depth of {contact.depth} m")
 
 
-def way_force(state: LoopState, contact: Contact, settings: LoopSettings) -> float:
-    """By how much the hand's own way in a period may change its force [N].
+def own_force(
+    state: LoopState, sample: DeviceSample, contact: Contact, settings: LoopSettings
+) -> float:
+    """By how much the hand's own way and speed in a period may change its force [N].
 
-    As much as the contact's spring makes of it, and with friction the stiffest on this device in
-    any direction. The integral of `Law.PI` goes on while the hand rests: nothing bounds that.
+    As much as this contact's spring makes of it in its stiffest direction, pressed in or along the
+    surface; friction follows a normal force by mu, at a right angle to it, and a damping that is
+    cut to the law's force follows that. And what a speed makes of a damping that comes or goes. The
+    integral of `Law.PI` goes on while the hand rests: nothing bounds that.
     """
     fade = contact.fade
     if fade is not None and (
@@ -182,14 +188,17 @@ def way_force(state: LoopState, contact: Contact, settings: LoopSettings) -> flo
     way = norm(contact.moved)
     if way == 0.0:
         return 0.0
-    if settings.friction > 0.0 or fade is None:
-        stiffness = min(settings.max_stiffness, MAX_STIFFNESS)
-    else:
-        stiffness = state.fade.now.gains.k_h if state.fade is not None else 0.0
-        now = stiffest(fade)
-        if now > stiffness:
-            stiffness = now
-    return (1.0 + settings.friction) * stiffness * way
+    stiffness = state.fade.now.gains.k_h if state.fade is not None else 0.0
+    if fade is not None:
+        along = min(contact.friction.stiffness, settings.max_stiffness)
+        stiffness = max(stiffness, stiffest(fade), along)
+    own = math.hypot(1.0, settings.friction) * stiffness * way
+    law_force = contact.local.normal_force
+    if contact.damping > 0.0 and law_force > 0.0:
+        if abs(contact.damped_force - law_force) >= _CUT * law_force:
+            own *= 2.0
+        own += norm(sample.velocity) * abs(contact.damping - state.passivity.damping)
+    return own
 
 
 def told(anchor: Vec3 | None) -> Vec3 | None:

@@ -44,6 +44,7 @@ class FrictionState(NamedTuple):
         touching: Whether there was contact in the last period.
         share: Stiffness of the contact as a share of the body's; below 1 where the device is
             softer.
+        stiffness: Of the contact in its stiffest direction along the surface [N/m].
     """
 
     stretch: Vec3 = ZERO
@@ -51,6 +52,7 @@ class FrictionState(NamedTuple):
     material: Vec3 = ZERO
     touching: bool = False
     share: float = 1.0
+    stiffness: float = 0.0
 
 
 NO_FRICTION = FrictionState()
@@ -253,7 +255,8 @@ def friction_step(
         s1 = -(c11 * f1 + c12 * f2) / share - b1
         s2 = -(c12 * f1 + c22 * f2) / share - b2
     stretch = add(scale(one, s1), scale(two, s2))
-    return FrictionState(stretch, add(scale(one, f1), scale(two, f2)), followed, True, share)
+    force = add(scale(one, f1), scale(two, f2))
+    return FrictionState(stretch, force, followed, True, share, share / stiffest)
 
 
 # Share of the indentation by the normal force that friction may take back along the normal; at 1

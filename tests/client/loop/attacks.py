@@ -7,6 +7,7 @@ of its laws and limits. A hand that rests pressed in a plane is there before, an
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hypothesis import strategies as st
@@ -29,6 +30,30 @@ PRESSED: Vec3 = (0.0, 0.0, -0.004)
 ABOVE: Vec3 = (0.0, 0.0, 0.003)
 NAN, INF = math.nan, math.inf
 MOST_OF_A_RELEASE = 1.5  # slope of a smooth ramp in its middle, over that of a straight one
+
+
+Way = Callable[[int], Vec3]
+
+
+def creeps(_: int) -> Vec3:
+    """5 mm/s sideways."""
+    return (5e-6, 0.0, 0.0)
+
+
+def trembles(n: int) -> Vec3:
+    """0.1 mm at 10 Hz."""
+    rate = 2.0 * math.pi * 10.0 * PERIOD
+    return (1e-4 * (math.sin(rate * (n + 1)) - math.sin(rate * n)), 0.0, 0.0)
+
+
+def trembles_in(n: int) -> Vec3:
+    """The same in and out of the surface."""
+    return (0.0, 0.0, trembles(n)[0])
+
+
+def slides(n: int) -> Vec3:
+    """50 mm/s to and fro."""
+    return (5e-5 if n // 400 % 2 == 0 else -5e-5, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -61,6 +86,8 @@ class Hand:
         forces: That the device was given [N].
         allowed: Largest change up to each of them [N].
         state: Of the loop.
+        way: Of the hand in each period of an attack, by its number [m]; None for what events say.
+        ways: Length of the hand's way up to each of the forces [m].
     """
 
     settings: LoopSettings
@@ -70,6 +97,17 @@ class Hand:
     now: float = 100.0
     newest: int = 0
     at: Vec3 = ABOVE
+    way: Way | None = None
+    ways: list[float] = field(default_factory=lambda: [0.0])
+
+    def _move(self, event: Event) -> None:
+        """Its periods with a hand that goes its own way, whatever comes."""
+        assert self.way is not None
+        if event.patch is not None:
+            self.take(event.patch, event.tick)
+        for n in range(event.periods):
+            self.at = add(self.at, self.way(len(self.forces)))
+            self.period(DeviceSample(self.at, ZERO), event.dts[n % len(event.dts)])
 
     def take(self, patch: Patch, behind: int = 1) -> None:
         """A patch comes, so many ticks behind the newest."""
@@ -80,11 +118,13 @@ class Hand:
     def period(self, sample: DeviceSample, dt: float = PERIOD) -> None:
         """One period of the loop, `dt` after the last."""
         self.now += dt
+        before = self.state.probe
         self.state, output = step(self.state, sample, self.now, self.settings)
         limits = self.settings.limits
         release = MOST_OF_A_RELEASE * limits.max_force / FAULT_RELEASE_TIME
         counted = min(max(0.0, dt), 2.0 * limits.period)
         self.forces.append(output.force)
+        self.ways.append(norm(sub(self.state.probe, before)))
         self.allowed.append(max(limits.max_rate, release) * counted)
 
     def press(self) -> None:
@@ -116,6 +156,9 @@ class Hand:
     def suffer(self, events: list[Event]) -> None:
         """An attack."""
         for event in events:
+            if self.way is not None:
+                self._move(event)
+                continue
             if event.patch is not None:
                 self.take(event.patch, event.tick)
             place = add(self.at, event.position)

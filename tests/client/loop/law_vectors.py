@@ -191,7 +191,8 @@ def slides() -> list[dict[str, Any]]:
                 "max_stiffness": max_stiffness,
                 "most": most,
                 "aside": aside,
-                "after": state._asdict(),
+                # Without `stiffness`, of the backstop, which the page has not.
+                "after": {key: v for key, v in state._asdict().items() if key != "stiffness"},
             }
         )
     return rows

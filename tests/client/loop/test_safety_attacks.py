@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, is_finite, norm
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode
-from tests.client.loop.attacks import PERIOD, Event, Hand, anything, hands, servers
+from tests.client.loop.attacks import (
+    PERIOD,
+    Event,
+    Hand,
+    Way,
+    anything,
+    creeps,
+    hands,
+    servers,
+    slides,
+    trembles,
+    trembles_in,
+)
 from tests.examples_of_laws import examples
 
 ROUNDING = 1e-9  # N
+MOVING = (creeps, trembles, trembles_in, slides)
 # N; what a hand that pressed 0.37 s ago may still be owed of its own motion: 20 N, `FORGET_OWN`
 OWED = 1e-4
 # Half a second of pressing comes before each example, and a second of silence or two behind it: to
@@ -63,6 +79,25 @@ def test_no_server_moves_a_resting_hand_faster_than_others_may(
         # The second order of a turn with it.
         assert change <= 1.02 * EXTERNAL_RATE * counted + OWED
     assert hand.forces[-1] == ZERO
+
+
+@given(hands(), st.lists(servers, max_size=12), st.sampled_from(MOVING))
+@attacks
+def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
+    hand: Hand, events: list[Event], way: Way
+) -> None:
+    """Nothing of the way is saved up for later."""
+    hand.way, start = way, len(hand.forces)
+    # A way in no time is held back by `max_rate`, and so comes later.
+    hand.suffer([replace(e, dts=tuple(max(PERIOD, dt) for dt in e.dts)) for e in events])
+    check(hand)
+    limits = hand.settings.limits
+    spring = hand.settings.max_stiffness * math.hypot(1.0, hand.settings.friction)
+    release = 75.0 * limits.max_force
+    for n, change in enumerate(hand.steps(start), start):
+        counted = hand.allowed[n] / max(limits.max_rate, release)
+        others = 1.02 * EXTERNAL_RATE * counted
+        assert change <= spring * hand.ways[n] + others + OWED, n
 
 
 @given(hands(), st.lists(anything, max_size=6))
