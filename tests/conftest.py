@@ -71,7 +71,7 @@ class FewBrowsers(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no ty
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduling | None:
-    """`--dist loadscope` is ours."""
+    """`--dist loadscope` is ours: `loadgroup` does nothing with pytest 9.2, and says nothing."""
     return FewBrowsers(config, log) if config.getoption("dist") == "loadscope" else None
 
 

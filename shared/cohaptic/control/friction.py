@@ -236,7 +236,8 @@ def friction_step(
         # A change of the gain changes the friction as well; it gets half of the permitted change.
         reach = 0.5 * most / held
         share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
-        most -= held * abs(share / state.share - 1.0)
+        # Never below 0, not by a rounding either: the material would be followed the wrong way.
+        most = max(0.0, most - held * abs(share / state.share - 1.0))
     carried, followed = follow_material(state, material, most * stiffest / share)
     stretch = state.stretch
     if not state.touching:

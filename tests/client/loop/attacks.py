@@ -35,6 +35,11 @@ MOST_OF_A_RELEASE = 1.5  # slope of a smooth ramp in its middle, over that of a 
 Way = Callable[[int], Vec3]
 
 
+def stands(_: int) -> Vec3:
+    """Where it is put."""
+    return ZERO
+
+
 def creeps(_: int) -> Vec3:
     """5 mm/s sideways."""
     return (5e-6, 0.0, 0.0)
@@ -86,7 +91,7 @@ class Hand:
         forces: That the device was given [N].
         allowed: Largest change up to each of them [N].
         state: Of the loop.
-        way: Of the hand in each period of an attack, by its number [m]; None for what events say.
+        way: Of the hand in each period of an attack, by its number [m].
         ways: Length of the hand's way up to each of the forces [m].
     """
 
@@ -97,17 +102,8 @@ class Hand:
     now: float = 100.0
     newest: int = 0
     at: Vec3 = ABOVE
-    way: Way | None = None
+    way: Way = stands
     ways: list[float] = field(default_factory=lambda: [0.0])
-
-    def _move(self, event: Event) -> None:
-        """Its periods with a hand that goes its own way, whatever comes."""
-        assert self.way is not None
-        if event.patch is not None:
-            self.take(event.patch, event.tick)
-        for n in range(event.periods):
-            self.at = add(self.at, self.way(len(self.forces)))
-            self.period(DeviceSample(self.at, ZERO), event.dts[n % len(event.dts)])
 
     def take(self, patch: Patch, behind: int = 1) -> None:
         """A patch comes, so many ticks behind the newest."""
@@ -156,13 +152,11 @@ class Hand:
     def suffer(self, events: list[Event]) -> None:
         """An attack."""
         for event in events:
-            if self.way is not None:
-                self._move(event)
-                continue
             if event.patch is not None:
                 self.take(event.patch, event.tick)
             place = add(self.at, event.position)
             for n in range(event.periods):
+                place = add(place, self.way(len(self.forces)))
                 self.period(DeviceSample(place, event.velocity), event.dts[n % len(event.dts)])
             if norm(place) <= MAX_POSITION:
                 self.at = place

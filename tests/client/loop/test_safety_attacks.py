@@ -27,8 +27,6 @@ from tests.examples_of_laws import examples
 
 ROUNDING = 1e-9  # N
 MOVING = (creeps, trembles, trembles_in, slides)
-# N; what a hand that pressed 0.37 s ago may still be owed of its own motion: 20 N, `FORGET_OWN`
-OWED = 1e-4
 # Half a second of pressing comes before each example, and a second of silence or two behind it: to
 # make one that fails smaller would take minutes.
 attacks = settings(
@@ -77,7 +75,7 @@ def test_no_server_moves_a_resting_hand_faster_than_others_may(
     for change, most in zip(hand.steps(start), hand.allowed[start:], strict=True):
         counted = most / max(allowed, 75.0 * hand.settings.limits.max_force)
         # The second order of a turn with it.
-        assert change <= 1.02 * EXTERNAL_RATE * counted + OWED
+        assert change <= 1.02 * EXTERNAL_RATE * counted + ROUNDING
     assert hand.forces[-1] == ZERO
 
 
@@ -97,7 +95,7 @@ def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
     for n, change in enumerate(hand.steps(start), start):
         counted = hand.allowed[n] / max(limits.max_rate, release)
         others = 1.02 * EXTERNAL_RATE * counted
-        assert change <= spring * hand.ways[n] + others + OWED, n
+        assert change <= spring * hand.ways[n] + others + ROUNDING, n
 
 
 @given(hands(), st.lists(anything, max_size=6))

@@ -147,7 +147,7 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
     // A change of the gain moves the friction too: it may take half of the allowed change.
     const reach = (0.5 * most) / held;
     share = Math.min(Math.max(share, state.share * (1 - reach)), state.share * (1 + reach));
-    most -= held * Math.abs(share / state.share - 1);
+    most = Math.max(0, most - held * Math.abs(share / state.share - 1)); // not below 0 by a rounding
   }
   const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
   // At first touch the friction starts from zero, whatever the normal force.
