@@ -23,7 +23,6 @@ from tests.give_up import give_up
 # tried on the same examples, so that a change is judged and not a draw; new ones are drawn at
 # night, and what those find is kept as an `@example`.
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=20)
-settings.register_profile("usual", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 # What the tests run of the campaign's kernel takes less time than its last optimisations do.

@@ -54,9 +54,9 @@ TIERS = {
         SMOKE,
     ),
     "all": (
-        Phase("laws, in virtual time", "not (live or alone or night)", BESIDE, "usual"),
-        Phase("live, side by side", "live and not (alone or night)", (*WAITING, *AGAIN), "usual"),
-        Phase("live, one at a time", "alone and not night", AGAIN, "usual"),
+        Phase("laws, in virtual time", "not (live or alone or night)", BESIDE),
+        Phase("live, side by side", "live and not (alone or night)", (*WAITING, *AGAIN)),
+        Phase("live, one at a time", "alone and not night", AGAIN),
     ),
     "night": (
         Phase("laws, on new examples", "not (live or alone or night)", BESIDE, "deep"),

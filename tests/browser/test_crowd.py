@@ -10,7 +10,7 @@ from tests.browser.conftest import Open
 from tests.browser.crowd import crowd
 from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import Look, Visitor, at_night
 
 pytestmark = pytest.mark.live
 
@@ -87,7 +87,9 @@ def names_are_seen(visitor: Visitor) -> bool:
 
 
 @pytest.mark.parametrize(
-    "look", [Look(390, 844, phone=True, engineer=False), Look(1280, 800)], ids=["phone", "window"]
+    "look",
+    [Look(390, 844, phone=True, engineer=False), at_night(Look(1280, 800))],
+    ids=["phone", "window"],
 )
 def test_sixteen_have_a_colour_and_a_name_each_that_can_be_read(
     visitors: Open, room: Room, look: Look

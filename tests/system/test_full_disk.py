@@ -16,7 +16,7 @@ from cohaptic_server.demo.processes import Process
 from tests.patience import PATIENCE
 from tests.small_disk import fill, small_disk
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 CLOCK = SystemClock()
 
 

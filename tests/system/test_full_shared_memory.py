@@ -15,7 +15,7 @@ from cohaptic_server.demo.processes import Process
 from cohaptic_server.testing.blocks import block
 from tests.give_up import give_up
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 
 SMALL = "4k"

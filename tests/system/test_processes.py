@@ -99,6 +99,7 @@ def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
     assert right["felt_delay_ms"] >= 60.0
 
 
+@pytest.mark.night
 def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> None:
     result = tmp_path / "out.json"
     options = ["--friction", "0.8", "--duration", "15", "--delay-ms", "20", "--json", str(result)]

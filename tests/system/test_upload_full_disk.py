@@ -25,7 +25,7 @@ from tests.server.shell.uploads.stage_of_uploads import (
 from tests.server.upload.test_worker import block_vtu, cube
 from tests.small_disk import fill, small_disk
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.demo.processes import Process
 from tests.patience import PATIENCE
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.live
 CLOCK = SystemClock()
 
 

@@ -71,7 +71,7 @@ def test_an_edge_that_is_too_short_is_refused_with_ways_out(tmp_path: Path) -> N
 
 
 @pytest.mark.live
-@pytest.mark.slow
+@pytest.mark.night
 def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -195,7 +195,7 @@ def test_what_a_tick_does_not_afford_is_made_of_linear_elements_by_auto(
 
 
 @pytest.mark.live
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_part_that_coarse_elements_lose_gets_finer_ones(tmp_path: Path) -> None:
     parts = {"organ": icosphere(2, 0.04), "lump": icosphere(1, 0.009)}
     path = tmp_path / "parts.glb"

@@ -53,7 +53,7 @@ def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.live
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_mesh_is_made_as_coarse_as_memory_asks_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
