@@ -4,9 +4,9 @@
 
 Each is run once before, which leaves bytecode, and then `--runs` times. `listening` is the server
 of the balloon until it says so. `engaged` is `cohaptic touch` at such a server until there can be
-a force, and `force` until its simulated hand feels one, for which it waits a second and comes down.
-Both are seen in lines of JSON, ten a second. Processor time tells a start from a busy machine; that
-of a touch is without its loop's process.
+a force, and `force` until its simulated hand, which comes down then, feels one. Both are seen in
+lines of JSON, ten a second. Processor time tells a start from a busy machine; that of a touch is
+without its loop's process.
 """
 
 from __future__ import annotations

@@ -202,8 +202,7 @@ def touch(
             depth=1e-3 * depth_mm,
             rhythm=Rhythm(rhythm_s) if rhythm_s else None,
             drag=1e-3 * drag_mm,
-            # The hand comes once the first patch is here and the safety layer has engaged it.
-            approach_at=1.0 + up.delay + up.jitter + down.delay + down.jitter,
+            approach_at=0.0,  # once the safety layer has engaged the hand
         ),
         patience=wait,
         duration=duration,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import replace
 from typing import Final
@@ -29,11 +30,14 @@ class SimulatedDevice:
 
     Args:
         hand: Its mechanics.
-        intention: Of the hand; its time starts with the first `read`.
+        intention: Of the hand; its time starts with the first `read`, or when the hand is engaged.
         info: Abilities of the device.
+        waits: Whether the hand stays where it is until it is engaged.
     """
 
-    def __init__(self, hand: Hand, intention: Intention, info: DeviceInfo = INFO) -> None:
+    def __init__(
+        self, hand: Hand, intention: Intention, info: DeviceInfo = INFO, *, waits: bool = False
+    ) -> None:
         self._info = info
         self._modelled = info.inertia > 0.0
         if self._modelled:
@@ -41,6 +45,7 @@ class SimulatedDevice:
             hand = replace(hand, mass=mass, damping=damping)
         self._hand = hand
         self._intention = intention
+        self._waits = waits
         self._state = HandState(intention.at(0.0), ZERO)
         self._force = ZERO
         self._start: float | None = None
@@ -57,7 +62,7 @@ class SimulatedDevice:
     def read(self, now: float) -> DeviceSample:
         """Move the hand up to `now` under the force written last."""
         if self._start is None:
-            self._start = self._now = now
+            self._start, self._now = math.inf if self._waits else now, now
         passed = now - self._now
         remaining = min(passed, _MAX_CATCH_UP)
         while remaining > 1e-9:
@@ -71,6 +76,11 @@ class SimulatedDevice:
             return DeviceSample(self._state.position, self._state.velocity, level)
         self._sense(now, passed)
         return DeviceSample(self._seen, self._velocity, level)
+
+    def engaged(self, now: float) -> None:
+        """The hand can feel a force from `now` on [s]: one that waited for it goes to work."""
+        if self._start == math.inf:
+            self._start = now
 
     def write(self, force: Vec3) -> None:
         """Force on the hand until the next read [N]."""

@@ -21,7 +21,8 @@ def simulated_info(choice: DeviceChoice) -> DeviceInfo:
 def open_simulated(config: DeviceConfig) -> SimulatedDevice:
     """A hand that follows the intention of the configuration, on the device that was chosen."""
     assert config.intention is not None
-    return SimulatedDevice(config.hand, config.intention, simulated_info(config.choice))
+    info = simulated_info(config.choice)
+    return SimulatedDevice(config.hand, config.intention, info, waits=True)
 
 
 KIND = DeviceKind(

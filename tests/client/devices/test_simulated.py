@@ -44,6 +44,18 @@ def test_its_time_starts_with_the_first_read_whatever_the_clock_shows(start: flo
     assert first.level == pytest.approx(later.level, abs=1e-6)
 
 
+def test_a_hand_that_waits_begins_when_it_is_engaged_and_no_second_time() -> None:
+    now, waiting = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING, waits=True)
+    still = run(waiting, 0.0, 2.0)
+    assert still == DeviceSample(PRESSING.at(0.0), ZERO, 0.0)
+    waiting.engaged(2.0)
+    first, later = run(now, 0.0, 0.4), run(waiting, 2.0, 0.4)
+    assert norm(sub(first.position, later.position)) < ROUNDING
+    assert later.level > 0.0
+    waiting.engaged(2.4)
+    assert run(waiting, 2.4, 0.1).level == pytest.approx(run(now, 0.4, 0.1).level, abs=1e-6)
+
+
 def test_it_begins_at_rest_in_front_of_the_surface() -> None:
     sample = SimulatedDevice(HAND, PRESSING).read(7.0)
     assert sample == DeviceSample(PRESSING.at(0.0), ZERO, 0.0)

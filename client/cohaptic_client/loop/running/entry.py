@@ -59,7 +59,9 @@ def live(text: str) -> None:
     orphaned = False
     try:
         scheduling = f"{prefer_this_process(LOOP_PRIORITY)}, {lock_memory()}"
-        loop = HapticLoop(config, memory, device, scheduling, watchdog)
+        # A simulated hand begins then.
+        engaged = getattr(device, "engaged", None)
+        loop = HapticLoop(config, memory, device, scheduling, watchdog, engaged)
         for signal in early:
             loop.interrupt(signal)
         loop.run()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -33,7 +34,9 @@ REPORT: Final = 0.25  # s between reports of the state; a new fault is reported 
 # s after the start that are left out of lateness and cost: code and data come into the caches, and
 # the parent is still busy with its own start.
 WARM_UP: Final = 0.5
-_FAULT: Final = Mode.FAULT  # bound once, as in `safety`
+# Bound once, as in `safety`.
+_FAULT: Final = Mode.FAULT
+_ENGAGED: Final = Mode.ENGAGED
 
 
 @dataclass
@@ -62,6 +65,7 @@ class HapticLoop:
         device: To be read and written.
         scheduling: That the system granted to this process, in words.
         watchdog: Of the device; None where it offers none.
+        engaged: Called once, with the time at which the hand can feel a force for the first time.
 
     Attributes:
         statistics: How punctual the loop is.
@@ -77,11 +81,13 @@ class HapticLoop:
         device: Device,
         scheduling: str = "as it was",
         watchdog: Watchdog | None = None,
+        engaged: Callable[[float], None] | None = None,
     ) -> None:
         self._memory = memory
         self._device = device
         self._scheduling = scheduling
         self._watchdog = watchdog
+        self._engaged = engaged
         self._clock = SystemClock(config.clock_origin)
         self._haptic_period = config.haptic_period
         self._every_row = config.every_row
@@ -153,6 +159,9 @@ class HapticLoop:
             watchdog.since = now
         sample = self._device.read(now)
         self._state, output = step(self._state, sample, now, self._settings)
+        if self._engaged is not None and self._state.safety.mode is _ENGAGED:
+            self._engaged(now)
+            self._engaged = None
         if watchdog is not None and watchdog.fired:
             output = self._begin_at_zero(watchdog, output)
         self.written = output.force  # before the call: one that fails may have given it
