@@ -133,8 +133,12 @@ def touch(
         float | None, typer.Option(help="Leave after this many seconds.", show_default="Ctrl-C")
     ] = None,
     wait: Annotated[
-        float, typer.Option(help="Seconds to try to reach the server, also after losing it.")
-    ] = _WAIT,
+        float | None,
+        typer.Option(
+            help="Seconds to try to reach the server, at first and after losing it.",
+            show_default=f"{_WAIT:g} at first, and without end after losing it",
+        ),
+    ] = None,
     wait_seat: Annotated[
         bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
     ] = False,
@@ -204,7 +208,8 @@ def touch(
             drag=1e-3 * drag_mm,
             approach_at=0.0,  # once the safety layer has engaged the hand
         ),
-        patience=wait,
+        patience=_WAIT if wait is None else wait,
+        patience_lost=math.inf if wait is None else None,
         duration=duration,
     )
     run(touching(settings, record, json_lines), lifeline=lifeline)

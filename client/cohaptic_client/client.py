@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import secrets
 from collections.abc import Callable
 
@@ -134,6 +135,8 @@ class Client:
         """Connect, and connect again, while patience lasts."""
         patience = self.settings.patience
         until = self.clock.now() + patience
+        if self.settings.patience_lost is not None:
+            patience = self.settings.patience_lost
         error: CohapticError
         # What ended the last session tells more than that nobody has answered since.
         lost: CohapticError | None = None
@@ -161,9 +164,10 @@ class Client:
                 if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
                     self._session = ""  # of another server, or too old: the invitation once more
                     continue
-                # After a broken connection the server may not know yet that it is broken.
+                # After a broken connection the server may not know yet that it is broken, and one
+                # that stops may come back.
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
-                if not ours:
+                if not ours and refused.code != CloseCode.SERVER_STOPS.value:
                     if refused.code == CloseCode.ROOM_FULL.value and not self.settings.wait_seat:
                         self._tell("with --wait-seat you wait for a place")
                     raise
@@ -172,7 +176,8 @@ class Client:
                 raise lost or error
             if str(error) != told:
                 told = str(error)
-                self._tell(f"{told}; trying again for {until - self.clock.now():.0f} s")
+                left = until - self.clock.now()
+                self._tell(f"{told}; trying again" + (f" for {left:.0f} s" * (left < math.inf)))
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:

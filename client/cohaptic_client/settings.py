@@ -41,7 +41,8 @@ class ClientSettings:
         up: Injected latency from client to server.
         down: Injected latency from server to client.
         script: Of a simulated hand.
-        patience: How long to try to reach a server, at first and after it was lost [s].
+        patience: How long to try to reach a server at first [s].
+        patience_lost: The same after it was lost; None for as long as at first [s].
         duration: When to let go and leave; None for Ctrl-C [s].
         token: Of an invitation; empty for none.
         ca_file: Certificates of who may vouch for the server; empty for those of the system.
@@ -68,6 +69,7 @@ class ClientSettings:
     down: LinkSettings = field(default_factory=LinkSettings)
     script: HandScript = field(default_factory=HandScript)
     patience: float = 0.0
+    patience_lost: float | None = None
     duration: float | None = None
     token: str = field(default="", repr=False)
     ca_file: str = ""

@@ -142,7 +142,7 @@ def test_a_server_is_waited_for_without_being_asked_to(capsys: pytest.CaptureFix
     with pytest.raises(SystemExit):
         main(["touch", "--help"])
     words = " ".join(capsys.readouterr().out.replace("\u2502", " ").split())
-    assert re.search(r"--wait <float> Seconds to try [^\[]*\[default: 5", words), words
+    assert re.search(r"--wait <float> Seconds to try [^\[]*\[default: \(?5 at first", words), words
 
 
 def test_a_client_that_waits_says_so_once_and_ends_with_the_same_sentence(nobody: str) -> None:

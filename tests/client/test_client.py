@@ -35,6 +35,8 @@ pytestmark = pytest.mark.alone
 CHANGED = Error(code=CloseCode.OBJECT_CHANGED.value, message="there is another object now")
 TAKEN = Error(code=CloseCode.NAME_TAKEN.value, message="name is 'left'; expected one that is free")
 
+STOPS = Error(code=CloseCode.SERVER_STOPS.value, message="it stops")
+
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
@@ -60,6 +62,7 @@ async def visit(
     *,
     duration: float | None,
     patience: float = 0.0,
+    patience_lost: float | None = None,
     geometry: GeometryName = "plane",
     passivity: bool = True,
     gains: FixedGains | None = None,
@@ -71,6 +74,7 @@ async def visit(
         script=script,
         duration=duration,
         patience=patience,
+        patience_lost=patience_lost,
         geometry=geometry,
         passivity=passivity,
         fixed_gains=gains,
@@ -94,6 +98,7 @@ def play(
     *visits: Visit,
     duration: float | None = None,
     patience: float = 0.0,
+    patience_lost: float | None = None,
     geometry: GeometryName = "plane",
     passivity: bool = True,
     gains: FixedGains | None = None,
@@ -110,6 +115,7 @@ def play(
                     url,
                     duration=duration,
                     patience=patience,
+                    patience_lost=patience_lost,
                     geometry=geometry,
                     passivity=passivity,
                     gains=gains,
@@ -243,6 +249,31 @@ def test_a_lost_server_is_tried_again_for_a_while_and_then_it_is_said_how_it_was
             await going
 
     asyncio.run(asyncio.wait_for(work(), PATIENCE))
+
+
+def test_who_was_in_the_room_waits_for_it_without_end_however_short_the_first_wait(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As on the page."""
+    monkeypatch.setattr(runner, "RETRY", 0.05)
+    back = Visit()
+    visits = [Visit(ticks=20), *(Visit(refuse=STOPS) for _ in range(5)), back]
+    told = play(*visits, patience_lost=math.inf, until=lambda: bool(back.samples))
+    assert back.samples
+    again = [news for news in told.news if "trying again" in news]
+    assert again
+    assert all(news.endswith("; trying again") for news in again)
+
+
+def test_who_comes_while_a_server_stops_tries_as_long_as_for_one_that_is_not_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "RETRY", 0.05)
+    there = Visit()
+    play(Visit(refuse=STOPS), there, patience=PATIENCE, until=lambda: bool(there.samples))
+    assert there.samples
+    with pytest.raises(Refused, match="it stops"):
+        play(Visit(refuse=STOPS))
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.15])

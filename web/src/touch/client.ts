@@ -187,8 +187,8 @@ export class TouchClient {
       return;
     }
     // After a broken connection the server may not know yet that it is broken; one that stops may come back.
-    const again = refusal.code === NAME_TAKEN || refusal.code === SERVER_STOPS;
-    if (again && this.engine.joined) this.lost(socket, refusal.code, refusal.message);
+    const again = refusal.code === SERVER_STOPS || (refusal.code === NAME_TAKEN && this.engine.joined);
+    if (again) this.lost(socket, refusal.code, refusal.message);
     else this.end(`the server refused: ${refusal.message}`, refusal.code);
   }
 

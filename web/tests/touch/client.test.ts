@@ -73,6 +73,14 @@ describe("a client", () => {
     expect(browser.lines.length).toBe(1);
   });
 
+  test("that comes while a server stops tries again", () => {
+    const browser = new Browser();
+    browser.line.onopen?.();
+    browser.line.say({ type: "error", code: 4503, message: "it stops" });
+    browser.run(2, false);
+    expect([browser.state.phase, browser.lines.length]).toEqual(["connecting", 2]);
+  });
+
   test("ends when the server breaks the protocol", () => {
     const browser = new Browser();
     browser.line.onopen?.();
