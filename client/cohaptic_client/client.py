@@ -21,7 +21,12 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming
-from cohaptic_client.news import FaultNews, fault_in_words, scheduling_in_words
+from cohaptic_client.news import (
+    FaultNews,
+    fault_in_words,
+    scheduling_in_words,
+    silence_in_words,
+)
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.status import status_before_touch, touch_status
 
@@ -62,6 +67,7 @@ class Client:
         self._session = ""  # token that the server has given, which outlives the invitation
         self._next_beat = 0.0
         self._faults = FaultNews()
+        self._silences = FaultNews()
         self._scheduling_told = settings.device.name == "simulated"  # nobody feels it late
         self.hears: Callable[[], bool] = lambda: True
 
@@ -114,6 +120,8 @@ class Client:
         fault, haptics = self._haptics.beat(), self._haptics
         if self._faults.is_new(fault, now):
             self._tell(fault_in_words(fault, held=haptics.holds_fault, heard=self.hears()))
+        if self._silences.is_new(silence_in_words(haptics.status), now):
+            self._tell(silence_in_words(haptics.status))
         if not self._scheduling_told and (told := haptics.status.get("scheduling", "")):
             self._scheduling_told = True
             if refused := scheduling_in_words(str(told)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
@@ -13,8 +14,10 @@ from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import NAMES, device_kind, open_device, read_device
 from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.hid_devices import unknown_hid
 from cohaptic_client.devices.kind import Found
 from cohaptic_client.devices.pulse import pulse, verdict
+from cohaptic_client.devices.serial_ports import unknown_ports
 
 # Of Python, that drivers use; what it is for.
 _LIBRARIES = (
@@ -61,6 +64,11 @@ def doctor() -> None:
     absent = [name for name in NAMES if name not in seen and name != "simulated"]
     if absent:
         typer.echo(f"not plugged in, or not seen by the system: {', '.join(absent)}")
+    places = [each.where for each in found]
+    for unknown in (unknown_hid, unknown_ports):
+        with contextlib.suppress(DeviceError):  # without its library, which was told above
+            for other in unknown(places):
+                typer.echo(f"seen, and known to no driver here: {other}")
     if any(each.problem for each in found):
         raise typer.Exit(1)
 

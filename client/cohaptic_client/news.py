@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from cohaptic_client.loop.safety import NOT_HELD
 
@@ -29,6 +30,17 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
     else:
         how = "lift off the object to go on"
     return f"force off: {fault}; {how}"
+
+
+def silence_in_words(status: Mapping[str, Any]) -> str:
+    """Of a device that sends nothing though it should; empty while it does.
+
+    Args:
+        status: Newest report of the loop.
+    """
+    if not status.get("device_silent"):
+        return ""
+    return "the device sends nothing, and the tip stands still: is it in reach, and switched on?"
 
 
 class FaultNews:

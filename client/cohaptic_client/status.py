@@ -47,6 +47,7 @@ def touch_status(
             silent_after=silent_after,
             stopping=stopping,
             held=loop.get("mode") == Mode.FAULT.value,
+            device_silent=bool(loop.get("device_silent", False)),
         ),
         force=math.hypot(row.fx, row.fy, row.fz),
         felt_from_others=row.scale * row.felt_from_others,
@@ -84,7 +85,12 @@ def status_before_touch(name: str, place: tuple[int, int] | None) -> TouchStatus
 
 
 def state_in_words(
-    row: Row, *, silent_after: float | None, stopping: bool, held: bool = False
+    row: Row,
+    *,
+    silent_after: float | None,
+    stopping: bool,
+    held: bool = False,
+    device_silent: bool = False,
 ) -> str:
     """State of a client in a word or two; the arguments are those of `touch_status`.
 
@@ -93,11 +99,14 @@ def state_in_words(
         silent_after: As there.
         stopping: As there.
         held: Whether a fault keeps the force off until the user acknowledges it.
+        device_silent: Whether the device sends nothing though it should.
     """
     if stopping:
         return "stopped"
     if held:
         return "fault"
+    if device_silent:
+        return "device silent"
     if row.tick == 0:
         return "connecting"
     # On a link that jitters the loop waits for longer (`arrival.is_silent`).

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.vec import norm
 from cohaptic_client import devices_cli
+from cohaptic_client.devices import serial_ports
 from cohaptic_client.devices.haply import inverse3
 from cohaptic_client.devices.oneaxis import link as oneaxis_link
 from cohaptic_client.devices.oneaxis import oneaxis_kind
@@ -98,7 +99,13 @@ def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None
     boards[1].silent = True
     ports = [SimpleNamespace(device=board.path) for board in boards]
     monkeypatch.setattr(wooden_kind, "find_ports", lambda: ports)
+    stranger = SimpleNamespace(device="/dev/ttyACM9", vid=0x1209, pid=0xABCD, description="Arm")
+    known = SimpleNamespace(device=boards[0].path, vid=0x1209, pid=0xABCD, description="Arm")
+    soldered = SimpleNamespace(device="/dev/ttyS0", vid=None, pid=None, description="n/a")
+    monkeypatch.setattr(serial_ports, "list_ports", lambda _: [stranger, known, soldered])
     text = said("doctor", status=1)
+    unknown = [line for line in text.splitlines() if line.startswith("seen, and known to no")]
+    assert unknown == ["seen, and known to no driver here: 1209:abcd Arm at /dev/ttyACM9"]
     assert f"woodenhaptics:kind=vintage,port={boards[0].path}, {boards[0].path}: ready" in text
     assert f"what is at {boards[1].path} does not answer as its board does" in text
     for board in boards:

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.network.timing import LinkTiming, Passage
+from cohaptic_client.news import silence_in_words
 from cohaptic_client.settings import ClientSettings
 from cohaptic_client.status import state_in_words, status_before_touch, touch_status
 
@@ -43,6 +45,14 @@ def status(row: Row, timing: LinkTiming, settings: ClientSettings = SETTINGS) ->
 def test_the_state_in_words(changes: dict[str, float], stopping: bool, expected: str) -> None:
     row = ROW._replace(**changes)
     assert state_in_words(row, silent_after=0.1, stopping=stopping) == expected
+
+
+def test_a_device_that_sends_nothing_is_told_before_a_silent_server_and_after_a_fault() -> None:
+    row = ROW._replace(patch_age=0.2, scale=0.5)
+    words = partial(state_in_words, row, silent_after=0.1, stopping=False, device_silent=True)
+    assert (words(), words(held=True)) == ("device silent", "fault")
+    assert "in reach" in silence_in_words({"device_silent": True})
+    assert silence_in_words({"device_silent": False}) == silence_in_words({}) == ""
 
 
 def test_before_the_first_row_a_client_connects() -> None:

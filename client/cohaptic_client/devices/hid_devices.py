@@ -9,6 +9,12 @@ from typing import NotRequired, Protocol, TypedDict, cast
 from cohaptic.errors import DeviceError
 from cohaptic_client.devices.kind import Found
 
+# Usage pages and usages of HID: what moves (joystick, gamepad, multi-axis controller, force
+# feedback), and what desks have: mouse, keyboard, keypad, and keys for media.
+_MOVES = ((0x01, 0x04), (0x01, 0x05), (0x01, 0x08))
+_FORCE_FEEDBACK, _OF_A_VENDOR, _NOT_TOLD = 0x0F, 0xFF00, 0x00
+_OF_A_DESK = ((0x01, 0x02), (0x01, 0x06), (0x01, 0x07), (0x0C, 0x01))
+
 
 class Entry(TypedDict):
     """A HID interface of this machine."""
@@ -94,6 +100,38 @@ def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
         return Found(choice, where, "it could not be opened", error.advice)
     device.close()
     return Found(choice, where)
+
+
+def unknown_hid(known: Iterable[str]) -> list[str]:
+    """Devices that might be haptic or move something, and that no driver has found.
+
+    Args:
+        known: Where the drivers have found theirs; each ends with its path.
+
+    Raises:
+        DeviceError: There is no hidapi.
+    """
+    places = tuple(known)
+    entries = hidapi("HID devices").enumerate()
+    desk = {_product(entry) for entry in entries if _usage(entry) in _OF_A_DESK}
+    others = dict[str, str]()
+    for entry in entries:
+        path = entry["path"].decode(errors="replace")
+        page = entry["usage_page"]
+        special = page in (_FORCE_FEEDBACK, _NOT_TOLD) or page >= _OF_A_VENDOR
+        moves = _usage(entry) in _MOVES or (special and _product(entry) not in desk)
+        if moves and not any(place.endswith(path) for place in places):
+            vendor, product = _product(entry)
+            others[path] = f"{vendor:04x}:{product:04x} {entry['product_string']} at {path}"
+    return list(others.values())
+
+
+def _usage(entry: Entry) -> tuple[int, int]:
+    return entry["usage_page"], entry["usage"]
+
+
+def _product(entry: Entry) -> tuple[int, int]:
+    return entry["vendor_id"], entry["product_id"]
 
 
 def udev_rule(vendor: int) -> str:

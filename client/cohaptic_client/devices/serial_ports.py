@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, Protocol
 
@@ -100,6 +101,21 @@ def list_ports(name: str) -> list[Any]:
     """Serial ports of this machine, as pyserial describes them; raises DeviceError without it."""
     _serial(name)
     return list(import_module("serial.tools.list_ports").comports())
+
+
+def unknown_ports(known: Iterable[str]) -> list[str]:
+    """Serial ports of USB at which no driver has found a board; raises DeviceError.
+
+    Args:
+        known: Where the drivers have found theirs.
+    """
+    places = set(known)
+    ports = (port for port in list_ports("serial boards") if port.vid is not None)
+    return [
+        f"{port.vid:04x}:{port.pid:04x} {port.description} at {port.device}"
+        for port in ports
+        if port.device not in places
+    ]
 
 
 def _why_not(path: str, vendor: str, error: OSError) -> tuple[str, str]:

@@ -20,11 +20,8 @@ from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_client.devices.placing.workspace import Workspace
 from cohaptic_client.devices.spacemouse_reports import Motion, decode, without_dead_band
 
-# By vendor. The first one is Logitech, whose other products are no SpaceMouse.
-PRODUCTS = {
-    0x046D: (0xC625, 0xC626, 0xC627, 0xC629, 0xC62B),
-    0x256F: (0xC62E, 0xC632, 0xC633, 0xC635, 0xC638, 0xC63A, 0xC641, 0xC652),
-}
+# 3Dconnexion, and Logitech, under whose name the older ones were made.
+VENDORS = (0x256F, 0x046D)
 
 _NAME = "spacemouse"
 _LONGEST_REPORT = 64  # bytes; the most that full-speed USB allows
@@ -32,6 +29,9 @@ _MOST_REPORTS = 128  # per read; twice the queue of Linux, so that no device can
 _MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from its last position
 _MULTI_AXIS = (0x01, 0x08)  # HID usage page and usage: generic desktop, multi-axis controller
 _UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not look
+_OF_LOGITECH = range(0xC621, 0xC62C)  # its products of that kind, where the usage is unknown
+# s; a cap that is deflected reports all the time, and one at rest not at all
+_SILENCE = 0.2
 
 
 class Transport(Protocol):
@@ -70,6 +70,7 @@ class SpaceMouse:
         self._max_speed = max_speed
         self._position: Vec3 = (center[0], self._low[1], center[2])
         self._deflection = ZERO
+        self._silent = 0.0  # since the last report of a deflection, while the process ran [s]
         self._now: float | None = None
         self._closed = False
         self._skipped = 0
@@ -80,17 +81,24 @@ class SpaceMouse:
         return self._skipped
 
     def read(self, now: float) -> DeviceSample:
-        """Move the tip up to `now` with the newest deflection; without a new one the last holds.
+        """Move the tip up to `now` with the newest deflection.
+
+        The last one holds without a new one, but not for longer than a cap that is deflected can be
+        silent: one out of reach, or asleep, would drive the tip for ever.
 
         Raises:
             DeviceError: The device was unplugged or is closed.
         """
-        self._drain()
         dt = 0.0 if self._now is None else max(0.0, min(now - self._now, _MAX_GAP))
         self._now = now
+        self._silent += dt
+        self._drain()
+        gone = self._deflection != ZERO and self._silent > _SILENCE
+        if gone:
+            dt = 0.0
         (x, vx), (y, vy), (z, vz) = (self._move(axis, dt) for axis in range(3))
         self._position = (x, y, z)
-        return DeviceSample(self._position, (vx, vy, vz))
+        return DeviceSample(self._position, ZERO if gone else (vx, vy, vz), fresh=not gone)
 
     def write(self, force: Vec3) -> None:
         """Nothing: the device has no motors, so the hand never feels `force` [N]."""
@@ -124,6 +132,7 @@ class SpaceMouse:
                 break
             event = decode(report)
             if isinstance(event, Motion) and event.translation is not None:
+                self._silent = 0.0
                 self._skipped += newest is not None
                 newest = event.translation
         if newest is not None:
@@ -150,8 +159,7 @@ def open_spacemouse(center: Vec3, *, reach: float, max_speed: float = 0.15) -> S
     Raises:
         DeviceError: hidapi is missing, there is no SpaceMouse, or it may not be opened.
     """
-    hid = hidapi(_NAME)
-    entries = [e for vendor in PRODUCTS for e in hid.enumerate(vendor) if _is_spacemouse(e)]
+    entries = _mice()
     if not entries:
         advice = "plug one in (a wireless one: its receiver or its cable)"
         raise DeviceError(_NAME, "no SpaceMouse was found", advice)
@@ -174,8 +182,8 @@ def _open(config: DeviceConfig) -> Placed:
 
 def find_mice() -> list[Found]:
     """SpaceMice of this machine; raises DeviceError without hidapi."""
-    hid, found = hidapi(_NAME), list[Found]()
-    for entry in (e for v in PRODUCTS for e in hid.enumerate(v) if _is_spacemouse(e)):
+    found = list[Found]()
+    for entry in _mice():
         where = f"{entry['product_string']} at {entry['path'].decode(errors='replace')}"
         found.append(try_hid(_NAME, _NAME, where, entry))
     return found
@@ -186,8 +194,15 @@ KIND = DeviceKind(
 )
 
 
-def _is_spacemouse(entry: Entry) -> bool:
+def _mice() -> list[Entry]:
+    """Caps of this machine; raises DeviceError without hidapi."""
+    hid = hidapi(_NAME)
+    return [entry for vendor in VENDORS for entry in hid.enumerate(vendor) if _is_cap(entry)]
+
+
+def _is_cap(entry: Entry) -> bool:
     """Whether a HID interface is the cap of a SpaceMouse, not a receiver's keyboard or mouse."""
     usage = (entry["usage_page"], entry["usage"])
-    known = entry["product_id"] in PRODUCTS.get(entry["vendor_id"], ())
-    return known and usage in (_MULTI_AXIS, _UNKNOWN_USAGE)
+    if usage == _UNKNOWN_USAGE:
+        return entry["vendor_id"] == VENDORS[0] or entry["product_id"] in _OF_LOGITECH
+    return usage == _MULTI_AXIS

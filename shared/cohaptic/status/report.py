@@ -17,7 +17,7 @@ class TouchStatus(BaseModel):
     Args:
         name: Of the user.
         state: In words: connecting, waiting, touching, free, fault (until the user
-            acknowledges it), server silent, stopped.
+            acknowledges it), device silent, server silent, stopped.
         force: On the hand [N].
         felt_from_others: Part of it that is there because others touch [N].
         indentation: Of the surface under the probe [m].

@@ -161,6 +161,7 @@ _STYLE = {
     "free": "cyan",
     "waiting": "yellow",
     "connecting": "yellow",
+    "device silent": "bold red",
     "server silent": "bold red",
     "fault": "bold white on red",
 }

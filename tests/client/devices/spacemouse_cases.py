@@ -15,6 +15,7 @@ CENTER: Vec3 = (0.1, -0.2, 0.3)
 REACH = 0.05
 MAX_SPEED = 0.15
 MAX_GAP = 0.02  # s; the driver's, which is also when the safety layer calls the loop stalled
+SILENCE = 0.2  # s without a report, after which a deflected cap counts as gone
 PERIOD = 0.001
 ROUNDING = 1e-12  # m; a cube of decimetres, added to in doubles
 int16s = st.integers(-(2**15), 2**15 - 1)

@@ -22,6 +22,7 @@ from tests.client.devices.spacemouse_cases import (
     PERIOD,
     REACH,
     ROUNDING,
+    SILENCE,
     FakeTransport,
     any_report,
     counts,
@@ -62,7 +63,9 @@ def test_the_tip_starts_at_rest_outside_of_what_is_round_the_center() -> None:
 
 
 @given(counts.filter(lambda c: c[1] < -20), st.integers(1, 100))
-def test_the_last_deflection_holds(deflection: tuple[int, int, int], periods: int) -> None:
+def test_the_last_deflection_holds_between_two_reports(
+    deflection: tuple[int, int, int], periods: int
+) -> None:
     mouse = mouse_on(FakeTransport([report(1, *deflection)]))
     start = mouse.read(0.0)
     sample = start
@@ -71,6 +74,32 @@ def test_the_last_deflection_holds(deflection: tuple[int, int, int], periods: in
     assert sample.velocity == start.velocity != ZERO
     way = scale(start.velocity, periods * PERIOD)
     assert norm(sub(sub(sample.position, start.position), way)) < ROUNDING
+
+
+@given(counts.filter(lambda c: c[1] < -20), st.floats(PERIOD, 3.0))
+def test_a_deflected_cap_that_is_not_heard_stands_and_is_not_fresh(
+    deflection: tuple[int, int, int], period: float
+) -> None:
+    transport = FakeTransport([report(1, *deflection)])
+    mouse = mouse_on(transport, reach=1.0)
+    sample, periods = mouse.read(0.0), 0
+    assert sample.fresh
+    # What counts is the time in which the process ran: one that was stopped has heard nothing.
+    while sample.fresh and periods < 1000:
+        periods += 1
+        sample = mouse.read(periods * period)
+    assert SILENCE < periods * min(period, MAX_GAP) <= SILENCE + 2.0 * min(period, MAX_GAP)
+    assert sample.velocity == ZERO
+    assert mouse.read((periods + 1) * period).position == sample.position
+    transport.reports += [report(2, 300, 300, 300), report(1, *deflection)]
+    awake = mouse.read((periods + 2) * period)
+    assert awake.fresh
+    assert awake.velocity != ZERO
+
+
+def test_a_cap_at_rest_is_silent_and_well() -> None:
+    mouse = mouse_on(FakeTransport([report(1, 0, -350, 0), report(1, 2, -2, 2)]))
+    assert all(mouse.read(n * PERIOD).fresh for n in range(1000))
 
 
 def test_letting_go_stops_the_tip() -> None:
@@ -213,7 +242,7 @@ def test_hidraw_comes_before_hid_and_hid_is_enough(monkeypatch: pytest.MonkeyPat
 def test_only_the_cap_of_a_spacemouse_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
     entries = [
         ("mouse of Logitech", 0x046D, 0xC077, 1, 2),
-        ("product of Logitech with a SpaceMouse's number", 0x046D, 0xC635, 1, 8),
+        ("product of Logitech whose kind is unknown", 0x046D, 0xC077, 0, 0),
         ("receiver's keyboard", 0x256F, 0xC652, 1, 6),
         ("someone else's", 0x1234, 0xC635, 1, 8),
         ("in use", 0x256F, 0xC62E, 1, 8),
@@ -226,6 +255,20 @@ def test_only_the_cap_of_a_spacemouse_is_opened(monkeypatch: pytest.MonkeyPatch)
     assert hid.opened == ["cap"]
     assert hid.nonblocking
     assert mouse.read(0.0).velocity == (0.0, 0.1, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("vendor", "product", "usage"),
+    [(0x256F, product, (1, 8)) for product in (0xC62F, 0xC631, 0xC636, 0xFFFF)]
+    + [(0x046D, 0xC628, (1, 8)), (0x046D, 0xC628, (0, 0)), (0x256F, 0xC631, (0, 0))],
+)
+def test_a_cap_is_known_by_its_vendor_and_its_kind_and_needs_no_list(
+    monkeypatch: pytest.MonkeyPatch, vendor: int, product: int, usage: tuple[int, int]
+) -> None:
+    hid = FakeHid([("cap", vendor, product, *usage)], ["cap"])
+    install(monkeypatch, hidraw=hid, hid=None)
+    open_spacemouse(CENTER, reach=REACH).close()
+    assert hid.opened == ["cap"]
 
 
 def test_no_spacemouse_is_a_device_error(monkeypatch: pytest.MonkeyPatch) -> None:

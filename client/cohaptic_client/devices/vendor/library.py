@@ -1,8 +1,10 @@
-"""Loads a maker's library, or says in one sentence that it is missing."""
+"""Loads a maker's library, or says in one sentence why it cannot."""
 
 from __future__ import annotations
 
 import ctypes
+import os
+import platform
 import sys
 from typing import Any
 
@@ -19,14 +21,22 @@ def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL
         where: The user gets the library, for the error.
 
     Raises:
-        DeviceError: It is missing, or is no library.
+        DeviceError: It is missing, or there and cannot be loaded, in the loader's own words.
     """
     file = path or files.get(sys.platform, files[""])
     try:
         return ctypes.CDLL(file)
     except OSError as error:
-        advice = f"install {where}, or tell where it is: {name}:library=FILE"
-        raise DeviceError(name, f"its maker's library {file} cannot be loaded", advice) from error
+        # Linux names the file that it does not find: this one, or one that this one needs. It does
+        # not find one that is there and made for another processor, either.
+        missing = str(error).startswith(f"{file}: cannot open shared object file: No such file")
+        words = "" if missing else f" ({error})"
+        if missing and os.path.isfile(file):
+            missing, words = False, f" (it is not made for this processor, {platform.machine()})"
+        install = missing or sys.platform != "linux"
+        advice = f"install {where}, or tell" if install else "see to that, or tell"
+        problem = f"its maker's library {file} cannot be loaded{words}"
+        raise DeviceError(name, problem, f"{advice} where it is: {name}:library=FILE") from error
 
 
 def function(library: ctypes.CDLL, device: str, name: str) -> Any:

@@ -114,6 +114,7 @@ class HapticLoop:
         self._heard = self._started
         self._ends = math.inf
         self._told = ""
+        self._heard_device = True
         self._acknowledged = 0
         self.orphaned = False
         self.interrupted = ""
@@ -158,6 +159,7 @@ class HapticLoop:
         if watchdog is not None:
             watchdog.since = now
         sample = self._device.read(now)
+        self._heard_device = sample.fresh
         self._state, output = step(self._state, sample, now, self._settings)
         if self._engaged is not None and self._state.safety.mode is _ENGAGED:
             self._engaged(now)
@@ -222,6 +224,7 @@ class HapticLoop:
                 missed=statistics.missed,
                 mode=safety.mode.value,
                 fault=safety.fault,
+                device_silent=not self._heard_device,
                 scheduling=self._scheduling,
             )
         )

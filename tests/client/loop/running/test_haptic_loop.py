@@ -136,7 +136,7 @@ def test_it_reports_how_it_does(parent: Parent) -> None:
     status = parent.status()
     assert set(status) == {
         "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "mode",
-        "fault", "scheduling",
+        "fault", "device_silent", "scheduling",
     }  # fmt: skip
     assert (status["mode"], status["fault"], status["scheduling"]) == ("engaged", "", "as it was")
 
