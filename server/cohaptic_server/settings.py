@@ -81,8 +81,10 @@ class ServerSettings:
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
                 raise SettingError("frame", repr(origin[:100]), limit)
         for host in self.allow_hosts:
-            if not re.fullmatch(r"[A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]+\]", host):
-                limit = "a name or an address without a port: lab.example"
+            if not re.fullmatch(r"(\*?\.)?[A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]+\]", host):
+                limit = (
+                    "a name or an address without a port, lab.example, or all below: .lab.example"
+                )
                 raise SettingError("host", repr(host), limit)
 
     @property

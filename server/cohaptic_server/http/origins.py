@@ -24,7 +24,8 @@ def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> 
     Args:
         host: Header of the request; None without one, which no browser does.
         own: Address that the connection came to; None if it is not known.
-        allowed: Further names of the server, without ports.
+        allowed: Further names of the server, without ports; `.lab.example` and `*.lab.example` are
+            all names below that one.
     """
     if host is None:
         return False
@@ -32,7 +33,7 @@ def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> 
     if match is None:
         return False
     name = match["name"]
-    if name in _OWN_NAMES or name.strip("[]") in (other.lower().strip("[]") for other in allowed):
+    if name in _OWN_NAMES or any(_is_one_of(name, other.lower()) for other in allowed):
         return True
     return own is not None and _address(name.strip("[]")) == _address(own) is not None
 
@@ -97,3 +98,15 @@ def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
         return None
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
     return mapped or address
+
+
+def is_of_many(allowed: str) -> bool:
+    """Whether an allowed name stands for all names below it, and so is none to go to."""
+    return allowed.startswith((".", "*."))
+
+
+def _is_one_of(name: str, allowed: str) -> bool:
+    if is_of_many(allowed):
+        below = allowed.removeprefix("*")
+        return name.endswith(below) and name != below
+    return name.strip("[]") == allowed.strip("[]")

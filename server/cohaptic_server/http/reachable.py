@@ -5,6 +5,8 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Collection, Sequence
 
+from cohaptic_server.http.origins import is_of_many
+
 # Listened on, and the versions of the internet protocol that come in there.
 ALL_INTERFACES = {"": (4, 6), "0.0.0.0": (4,), "::": (6,)}
 PATH = "/v1/hosts"
@@ -19,6 +21,7 @@ def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) ->
         found: Addresses of this machine.
     """
     bare = host.strip("[]")
+    names = [name for name in names if not is_of_many(name)]
     if bare in ALL_INTERFACES:
         named = [name for name in names if not _is_own(name.strip("[]"))]
         versions = ALL_INTERFACES[bare]

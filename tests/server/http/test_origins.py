@@ -87,3 +87,20 @@ def test_only_the_own_page_on_this_machine_may_bring_a_file(
 ) -> None:
     allowed = ("https://proxy.example",)
     assert may_upload(origin, host, peer, allowed=allowed) == may
+
+
+@pytest.mark.parametrize("allowed", [".Lab.example", "*.lab.example"])
+@pytest.mark.parametrize(
+    ("host", "own"),
+    [
+        ("a.lab.example", True),
+        ("b.A.LAB.example:8765", True),
+        ("lab.example", False),
+        ("evil-lab.example", False),
+        ("a.lab.example.elsewhere.example", False),
+        (".lab.example", False),
+    ],
+)
+def test_a_leading_dot_stands_for_all_names_below(allowed: str, host: str, own: bool) -> None:
+    assert is_own_host(host, "192.0.2.7", (allowed,)) == own
+    assert may_connect(f"http://{host}", host, own="192.0.2.7", hosts=(allowed,), allowed=()) == own

@@ -46,3 +46,9 @@ def test_addresses_keep_scheme_and_port() -> None:
         "ws://[fd00::5]:8765",
     )
     assert addresses_for_others("wss://[::]:443", hosts)[0] == "wss://192.168.1.7:443"
+
+
+def test_a_name_for_many_is_no_address_to_go_to() -> None:
+    names = (".trycloudflare.com", "*.lab.example", "lab.example")
+    assert hosts_for_others("0.0.0.0", names, ()) == ("lab.example",)
+    assert hosts_for_others("192.0.2.7", names, ()) == ("lab.example", "192.0.2.7")
