@@ -28,6 +28,13 @@ class AccessOptions:
             help="Only who has a token of these keys comes in; `cohaptic key FILE` makes them.",
         ),
     ] = None
+    insecure_key_file: Annotated[
+        bool,
+        typer.Option(
+            "--insecure-key-file",
+            help="Others may read the file of keys: for file systems without modes.",
+        ),
+    ] = False
     open: Annotated[
         bool, typer.Option("--open", help="Anybody comes in, also from other machines.")
     ] = False
@@ -84,14 +91,14 @@ class AccessOptions:
 
         watched: list[Watched] = []
         admission = Admission(
-            None if self.keys is None else load_keys(self.keys),
+            None if self.keys is None else load_keys(self.keys, insecure=self.insecure_key_file),
             admits_anybody=exposure.admits_anybody,
             single_use=self.single_use,
         )
         if (keys := self.keys) is not None:
 
             def load() -> None:
-                admission.ring = load_keys(keys)
+                admission.ring = load_keys(keys, insecure=self.insecure_key_file)
 
             watched.append(Watched("the key file", (keys,), load))
         certificate = None

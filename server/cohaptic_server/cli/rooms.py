@@ -141,6 +141,7 @@ def protect(table: AccessTable, host: str) -> Protection:
     """
     options = AccessOptions(
         keys=table.keys,
+        insecure_key_file=table.insecure_key_file,
         open=table.open,
         single_use=table.single_use,
         insecure=table.insecure,

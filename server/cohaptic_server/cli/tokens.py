@@ -27,6 +27,13 @@ class GrantOptions:
     keys: Annotated[
         Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
     ]
+    insecure_key_file: Annotated[
+        bool,
+        typer.Option(
+            "--insecure-key-file",
+            help="Others may read the file of keys: for file systems without modes.",
+        ),
+    ] = False
     room: Annotated[
         str,
         typer.Option(
@@ -93,7 +100,7 @@ class GrantOptions:
             name = str(first["loc"][-1]).replace("maxForce", "--max-force")
             limit = "as `cohaptic token --help` says: " + str(first["msg"])
             raise SettingError(name, repr(first["input"])[:60], limit) from error
-        return sign(claims, load_keys(self.keys).signer)
+        return sign(claims, load_keys(self.keys, insecure=self.insecure_key_file).signer)
 
 
 def key(

@@ -21,8 +21,12 @@ def new_key() -> Key:
     return Key(secrets.token_hex(4), secrets.token_bytes(LEAST_BYTES))
 
 
-def load_keys(path: Path) -> KeyRing:
+def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
     """The keys in a file.
+
+    Args:
+        path: Of the file; links are followed, as secrets are mounted by them.
+        insecure: Whether others may read it, as on a file system without modes.
 
     Raises:
         SettingError: It cannot be read, others may read it, or it holds no keys.
@@ -30,9 +34,10 @@ def load_keys(path: Path) -> KeyRing:
     try:
         with path.open("rb") as file:
             about = os.fstat(file.fileno())
-            if sys.platform != "win32" and about.st_mode & 0o077:
+            if sys.platform != "win32" and not insecure and _is_open(about):
                 mode = f"{path} with mode {stat.S_IMODE(about.st_mode):04o}"
-                limit = f"one that nobody else may read: chmod 600 {path}"
+                limit = f"one that nobody else may read: chmod 600 {path} (where there are no modes"
+                limit += ": --insecure-key-file)"
                 raise SettingError("key file", mode, limit)
             text = file.read(_MOST_BYTES + 1)
     except OSError as error:
@@ -41,6 +46,16 @@ def load_keys(path: Path) -> KeyRing:
     if len(text) > _MOST_BYTES:
         raise SettingError("size of the key file", path, f"at most {_MOST_BYTES:,} bytes")
     return read_keys(text)
+
+
+def _is_open(about: os.stat_result) -> bool:
+    """Whether others than the owner, and a group that was given the file to read, have it.
+
+    Secrets are mounted with mode 0440 in a group of the service, and kept as root's with 0640.
+    """
+    mode = stat.S_IMODE(about.st_mode)
+    given = about.st_uid == 0 != os.getuid() or not mode & stat.S_IWUSR
+    return bool(mode & (0o037 if given else 0o077))
 
 
 def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:

@@ -31,6 +31,7 @@ class AccessTable(Table):
     """
 
     keys: Path | None = None
+    insecure_key_file: bool = False
     open: bool = False
     single_use: bool = False
     insecure: bool = False

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -39,3 +40,31 @@ def test_what_is_no_file_or_too_large_is_a_sentence(tmp_path: Path) -> None:
 
 def test_no_two_keys_are_alike() -> None:
     assert len({new_key().secret for _ in range(20)}) == len({new_key().kid for _ in range(20)})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("mode", [0o400, 0o440, 0o600])
+def test_a_secret_as_it_is_mounted_is_read_through_links(mode: int, tmp_path: Path) -> None:
+    folder = tmp_path / "..2026_11_26"
+    folder.mkdir()
+    save_keys(folder / "keys", RING, replace=False)
+    (folder / "keys").chmod(mode)
+    (tmp_path / "..data").symlink_to(folder.name)
+    (tmp_path / "keys").symlink_to("..data/keys")
+    assert load_keys(tmp_path / "keys") == load_keys(folder / "keys")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+def test_what_root_has_given_to_a_group_is_read_and_no_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "keys"
+    save_keys(path, RING, replace=False)
+    monkeypatch.setattr(os, "getuid", lambda: 4711)
+    monkeypatch.setattr(os, "fstat", lambda _: os.stat_result((0o100640, *[0] * 9)))
+    assert load_keys(path)
+    for mode in (0o100660, 0o100644, 0o100641):
+        monkeypatch.setattr(os, "fstat", lambda _, mode=mode: os.stat_result((mode, *[0] * 9)))
+        with pytest.raises(SettingError, match="--insecure-key-file"):
+            load_keys(path)
+        assert load_keys(path, insecure=True)
