@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import os
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import partial
@@ -12,6 +14,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, ValidationError
 from pydantic_settings import (
     BaseSettings,
+    EnvSettingsSource,
     PydanticBaseSettingsSource,
     SettingsConfigDict,
     SettingsError,
@@ -29,6 +32,13 @@ from cohaptic_server.touchable import DAMPING_RATIO
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"
+# Kubernetes and Docker's links set these, after PREFIX, for a service that is called
+# cohaptic-server; PORT itself only with an address in it.
+_OF_A_SERVICE = re.compile(
+    r"SERVICE_(HOST|PORT(_\w+)?)|PORT_\d+_(TCP|UDP|SCTP)(_(PROTO|PORT|ADDR))?"
+)
+_ADDRESS = re.compile(r"(tcp|udp|sctp)://\S*")
+log = logging.getLogger("cohaptic.server")
 MAX_ROOMS = 200  # each is a process; beyond, a machine has other limits first
 
 
@@ -194,6 +204,9 @@ def load_config(path: Path) -> RoomsConfig:
         raise ConfigError(path, [f"cannot be read: {error.strerror}"]) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(path, [f"is not TOML: {error}"]) from error
+    if passed_over := [name for name, value in os.environ.items() if _is_of_a_service(name, value)]:
+        told = ", ".join(sorted(passed_over))
+        log.info("passed over what tells of a service called cohaptic-server: %s", told)
     _check_environment(path, os.environ)
     try:
         sourced: Any = _sourced(path)  # its values come from elsewhere than its arguments
@@ -236,6 +249,12 @@ def _sourced(path: Path) -> type[RoomsConfig]:
             dotenv_settings: PydanticBaseSettingsSource,
             file_secret_settings: PydanticBaseSettingsSource,
         ) -> tuple[PydanticBaseSettingsSource, ...]:
+            assert isinstance(env_settings, EnvSettingsSource)
+            env_settings.env_vars = {
+                name: value
+                for name, value in env_settings.env_vars.items()
+                if not _is_of_a_service(name, value or "")
+            }
             return (env_settings, TomlConfigSettingsSource(settings_cls, path))
 
     return Sourced
@@ -246,12 +265,22 @@ def _check_environment(path: Path, environment: Mapping[str, str]) -> None:
     known = set(RoomsConfig.model_fields)
     unknown = [
         f"the environment variable {name} names no key; known: {', '.join(sorted(known))}"
-        for name in environment
+        for name, value in environment.items()
         if name.upper().startswith(PREFIX)
+        and not _is_of_a_service(name, value)
         and name[len(PREFIX) :].lower().split(DIVIDER)[0] not in known
     ]
     if unknown:
         raise ConfigError(path, unknown)
+
+
+def _is_of_a_service(name: str, value: str) -> bool:
+    """Whether a variable of the environment is an orchestrator's, and none of our keys."""
+    key = name.upper().removeprefix(PREFIX)
+    if key == name.upper():
+        return False
+    of_port = key == "PORT" and _ADDRESS.fullmatch(value) is not None
+    return of_port or _OF_A_SERVICE.fullmatch(key) is not None
 
 
 def is_plain_balloon(room: RoomTable) -> bool:

@@ -80,6 +80,33 @@ def test_the_environment_goes_before_the_file(
     assert config.settings_of("liver").limits == Limits().changed(["samples=3:12", "open=9"])
 
 
+def test_what_an_orchestrator_tells_of_a_service_of_our_name_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO", logger="cohaptic.server")
+    set_before = {
+        "SERVICE_HOST": "10.0.0.1",
+        "SERVICE_PORT": "8765",
+        "SERVICE_PORT_HTTP": "8765",
+        "PORT": "tcp://10.0.0.1:8765",
+        "PORT_8765_TCP": "tcp://10.0.0.1:8765",
+        "PORT_8765_TCP_PROTO": "tcp",
+        "PORT_8765_TCP_PORT": "8765",
+        "PORT_8765_TCP_ADDR": "10.0.0.1",
+    }
+    for name, value in set_before.items():
+        monkeypatch.setenv(PREFIX + name, value)
+    assert load_config(written(tmp_path, TWO)).port == 0
+    (line,) = caplog.messages
+    assert all(PREFIX + name in line for name in set_before)
+    # Nothing else that is wrong is taken for theirs.
+    for name, value in (("PORT", "8765/tcp"), ("PORT_X", "1"), ("SERVICE", "1")):
+        monkeypatch.setenv(PREFIX + name, value)
+        with pytest.raises(ConfigError, match=PREFIX + name):
+            load_config(written(tmp_path, TWO))
+        monkeypatch.delenv(PREFIX + name)
+
+
 @pytest.mark.parametrize(
     ("line", "key"),
     [
