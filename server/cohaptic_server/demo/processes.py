@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -38,7 +39,7 @@ class Process:
         arguments: The subcommand and its options.
         log: File for its standard error.
         module: What is run in place of cohaptic.
-        folder: Where it runs; None for the present folder.
+        folder: Where it runs and its modules are; None for the present folder, which has none.
 
     Attributes:
         first: First line of its standard output; empty before it has come.
@@ -55,6 +56,7 @@ class Process:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", module, *arguments, "--lifeline"],
                 cwd=folder,
+                env=os.environ if folder is None else _with_modules_of(folder),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
@@ -234,3 +236,9 @@ def _placement_options(script: HandScript) -> list[str]:
         return ["--angle", repr(math.degrees(script.angle))]
     at, inward = map(repr, script.place.point), map(repr, script.place.inward)
     return ["--at", *at, "--inward", *inward]
+
+
+def _with_modules_of(folder: Path) -> dict[str, str]:
+    """The environment, in which Python finds the modules of a folder without being in it."""
+    places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

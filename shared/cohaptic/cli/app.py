@@ -6,24 +6,29 @@ direction of imports holds and a client-only install needs no server code.
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.metadata import entry_points
 
 import typer
 
 from cohaptic import __version__, compiled
-from cohaptic.errors import CohapticError
+from cohaptic.errors import CohapticError, SettingError
 from cohaptic.runtime.heeded import signals_heeded
 
 
 def main(argv: list[str] | None = None) -> None:
     """Run `cohaptic` with the given arguments (default: those of the process)."""
+    if argv is None:
+        # No file of the folder where a person happens to be is a module of a process that we start.
+        os.environ["PYTHONSAFEPATH"] = "1"
     with signals_heeded():
         _run(sys.argv[1:] if argv is None else argv)
 
 
 def _run(arguments: list[str]) -> None:
     try:
+        _check_secrets()
         if arguments[:1] == ["touch"]:
             # Before its modules are imported. Others need the plain functions: numba compiles them.
             compiled.use("loop")
@@ -35,6 +40,15 @@ def _run(arguments: list[str]) -> None:
     except KeyboardInterrupt:
         # While modules are imported; later on each command ends in its own way.
         sys.exit(130)
+
+
+def _check_secrets() -> None:
+    """Raise SettingError for a secret that is there and empty: nobody wants to go without it so."""
+    for name in _SECRETS:
+        if os.environ.get(name) == "":
+            raise SettingError(
+                f"the environment variable {name}", "empty", f"set, or not: unset {name}"
+            )
 
 
 def build_app(only: str | None = None) -> typer.Typer:
@@ -75,4 +89,5 @@ def build_app(only: str | None = None) -> typer.Typer:
     return app
 
 
+_SECRETS = ("COHAPTIC_KEYS", "COHAPTIC_TOKEN")
 _ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # as a newcomer meets them

@@ -1,9 +1,15 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from functools import partial
+from pathlib import Path
 
 import pytest
+
+from tests.give_up import give_up
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
 
@@ -22,3 +28,37 @@ def test_no_command_imports_what_its_help_does_not_need() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", ["COHAPTIC_KEYS", "COHAPTIC_TOKEN"])
+def test_a_secret_that_is_there_and_empty_is_an_error_of_every_command(name: str) -> None:
+    command = [sys.executable, "-m", "cohaptic", "serve", "--port", "0"]
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, name: ""})
+    assert done.returncode == 2
+    assert f"the environment variable {name} is empty" in done.stderr
+
+
+def test_no_file_of_the_folder_where_one_happens_to_be_is_run(tmp_path: Path) -> None:
+    """Also by no process that a command starts: those of a demonstration, loops, an admin port."""
+    for name in ("types", "struct", "token", "random", "cohaptic", "multiprocessing", "asyncio"):
+        (tmp_path / f"{name}.py").write_text(f"open('{name} was run', 'w')\nraise SystemExit(7)\n")
+    command = str(Path(sys.executable).with_name("cohaptic"))
+    if not Path(command).exists():
+        give_up(f"there is no {command}")
+    environment = {**os.environ, "COHAPTIC_COMPILE": "0"}
+    run = partial(
+        subprocess.Popen[str], cwd=tmp_path, env=environment, text=True,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    with run([command, "serve", "--port", "0", "--admin", "0"]) as server:
+        assert server.stdout is not None
+        said = [server.stdout.readline()]
+        while "listening" not in said[-1] and said[-1]:
+            said.append(server.stdout.readline())
+        server.terminate()
+        assert server.wait(PATIENCE) == 0, said
+    with run([command, "demo", "--duration", "4", "--no-browser"]) as shown:
+        output, _ = shown.communicate(timeout=PATIENCE)
+    assert list(tmp_path.glob("* was run")) == []
+    assert "Traceback" not in output
+    assert shown.returncode in (0, 1), output  # it judges what it has seen in so short a time
