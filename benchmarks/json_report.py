@@ -13,11 +13,13 @@ import math
 import os
 import platform
 import sys
-from argparse import ArgumentParser, Namespace, RawTextHelpFormatter
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawTextHelpFormatter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cohaptic import __version__
+from cohaptic.cli.output import check_output
+from cohaptic.errors import SettingError
 
 Result = Mapping[str, float | int | str | bool | None]
 
@@ -29,8 +31,16 @@ def parser(description: str | None) -> ArgumentParser:
         description: Docstring of the benchmark.
     """
     made = ArgumentParser(description=description, formatter_class=RawTextHelpFormatter)
-    made.add_argument("--json", type=Path, default=None, help="also write the results to this file")
+    made.add_argument("--json", type=_output, help="also write the results to this file")
     return made
+
+
+def _output(text: str) -> Path:
+    try:
+        check_output("--json", path := Path(text))
+    except SettingError as error:
+        raise ArgumentTypeError(str(error)) from error
+    return path
 
 
 def machine() -> dict[str, str | int | None]:

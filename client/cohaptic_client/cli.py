@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cohaptic.cli.output import check_output
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
@@ -143,7 +144,10 @@ def touch(
         bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
     ] = False,
     record: Annotated[
-        Path | None, typer.Option(help="Write every haptic period to this .npz at the end.")
+        Path | None,
+        typer.Option(
+            help="Write the haptic periods of the last five minutes to this .npz at the end."
+        ),
     ] = None,
     json_lines: Annotated[
         bool, typer.Option("--json-lines", help="Print the state as lines of JSON.")
@@ -163,8 +167,7 @@ def touch(
 ) -> None:
     """Touch the object of a server; ends with Ctrl-C, and with zero force."""
 
-    if record is not None and not record.parent.is_dir():
-        raise SettingError("record", record, "a file in a folder that exists")
+    check_output("--record", record)
 
     def link(delay: float | None, jitter: float | None, salt: int) -> LinkSettings:
         one_way = delay_ms if delay is None else delay

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from pathlib import Path
 
+from cohaptic.errors import SettingError
 from cohaptic.status.row import COLUMNS, ROW
 
 MAX_SECONDS = 300.0  # older rows are given up: a recording of any length has bounded memory
@@ -33,8 +35,18 @@ class Recorder:
         """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall` [s].
 
         `t + to_wall` is Unix time, so that recordings made on one machine can be laid side by side.
+
+        Raises:
+            SettingError: It cannot be written, such as on a full disk; nothing stays there.
         """
         import numpy as np  # only here: a client that records nothing starts without it
 
         rows = np.frombuffer(b"".join(self._blocks)[-self._most :]).reshape(-1, len(COLUMNS))
-        np.savez_compressed(path, columns=np.array(COLUMNS), rows=rows, name=name, to_wall=to_wall)
+        columns = np.array(COLUMNS)
+        try:
+            np.savez_compressed(path, columns=columns, rows=rows, name=name, to_wall=to_wall)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                path.unlink()
+            limit = f"a file that can be written ({error.strerror or error})"
+            raise SettingError("--record", path, limit) from error

@@ -75,7 +75,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ),
         (
             ["--record", "/nowhere/x.npz"],
-            "record is /nowhere/x.npz; it must be a file in a folder that exists",
+            "--record is /nowhere/x.npz; it must be a file in a folder that exists: not /nowhere",
         ),
     ],
 )

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.errors import SettingError
 from cohaptic.status.row import COLUMNS, ROW, Row
 from cohaptic_client.recorder import MAX_SECONDS, Recorder
 from tests.examples_of_laws import examples
+from tests.small_disk import small_disk
 
 SLOW = 0.1  # Hz; 30 rows are the longest recording
 LIMIT = int(MAX_SECONDS * SLOW)
@@ -59,3 +61,17 @@ def test_of_a_long_session_the_last_rows_are_kept(
     recorder.save(path, name="left", to_wall=0.0)
     with np.load(path) as file:
         assert file["rows"][:, 0].tolist() == list(range(max(0, count - LIMIT), count))
+
+
+@pytest.mark.live
+def test_on_a_full_disk_a_recording_is_one_sentence_and_leaves_no_part(tmp_path: Path) -> None:
+    recorder = Recorder(1000.0)
+    values = np.random.default_rng(1).random((1000, len(COLUMNS)))
+    recorder.keep(values.tobytes())
+    with small_disk(tmp_path / "disk", "64k") as disk:
+        path = disk / "left.npz"
+        with pytest.raises(
+            SettingError, match=r"--record is .*left.npz; .*No space left on device"
+        ):
+            recorder.save(path, name="left", to_wall=0.0)
+        assert not path.exists()

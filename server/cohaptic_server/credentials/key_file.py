@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 from cohaptic.errors import SettingError
+from cohaptic.written import at_home, text_of
 from cohaptic_server.access.keys import LEAST_BYTES, Key, KeyRing, read_keys, write_keys
 
 _MOST_BYTES = 64 * 1024  # of a file; sixteen keys have 3 kB
@@ -32,7 +33,7 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
         SettingError: It cannot be read, others may read it, or it holds no keys.
     """
     try:
-        with path.open("rb") as file:
+        with at_home(path).open("rb") as file:
             about = os.fstat(file.fileno())
             if sys.platform != "win32" and not insecure and _is_open(about):
                 mode = f"{path} with mode {stat.S_IMODE(about.st_mode):04o}"
@@ -45,7 +46,10 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
         raise SettingError("key file", path, limit) from error
     if len(text) > _MOST_BYTES:
         raise SettingError("size of the key file", path, f"at most {_MOST_BYTES:,} bytes")
-    return read_keys(text)
+    try:
+        return read_keys(text_of(text))
+    except UnicodeDecodeError as error:
+        raise SettingError("key file", path, f"a text ({error.reason})") from error
 
 
 def _is_open(about: os.stat_result) -> bool:

@@ -7,7 +7,6 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,15 +14,16 @@ from pydantic import AfterValidator, Field, ValidationError
 from pydantic_settings import (
     BaseSettings,
     EnvSettingsSource,
+    InitSettingsSource,
     PydanticBaseSettingsSource,
     SettingsConfigDict,
     SettingsError,
-    TomlConfigSettingsSource,
 )
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.room_address import NAMES, is_room_name
+from cohaptic.written import at_home, text_of
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.config_errors import ConfigError, KeyProblem, problems_of
 from cohaptic_server.rooms.tables import AccessTable, AdminTable, Table
@@ -198,8 +198,7 @@ def load_config(path: Path) -> RoomsConfig:
         ConfigError: Something is wrong with it; every key at fault is named.
     """
     try:
-        with path.open("rb") as file:
-            tomllib.load(file)
+        written = tomllib.loads(text_of(path.read_bytes()))
     except OSError as error:
         raise ConfigError(path, [f"cannot be read: {error.strerror}"]) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -209,7 +208,7 @@ def load_config(path: Path) -> RoomsConfig:
         log.info("passed over what tells of a service called cohaptic-server: %s", told)
     _check_environment(path, os.environ)
     try:
-        sourced: Any = _sourced(path)  # its values come from elsewhere than its arguments
+        sourced: Any = _sourced(written)  # its values come from elsewhere than its arguments
         config: RoomsConfig = sourced()
         # What is checked where it is used: names of hosts and origins.
         _ = config.front
@@ -223,7 +222,7 @@ def load_config(path: Path) -> RoomsConfig:
     access = config.access
     files = {"keys": access.keys, "state": access.state}
     access = access.model_copy(
-        update={key: path.parent / file for key, file in files.items() if file is not None}
+        update={key: path.parent / at_home(file) for key, file in files.items() if file is not None}
     )
     missing = [
         f"rooms.{name}.{key} is {file}; it must be a file that exists"
@@ -236,7 +235,7 @@ def load_config(path: Path) -> RoomsConfig:
     return config.model_copy(update={"rooms": placed, "access": access})
 
 
-def _sourced(path: Path) -> type[RoomsConfig]:
+def _sourced(written: dict[str, Any]) -> type[RoomsConfig]:
     """The same settings, read from a file and the environment, which goes first."""
 
     class Sourced(RoomsConfig):
@@ -255,7 +254,7 @@ def _sourced(path: Path) -> type[RoomsConfig]:
                 for name, value in env_settings.env_vars.items()
                 if not _is_of_a_service(name, value or "")
             }
-            return (env_settings, TomlConfigSettingsSource(settings_cls, path))
+            return (env_settings, InitSettingsSource(settings_cls, written))
 
     return Sourced
 
@@ -295,7 +294,10 @@ def is_file(body: str) -> bool:
 
 def _placed(table: RoomTable, folder: Path) -> RoomTable:
     """A room with its files where they are."""
-    at = partial(Path.joinpath, folder)
+
+    def at(written: str | Path) -> Path:
+        return folder / at_home(Path(written))
+
     body = str(at(table.body)) if is_file(table.body) else table.body
     mesh = table.object.fix_mesh
     placed: dict[str, Any] = {"fix_mesh": None if mesh is None else at(mesh)}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from cohaptic.cli.output import check_output
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError, one_line
 
@@ -67,6 +68,7 @@ def stability(
     delay, and the gains that are safe. With --delays too: a room of hands held still, by the
     rightmost root of its loop, beside the lag that the theorem asks for.
     """
+    check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np
 
     from cohaptic.cli.stability_answers import alone, area_corners, several

@@ -34,7 +34,7 @@ from cohaptic.cli.app import main
             ["--body", "a.stl", "--users", "16", "--simulation-hz", "200"],
             "--users is 16; it must be at most 4 at 200 Hz: even the coarsest mesh would take",
         ),
-        (["--json", "no/such/folder/out.json"], "there is no folder"),
+        (["--json", "no/such/folder/out.json"], "in a folder that exists: not no/such/folder"),
     ],
 )
 def test_what_cannot_be_shown_is_one_sentence_and_starts_nothing(

@@ -80,6 +80,27 @@ def test_the_environment_goes_before_the_file(
     assert config.settings_of("liver").limits == Limits().changed(["samples=3:12", "open=9"])
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_file_is_read_as_an_editor_of_another_system_has_saved_it(
+    encoding: str, tmp_path: Path
+) -> None:
+    path = written(tmp_path, TWO)
+    path.write_bytes(TWO.replace("\n", "\r\n").encode(encoding))
+    saved = load_config(path).model_dump()
+    assert saved == load_config(written(tmp_path, TWO)).model_dump()
+
+
+def test_home_is_home_in_every_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    (home / "mine.stl").touch()
+    text = "[access]\nkeys = '~/keys'\n[rooms.main]\nbody = '~/mine.stl'\n"
+    config = load_config(written(tmp_path, text))
+    assert config.access.keys == home / "keys"
+    assert config.rooms["main"].body == str(home / "mine.stl")
+
+
 def test_what_an_orchestrator_tells_of_a_service_of_our_name_is_passed_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

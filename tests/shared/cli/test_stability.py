@@ -141,3 +141,8 @@ def test_for_a_person_it_is_a_table() -> None:
     shown = CliRunner().invoke(APP, ["--law", "proportional", "--k-h", "300"]).stdout
     assert "stable" in shown
     assert "NO" in shown
+
+
+def test_a_file_that_cannot_be_written_is_told_before_the_work() -> None:
+    with pytest.raises(SettingError, match=r"--json is no/such/x.json; it must be a file in a"):
+        stability(json_to="no/such/x.json")

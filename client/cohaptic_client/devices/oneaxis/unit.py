@@ -8,12 +8,11 @@ that is wrong makes of a spring one that pushes on and on, so without a file the
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any
 
 from cohaptic.errors import SettingError
+from cohaptic_client.devices.unit_file import read_unit_file
 
 _LONGEST = 10_000  # bytes of a unit's file; a full one has 400
 
@@ -102,15 +101,7 @@ def read_unit(path: str) -> Unit:
     """
     if not path:
         return Unit()
-    try:
-        data = Path(path).read_bytes()
-        if len(data) > _LONGEST:
-            raise SettingError("unit", path, f"at most {_LONGEST} bytes")
-        raw = tomllib.loads(data.decode())
-    except OSError as error:
-        raise SettingError("unit", path, f"a file that can be read ({error.strerror})") from error
-    except ValueError as error:
-        raise SettingError("unit", path, f"a TOML file ({error})") from error
+    raw = read_unit_file(path, _LONGEST)
     values = {key: _value(key, raw[key], path) for key in raw}
     missing = [key for key in _NEEDED if key not in raw]
     if missing:

@@ -6,9 +6,11 @@ import ctypes
 import os
 import platform
 import sys
+from pathlib import Path
 from typing import Any
 
 from cohaptic.errors import DeviceError
+from cohaptic.written import at_home
 
 
 def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL:
@@ -23,7 +25,7 @@ def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL
     Raises:
         DeviceError: It is missing, or there and cannot be loaded, in the loader's own words.
     """
-    file = path or files.get(sys.platform, files[""])
+    file = str(at_home(Path(path))) if path else files.get(sys.platform, files[""])
     try:
         return ctypes.CDLL(file)
     except OSError as error:

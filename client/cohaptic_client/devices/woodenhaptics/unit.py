@@ -7,14 +7,13 @@ the unit at hand overrides them.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, cast
 
 from cohaptic.errors import SettingError
 from cohaptic.vec import Vec3
+from cohaptic_client.devices.unit_file import read_unit_file
 
 _LONGEST = 10_000  # bytes of a unit's file; a full one has 500
 
@@ -107,15 +106,7 @@ def read_unit(kind: str, path: str) -> Unit:
     unit = UNITS[kind]
     if not path:
         return unit
-    try:
-        data = Path(path).read_bytes()
-        if len(data) > _LONGEST:
-            raise SettingError("unit", path, f"at most {_LONGEST} bytes")
-        raw = tomllib.loads(data.decode())
-    except OSError as error:
-        raise SettingError("unit", path, f"a file that can be read ({error.strerror})") from error
-    except ValueError as error:
-        raise SettingError("unit", path, f"a TOML file ({error})") from error
+    raw = read_unit_file(path, _LONGEST)
     return replace(unit, confirmed=True, **{key: _value(key, raw[key], path) for key in raw})
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from cohaptic.cli.output import check_output
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.compiling_beside import compiling_beside
 from cohaptic_server.cli.object_options import ObjectOptions
@@ -62,8 +63,7 @@ def demonstrate(
     console = Console()
     if scene.duration is None and not console.is_terminal:
         scene = replace(scene, duration=_WITHOUT_TERMINAL)
-    if json is not None and not json.resolve().parent.is_dir():
-        raise DemoFailed(f"--json {json}: there is no folder {json.resolve().parent}")
+    check_output("--json", json)
     check_body(scene, body)
     if not (options.auto or options.fix or options.fix_mesh) and body not in BODIES:
         options = replace(options, fix=FIX)

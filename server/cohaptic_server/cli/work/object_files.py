@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from cohaptic.cli.output import check_output
 from cohaptic.clock import SystemClock
-from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved, wanted
@@ -69,8 +69,7 @@ def show_object(
     Raises:
         CohapticError: An option is out of its range, or the file is no object.
     """
-    if out is not None and (out.suffix.lower() != ".png" or not out.resolve().parent.is_dir()):
-        raise SettingError("--out", out, "a .png in a folder that exists")
+    check_output("--out", out, ".png")
     if is_scan(file) and not options.label and not options.auto:
         check_file(file)
         labels = read_scan(file)

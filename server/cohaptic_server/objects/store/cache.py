@@ -19,6 +19,7 @@ from platformdirs import user_cache_path
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import BodyError, CohapticError, SettingError
+from cohaptic.written import at_home
 from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
 
 SUFFIX = ".arrays"
@@ -46,7 +47,7 @@ def cache_folder() -> Path:
     """The folder COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches."""
     chosen = os.environ.get("COHAPTIC_CACHE")
     if chosen:
-        return Path(chosen)
+        return at_home(Path(chosen))
     # Without `opinion` Windows gets %LOCALAPPDATA%\cohaptic, where earlier versions stored entries.
     return user_cache_path("cohaptic", appauthor=False, opinion=False)
 

@@ -1,0 +1,31 @@
+"""The file that describes one device at hand: TOML, small, written by a person."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from cohaptic.errors import SettingError
+from cohaptic.written import at_home, text_of
+
+
+def read_unit_file(path: str, longest: int) -> dict[str, Any]:
+    """What a unit's file says, by key.
+
+    Args:
+        path: Of the file; `~` is the home folder.
+        longest: It may be [bytes].
+
+    Raises:
+        SettingError: It cannot be read, is too long, or no TOML.
+    """
+    try:
+        data = at_home(Path(path)).read_bytes()
+        if len(data) > longest:
+            raise SettingError("unit", path, f"at most {longest} bytes")
+        return tomllib.loads(text_of(data))
+    except OSError as error:
+        raise SettingError("unit", path, f"a file that can be read ({error.strerror})") from error
+    except ValueError as error:
+        raise SettingError("unit", path, f"a TOML file ({error})") from error
