@@ -24,6 +24,7 @@ from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.news import (
     FaultNews,
     fault_in_words,
+    law_in_words,
     scheduling_in_words,
     silence_in_words,
 )
@@ -79,6 +80,8 @@ class Client:
             Refused: The server refused this client.
             DeviceError: The device cannot be had, or went away.
         """
+        if word := law_in_words(self.settings.law, self.settings.device.name):
+            self._tell(word)
         work = [asyncio.ensure_future(self._keep_beating()), asyncio.ensure_future(self._connect())]
         try:
             done, _ = await asyncio.wait(

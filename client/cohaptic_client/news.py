@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
+from cohaptic.control.law import Law
 from cohaptic_client.loop.safety import NOT_HELD
 
 # s between two faults that are told: a hand that is too fast in every other period would fill the
@@ -30,6 +31,21 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
     else:
         how = "lift off the object to go on"
     return f"force off: {fault}; {how}"
+
+
+def law_in_words(law: Law, device: str) -> str:
+    """What to tell of a law that is asked for; empty for one that holds what `docs/safety.md` says.
+
+    Args:
+        law: That is asked for.
+        device: Its name; nobody holds a simulated one.
+    """
+    if law is not Law.PI or device == "simulated":
+        return ""
+    return (
+        "the law pi goes on while the hand rests, so that a hostile server may move it at the "
+        "device's full rate, not by 0.02 N in a millisecond; use it with servers that you trust"
+    )
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:
