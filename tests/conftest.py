@@ -29,7 +29,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 os.environ.setdefault("NUMBA_OPT", "2")
 
 # A test with one of these marks may touch the machine: see CONTRIBUTING.md.
-LIVE = ("live", "alone")
+LIVE = ("live", "alone", "night")
 # What only a live test does, by the names of Python's audit events.
 TOUCHES = frozenset({
     "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "socket.bind", "socket.connect",

@@ -102,7 +102,11 @@ def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None
     stranger = SimpleNamespace(device="/dev/ttyACM9", vid=0x1209, pid=0xABCD, description="Arm")
     known = SimpleNamespace(device=boards[0].path, vid=0x1209, pid=0xABCD, description="Arm")
     soldered = SimpleNamespace(device="/dev/ttyS0", vid=None, pid=None, description="n/a")
-    monkeypatch.setattr(serial_ports, "list_ports", lambda _: [stranger, known, soldered])
+
+    def list_ports(_name: str) -> list[SimpleNamespace]:
+        return [stranger, known, soldered]
+
+    monkeypatch.setattr(serial_ports, "list_ports", list_ports)
     text = said("doctor", status=1)
     unknown = [line for line in text.splitlines() if line.startswith("seen, and known to no")]
     assert unknown == ["seen, and known to no driver here: 1209:abcd Arm at /dev/ttyACM9"]

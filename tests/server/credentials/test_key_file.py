@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import sys
 from pathlib import Path
 
@@ -61,10 +62,14 @@ def test_what_root_has_given_to_a_group_is_read_and_no_more(
     path = tmp_path / "keys"
     save_keys(path, RING, replace=False)
     monkeypatch.setattr(os, "getuid", lambda: 4711)
-    monkeypatch.setattr(os, "fstat", lambda _: os.stat_result((0o100640, *[0] * 9)))
+    mode = 0o640
+
+    def roots(_file: int) -> os.stat_result:
+        return os.stat_result((stat.S_IFREG | mode, *[0] * 9))
+
+    monkeypatch.setattr(os, "fstat", roots)
     assert load_keys(path)
-    for mode in (0o100660, 0o100644, 0o100641):
-        monkeypatch.setattr(os, "fstat", lambda _, mode=mode: os.stat_result((mode, *[0] * 9)))
+    for mode in (0o660, 0o644, 0o641):  # noqa: B007  # `roots` reads it
         with pytest.raises(SettingError, match="--insecure-key-file"):
             load_keys(path)
         assert load_keys(path, insecure=True)
