@@ -123,8 +123,9 @@ class Client:
         fault, haptics = self._haptics.beat(), self._haptics
         if self._faults.is_new(fault, now):
             self._tell(fault_in_words(fault, held=haptics.holds_fault, heard=self.hears()))
-        if self._silences.is_new(silence_in_words(haptics.status), now):
-            self._tell(silence_in_words(haptics.status))
+        silence = silence_in_words(haptics.status)
+        if self._silences.is_new(silence, now):
+            self._tell(silence)
         if not self._scheduling_told and (told := haptics.status.get("scheduling", "")):
             self._scheduling_told = True
             if refused := scheduling_in_words(str(told)):

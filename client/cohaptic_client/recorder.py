@@ -43,6 +43,8 @@ class Recorder:
 
         rows = np.frombuffer(b"".join(self._blocks)[-self._most :]).reshape(-1, len(COLUMNS))
         columns = np.array(COLUMNS)
+        if path.suffix != ".npz":  # as numpy does by itself: what is removed below is this file
+            path = path.with_name(f"{path.name}.npz")
         try:
             np.savez_compressed(path, columns=columns, rows=rows, name=name, to_wall=to_wall)
         except OSError as error:

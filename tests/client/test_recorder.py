@@ -69,9 +69,11 @@ def test_on_a_full_disk_a_recording_is_one_sentence_and_leaves_no_part(tmp_path:
     values = np.random.default_rng(1).random((1000, len(COLUMNS)))
     recorder.keep(values.tobytes())
     with small_disk(tmp_path / "disk", "64k") as disk:
-        path = disk / "left.npz"
+        path, others = disk / "left.npz", disk / "left"
+        others.touch()
         with pytest.raises(
             SettingError, match=r"--record is .*left.npz; .*No space left on device"
         ):
-            recorder.save(path, name="left", to_wall=0.0)
+            recorder.save(disk / "left", name="left", to_wall=0.0)
         assert not path.exists()
+        assert others.exists()

@@ -10,11 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cohaptic.errors import SettingError
+from cohaptic.written import at_home
 from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.protection import Protection
+
+
+InsecureKeyFile = Annotated[
+    bool,
+    typer.Option(
+        "--insecure-key-file",
+        help="Others may read the file of keys: for file systems without modes.",
+    ),
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +38,7 @@ class AccessOptions:
             help="Only who has a token of these keys comes in; `cohaptic key FILE` makes them.",
         ),
     ] = None
-    insecure_key_file: Annotated[
-        bool,
-        typer.Option(
-            "--insecure-key-file",
-            help="Others may read the file of keys: for file systems without modes.",
-        ),
-    ] = False
+    insecure_key_file: InsecureKeyFile = False
     open: Annotated[
         bool, typer.Option("--open", help="Anybody comes in, also from other machines.")
     ] = False
@@ -100,7 +104,7 @@ class AccessOptions:
             def load() -> None:
                 admission.ring = load_keys(keys, insecure=self.insecure_key_file)
 
-            watched.append(Watched("the key file", (keys,), load))
+            watched.append(Watched("the key file", (at_home(keys),), load))
         certificate = None
         if self.tls_cert is not None and self.tls_key is not None:
             certificate = Certificate(self.tls_cert, self.tls_key)

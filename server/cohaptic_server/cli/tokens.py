@@ -14,6 +14,7 @@ import typer
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN, room_in, room_url
+from cohaptic_server.cli.access_options import InsecureKeyFile
 from cohaptic_server.cli.option_groups import takes
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
@@ -27,13 +28,7 @@ class GrantOptions:
     keys: Annotated[
         Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
     ]
-    insecure_key_file: Annotated[
-        bool,
-        typer.Option(
-            "--insecure-key-file",
-            help="Others may read the file of keys: for file systems without modes.",
-        ),
-    ] = False
+    insecure_key_file: InsecureKeyFile = False
     room: Annotated[
         str,
         typer.Option(
@@ -112,6 +107,7 @@ def key(
         int | None,
         typer.Option(help="With --rotate: how many old ones; 0 takes all of them out."),
     ] = None,
+    insecure_key_file: InsecureKeyFile = False,
 ) -> None:
     """Make a file with the key that invitations are signed with.
 
@@ -125,7 +121,8 @@ def key(
     fresh = new_key()
     ring = KeyRing((fresh,))
     if rotate:
-        ring = load_keys(file).rotated(fresh, MOST_KEYS - 1 if keep is None else keep)
+        before = load_keys(file, insecure=insecure_key_file)
+        ring = before.rotated(fresh, MOST_KEYS - 1 if keep is None else keep)
     save_keys(file, ring, replace=rotate)
     typer.echo(f"key {fresh.kid} signs from now on; {len(ring.keys) - 1} more are accepted")
 

@@ -58,7 +58,8 @@ def _is_open(about: os.stat_result) -> bool:
     Secrets are mounted with mode 0440 in a group of the service, and kept as root's with 0640.
     """
     mode = stat.S_IMODE(about.st_mode)
-    given = about.st_uid == 0 != os.getuid() or not mode & stat.S_IWUSR
+    owner, user = about.st_uid, os.getuid()
+    given = owner == 0 != user or (owner == user and not mode & stat.S_IWUSR)
     return bool(mode & (0o037 if given else 0o077))
 
 
