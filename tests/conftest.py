@@ -18,6 +18,7 @@ from xdist.scheduler import LoadScopeScheduling, Scheduling
 
 from cohaptic.compiled import describe, is_complete
 from tests.give_up import give_up
+from tests.time_out import pytest_timeout_set_timer as pytest_timeout_set_timer
 
 # A busy machine is no failure: no test has a deadline but the suite's own timeout. By day laws are
 # tried on the same examples, so that a change is judged and not a draw; new ones are drawn at
