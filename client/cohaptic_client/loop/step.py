@@ -20,7 +20,7 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.energy import balance
 from cohaptic_client.loop.law_fade import stiffest
-from cohaptic_client.loop.passivity import NOTHING_OWED
+from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW
 from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
@@ -176,9 +176,11 @@ def own_force(
     """By how much the hand's own way and speed in a period may change its force [N].
 
     As much as this contact's spring makes of it in its stiffest direction, pressed in or along the
-    surface; friction follows a normal force by mu, at a right angle to it, and a damping that is
-    cut to the law's force follows that. And what a speed makes of a damping that comes or goes. The
-    integral of `Law.PI` goes on while the hand rests: nothing bounds that.
+    surface; friction follows a normal force by mu, at a right angle to it. For a hand that is
+    faster than `SLOW`, a damping that is cut to the law's force follows that, too, and a damping
+    that comes or goes may do so; a slower hand has little energy to be taken, and what a server
+    could make of it would be all that such a hand feels. The integral of `Law.PI` goes on while the
+    hand rests: nothing bounds that.
     """
     fade = contact.fade
     if fade is not None and (
@@ -194,7 +196,7 @@ def own_force(
         stiffness = max(stiffness, stiffest(fade), along)
     own = math.hypot(1.0, settings.friction) * stiffness * way
     law_force = contact.local.normal_force
-    if contact.damping > 0.0 and law_force > 0.0:
+    if contact.damping > 0.0 and law_force > 0.0 and norm(sample.velocity) > SLOW:
         if abs(contact.damped_force - law_force) >= _CUT * law_force:
             own *= 2.0
         own += norm(sample.velocity) * abs(contact.damping - state.passivity.damping)

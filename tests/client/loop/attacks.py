@@ -16,7 +16,7 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.law import Law
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import ZERO, Vec3, add, norm, sub
+from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import LONGEST_PATIENCE, receive
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE, SafetyLimits, rate_of
@@ -93,6 +93,7 @@ class Hand:
         state: Of the loop.
         way: Of the hand in each period of an attack, by its number [m].
         ways: Length of the hand's way up to each of the forces [m].
+        velocities: That the device said it had at each of them [m/s].
     """
 
     settings: LoopSettings
@@ -104,6 +105,7 @@ class Hand:
     at: Vec3 = ABOVE
     way: Way = stands
     ways: list[float] = field(default_factory=lambda: [0.0])
+    velocities: list[Vec3] = field(default_factory=lambda: [ZERO])
 
     def take(self, patch: Patch, behind: int = 1) -> None:
         """A patch comes, so many ticks behind the newest."""
@@ -121,6 +123,7 @@ class Hand:
         counted = min(max(0.0, dt), 2.0 * limits.period)
         self.forces.append(output.force)
         self.ways.append(norm(sub(self.state.probe, before)))
+        self.velocities.append(sample.velocity)
         self.allowed.append(max(limits.max_rate, release) * counted)
 
     def press(self) -> None:
@@ -156,8 +159,10 @@ class Hand:
                 self.take(event.patch, event.tick)
             place = add(self.at, event.position)
             for n in range(event.periods):
-                place = add(place, self.way(len(self.forces)))
-                self.period(DeviceSample(place, event.velocity), event.dts[n % len(event.dts)])
+                way, dt = self.way(len(self.forces)), event.dts[n % len(event.dts)]
+                place = add(place, way)
+                velocity = event.velocity if way == ZERO else scale(way, 1.0 / PERIOD)
+                self.period(DeviceSample(place, velocity), dt)
             if norm(place) <= MAX_POSITION:
                 self.at = place
 

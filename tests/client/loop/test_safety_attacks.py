@@ -8,7 +8,8 @@ from dataclasses import replace
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from cohaptic.vec import ZERO, is_finite, norm
+from cohaptic.vec import ZERO, is_finite, norm, sub
+from cohaptic_client.loop.passivity import RAMP, SLOW
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode
 from tests.client.loop.attacks import (
     PERIOD,
@@ -89,13 +90,18 @@ def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
     # A way in no time is held back by `max_rate`, and so comes later.
     hand.suffer([replace(e, dts=tuple(max(PERIOD, dt) for dt in e.dts)) for e in events])
     check(hand)
-    limits = hand.settings.limits
+    limits, most_damping = hand.settings.limits, hand.settings.max_damping
     spring = hand.settings.max_stiffness * math.hypot(1.0, hand.settings.friction)
     release = 75.0 * limits.max_force
     for n, change in enumerate(hand.steps(start), start):
         counted = hand.allowed[n] / max(limits.max_rate, release)
+        own = spring * hand.ways[n]
+        own += most_damping * norm(sub(hand.velocities[n], hand.velocities[n - 1]))
+        speed = norm(hand.velocities[n])
+        if speed > SLOW:  # the damping comes and goes, and doubles a force that it is cut to
+            own += spring * hand.ways[n] + speed * most_damping * counted / RAMP
         others = 1.02 * EXTERNAL_RATE * counted
-        assert change <= spring * hand.ways[n] + others + ROUNDING, n
+        assert change <= own + others + ROUNDING, n
 
 
 @given(hands(), st.lists(anything, max_size=6))
