@@ -33,8 +33,12 @@ def test_hypothesis_looks_for_no_smaller_example_of_a_time_out(tmp_path: Path) -
     )
     ended = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--timeout", "1", law],
-        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ended.returncode == 1, ended.stdout + ended.stderr
     assert "TimedOut: test_law.py::test_law took longer than 1 s" in ended.stdout
     assert tries.read_text(encoding="utf-8") == "x"
