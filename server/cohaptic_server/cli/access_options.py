@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +12,7 @@ from cohaptic.errors import SettingError
 from cohaptic.written import at_home
 from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
+from cohaptic_server.guard.proxies import NETWORK, network_of
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.protection import Protection
@@ -55,7 +55,10 @@ class AccessOptions:
     ] = False
     trust_proxy: Annotated[
         list[str] | None,
-        typer.Option(help="Address of a proxy whose X-Forwarded-For is believed: 127.0.0.1."),
+        typer.Option(
+            help="Address or network of proxies whose X-Forwarded-For or Forwarded is believed:"
+            " 127.0.0.1, 172.18.0.0/16."
+        ),
     ] = None
     state: Annotated[
         Path | None,
@@ -134,9 +137,9 @@ def in_words_of(protection: Protection, host: str) -> list[str]:
 
 def _proxy(said: str) -> str:
     try:
-        return str(ipaddress.ip_address(said.strip("[]")))
+        return network_of(said)
     except ValueError as error:
-        raise SettingError("--trust-proxy", repr(said[:60]), "an address: 127.0.0.1") from error
+        raise SettingError("--trust-proxy", repr(said[:60]), NETWORK) from error
 
 
 takes_access = takes(AccessOptions)

@@ -7,9 +7,9 @@ heard of for longest are forgotten first.
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from http import HTTPStatus
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic_server.guard.budget import FULL, spend, wait
@@ -20,6 +20,16 @@ _MOST_SOURCES = 4096  # half a megabyte; an attacker with more addresses spends 
 UNKNOWN = "unknown"
 
 
+def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """An address, as IPv4 where it is one in the clothes of IPv6; None if it is none."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return None
+    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return mapped or address
+
+
 @lru_cache(maxsize=_MOST_SOURCES)
 def source_of(host: str) -> str:
     """Whom a connection is counted with: the address, of IPv6 the network of one subscriber (/64).
@@ -27,33 +37,12 @@ def source_of(host: str) -> str:
     Args:
         host: Address of the other end, as a socket names it.
     """
-    try:
-        address = ipaddress.ip_address(host.partition("%")[0])
-    except ValueError:
+    address = address_of(host)
+    if address is None:
         return UNKNOWN
-    if isinstance(address, ipaddress.IPv4Address):
-        return str(address)
-    if address.ipv4_mapped is not None:
-        return str(address.ipv4_mapped)
-    if address.is_loopback:
+    if address.version == 4 or address.is_loopback:
         return str(address)
     return str(ipaddress.ip_network((address, 64), strict=False))
-
-
-def forwarded_source(said: Sequence[str], proxies: Collection[str]) -> str:
-    """Whom a connection of a proxy is counted with: the last address that is not a proxy's own.
-
-    What is before that anybody can have written.
-
-    Args:
-        said: Values of X-Forwarded-For, in their order.
-        proxies: Whose word is believed, as `source_of` names them.
-    """
-    for address in reversed(",".join(said[-8:])[-1024:].split(",")):
-        source = source_of(address.strip())
-        if source not in proxies:
-            return source
-    return UNKNOWN
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +52,12 @@ class Refusal:
     Args:
         why: A sentence.
         retry: After how long it may be tried again [s].
+        status: Of HTTP.
     """
 
     why: str
     retry: float
+    status: HTTPStatus = HTTPStatus.TOO_MANY_REQUESTS
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.rooms.request_line import MOST, target_of
 from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.doors.turn_away import turn_away
-from cohaptic_server.shell.gate import Gate, Taken, source_of_peer
+from cohaptic_server.shell.gate import Gate, Taken
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
 # s until a request whose first line is not complete is looked at again; twice as long each time,
@@ -73,7 +73,7 @@ class Front:
                 connection.setblocking(False)
                 if isinstance(connection, Taken):
                     connection.keep_counted()
-                self._look(connection, source_of_peer(peer))
+                self._look(connection, self._gate.source_of_peer(peer))
 
     def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
         """Look for the request, and later again where its line is not complete."""

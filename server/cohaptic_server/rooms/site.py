@@ -75,7 +75,7 @@ class Site:
 
     async def _process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         assert isinstance(connection, Wire)
-        refusal = connection.come_from(request.headers.get_all("X-Forwarded-For"))
+        refusal = connection.come_from(request.headers)
         if refusal is not None:
             return response(too_many(plain(request), refusal))
         refused = self._check(connection, request)

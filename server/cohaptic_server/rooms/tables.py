@@ -8,6 +8,15 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from cohaptic_server.guard.proxies import NETWORK, network_of
+
+
+def _network(said: str) -> str:
+    try:
+        return network_of(said)
+    except ValueError:
+        raise ValueError(NETWORK) from None
+
 
 def _address(said: str) -> str:
     try:
@@ -37,7 +46,7 @@ class AccessTable(Table):
     insecure: bool = False
     state: Path | None = None
     # The front counts with them as well as the rooms.
-    trust_proxy: tuple[Annotated[str, AfterValidator(_address)], ...] = ()
+    trust_proxy: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
 
 
 class AdminTable(Table):

@@ -13,7 +13,8 @@ from cohaptic.clock import Clock
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.log_lines import LogLines
 from cohaptic_server.guard.meter import Meter
-from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources, forwarded_source, source_of
+from cohaptic_server.guard.proxies import Proxies
+from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources
 from cohaptic_server.room.peer import LogLine
 from cohaptic_server.shell.traffic import Traffic
 
@@ -32,13 +33,13 @@ class Gate:
         limits: All budgets.
         clock: Of the server.
         simulation_hz: Its ticks per second.
-        proxies: Addresses whose word on where a connection comes from is believed.
+        proxies: Addresses and networks whose word on where a connection comes from is believed.
 
     Attributes:
         limits: The same, with no more connections than the system has files for.
         clock: The same.
         sources: Of all addresses.
-        proxies: As given, as connections are counted.
+        proxies: The same.
         taken: Connections that are open, by the number of their file.
         traffic: What came, went and was turned away.
     """
@@ -53,12 +54,19 @@ class Gate:
         self.limits = limits = replace(limits, open_in_all=min(limits.open_in_all, _files()))
         self.clock = clock
         self.sources = Sources(limits)
-        self.proxies = frozenset(source_of(address) for address in proxies)
+        self.proxies = Proxies.named(proxies)
         self.taken: dict[int, Taken] = {}
         self.traffic = Traffic()
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
         self._simulation_hz = simulation_hz
+
+    def source_of_peer(self, peername: Any) -> str:
+        """Whom a connection is counted with, from what its transport calls the other end."""
+        # Of a socket of the internet a tuple that begins with the address, and text of any other.
+        if not peername or isinstance(peername, str):
+            return UNKNOWN
+        return self.proxies.source_of(str(peername[0]))
 
     def meter(self) -> Meter:
         """Of a new connection."""
@@ -100,18 +108,24 @@ class Gate:
             self.keep(connection, source)
         return refusal
 
-    def settle(self, file: int, said: Sequence[str], now: float) -> str | Refusal:
+    def settle(
+        self, file: int, proxy: str, said: Sequence[Sequence[str]], now: float
+    ) -> str | Refusal:
         """Count a connection of a proxy with whom the proxy says it comes from.
 
         Args:
             file: Number of the connection's file.
-            said: Values of X-Forwarded-For, in their order.
+            proxy: Its source.
+            said: Values of X-Forwarded-For and those of Forwarded, in their order.
             now: Time [s].
 
         Returns:
             Whom it is counted with, or why it is not taken.
         """
-        source = forwarded_source(said, self.proxies)
+        source = self.proxies.visitor(proxy, *said)
+        if isinstance(source, Refusal):
+            self.tell(proxy, "refused", f"a connection of {proxy} was refused: {source.why}")
+            return source
         connection = self.taken.get(file)
         if connection is None or connection.source == source:
             return source
@@ -202,9 +216,3 @@ def _files() -> int:
 
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return max(8, (_MOST_FILES if soft == resource.RLIM_INFINITY else soft) - _OWN_FILES)
-
-
-def source_of_peer(peername: Any) -> str:
-    """Whom a connection is counted with, from what its transport calls the other end."""
-    # Of a socket of the internet a tuple that begins with the address, and text of any other.
-    return source_of(str(peername[0])) if peername and not isinstance(peername, str) else UNKNOWN

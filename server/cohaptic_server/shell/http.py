@@ -133,7 +133,7 @@ class Web:
         """Answer a request; None lets it become a websocket."""
         plain_request, headers = plain(request), request.headers
         assert isinstance(connection, Wire)
-        refusal = connection.come_from(headers.get_all("X-Forwarded-For"))
+        refusal = connection.come_from(headers)
         if refusal is not None:
             return response(too_many(plain_request, refusal))
         if "Upgrade" in headers and UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
@@ -233,9 +233,10 @@ def _own_address(connection: ServerConnection) -> str | None:
 
 
 def too_many(request: Request, refusal: Refusal) -> Answer:
-    """The answer to one whom there is no budget for."""
+    """The answer to one who is not taken: mostly there is no budget for it."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
-    return text(request, 429, "Too Many Requests", f"{refusal.why}\n", retry)
+    status = refusal.status
+    return text(request, status.value, status.phrase, f"{refusal.why}\n", retry)
 
 
 def _solver(source: GreenSource) -> Callable[[int], bytes]:

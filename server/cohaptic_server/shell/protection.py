@@ -19,7 +19,7 @@ class Protection:
     Args:
         admission: Whom it takes in.
         certificate: That it speaks TLS with; None for none.
-        proxies: Addresses whose word on where a connection comes from is believed.
+        proxies: Addresses and networks whose word on where a connection comes from is believed.
         watched: Files to be read again when they change.
         state: Folder for what outlives a process: bans, and tokens that were used; None for none.
     """

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
 from websockets.protocol import State
 
 from cohaptic.clock import SystemClock
@@ -24,7 +25,7 @@ from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_binary
-from cohaptic_server.shell.gate import Gate, source_of_peer
+from cohaptic_server.shell.gate import Gate
 
 MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
 MAX_UNREAD_BYTES = 256 * 1024  # that a peer who sends does not read; more than any one message
@@ -73,17 +74,18 @@ class Wire(ServerConnection):
         self._unread += size
         self._traffic.sent += size
 
-    def come_from(self, said: Sequence[str]) -> Refusal | None:
+    def come_from(self, headers: Headers) -> Refusal | None:
         """Count it with whom a proxy says; why it is not taken, if it is not.
 
         Args:
-            said: Values of X-Forwarded-For. They count only where a proxy that is believed sent
-                them: anybody else may write what it likes.
+            headers: Of its request. They count only where a proxy that is believed sent them:
+                anybody else may write what it likes.
         """
         if self.source not in self._gate.proxies:
             return None
         file = self.transport.get_extra_info("socket").fileno()
-        settled = self._gate.settle(file, said, self._now())
+        said = [headers.get_all(name) for name in ("X-Forwarded-For", "Forwarded")]
+        settled = self._gate.settle(file, self.source, said, self._now())
         if isinstance(settled, str):
             self.source = settled
             return None
@@ -114,7 +116,7 @@ class Wire(ServerConnection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by the event loop at the beginning."""
-        self.source = source_of_peer(transport.get_extra_info("peername"))
+        self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
         taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
         if taken is not None:
             taken.turns = None  # hands were shaken

@@ -166,12 +166,12 @@ def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path)
 
 def test_behind_a_proxy_the_list_of_rooms_counts_each_with_its_own_address() -> None:
     async def go() -> None:
-        # As a person writes it: the front and the rooms have to mean the same address.
-        access = AccessTable(trust_proxy=("[127.0.0.1]",), open=True)
+        # The front and the rooms have to mean the same address.
+        access = AccessTable(trust_proxy=("127.0.0.0/8",), open=True)
         few = {"connections": "0.01:2"}
         async with served(access, "main", limits=few) as supervisor:
             url = await supervisor.start()
-            sources = ("192.0.2.1", "192.0.2.1", "192.0.2.1", "192.0.2.2")
+            sources = ("192.0.2.1:80", "192.0.2.1:81", '"192.0.2.1:82"', "192.0.2.2:80")
             found = [await asyncio.to_thread(status, url, source) for source in sources]
             assert found == [200, 200, 429, 200]
             while supervisor.gate.sources.open:

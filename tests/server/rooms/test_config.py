@@ -224,10 +224,13 @@ def test_the_page_names_every_key_with_its_default() -> None:
         assert re.search(rf"[` ]{name}[` ]", page), name
 
 
-def test_the_address_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:
+def test_the_address_or_network_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:
     text = "[access]\ntrust_proxy = {}\n[rooms.main]\nbody = 'balloon'\n"
     path = written(tmp_path, text.format("['[::1]', '127.0.0.1', '0:0::1']"))
     assert load_config(path).access.trust_proxy == ("::1", "127.0.0.1", "::1")
-    path = written(tmp_path, text.format("['127.0.0.1', 'lab.example']"))
-    with pytest.raises(ConfigError, match=r"access\.trust_proxy\.1 is 'lab\.example'; .* address"):
-        load_config(path)
+    path = written(tmp_path, text.format("['172.18.0.0/16', '[fd00:0::]/48', '10.0.0.1/32']"))
+    assert load_config(path).access.trust_proxy == ("172.18.0.0/16", "fd00::/48", "10.0.0.1")
+    for wrong in ("lab.example", "172.18.0.1/16", "10.0.0.0/33", "/8", "10.0.0.0/"):
+        path = written(tmp_path, text.format(f"['127.0.0.1', '{wrong}']"))
+        with pytest.raises(ConfigError, match=r"access\.trust_proxy\.1 is '.*'; .* a network"):
+            load_config(path)

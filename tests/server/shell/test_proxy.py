@@ -44,9 +44,16 @@ def free_port() -> int:
         return int(one.getsockname()[1])
 
 
+AS_IN_THE_FILE = (
+    'proxy_set_header X-Forwarded-For $remote_addr;\n        proxy_set_header Forwarded "";'
+)
+
+
 @contextlib.asynccontextmanager
-async def proxied(served: Serving, folder: Path) -> AsyncGenerator[int]:
-    """The file as it stands, with ports and paths of the test."""
+async def proxied(
+    served: Serving, folder: Path, tells: str = AS_IN_THE_FILE
+) -> AsyncGenerator[int]:
+    """The file as it stands, with ports and paths of the test, and lines that say who comes."""
     assert NGINX is not None
     cert, key = write_pair(folder, "lab.example", "127.0.0.1")
     port = free_port()
@@ -56,6 +63,7 @@ async def proxied(served: Serving, folder: Path) -> AsyncGenerator[int]:
         ("listen 443 ssl", f"listen 127.0.0.1:{port} ssl"),
         ("/etc/ssl/lab.example.pem", str(cert)),
         ("/etc/ssl/lab.example.key", str(key)),
+        (AS_IN_THE_FILE, tells),
     ]:
         assert theirs in text
         text = text.replace(theirs, ours)
@@ -132,24 +140,36 @@ def test_who_comes_through_the_proxy_touches_and_no_log_has_the_token(
     assert secret.split(".")[1][:20] not in logs
 
 
+APPENDS, DROPS = "proxy_set_header X-Forwarded-For", 'proxy_set_header Forwarded "";'
+WAYS = {
+    "as in the file": AS_IN_THE_FILE,
+    "with ports": f'{DROPS} {APPENDS} "$proxy_add_x_forwarded_for:$remote_port";',
+    "in quotes": f'{DROPS} {APPENDS} "$http_x_forwarded_for, \\"$remote_addr:$remote_port\\"";',
+    "by Forwarded": f'{APPENDS} ""; proxy_set_header Forwarded "$http_forwarded, '
+    'for=\\"$remote_addr:$remote_port\\";proto=https";',
+}
+
+
+@pytest.mark.parametrize("tells", WAYS.values(), ids=WAYS)
 def test_budgets_are_those_of_who_comes_and_not_of_the_proxy(
-    small_balloon: Balloon, tmp_path: Path
+    small_balloon: Balloon, tmp_path: Path, tells: str
 ) -> None:
     """nginx comes from one address, and who connects to it from 127.0.0.2 and 127.0.0.3."""
     few = Limits(joins=Budget(0.001, 2.0))
+    behind = Protection(Admission(RING, admits_anybody=False), proxies=("127.0.0.0/31",))
 
     async def run() -> None:
         trust = ssl.create_default_context(cafile=str(write_authority(tmp_path)))
         async with (
             serving(
-                small_balloon, protection=BEHIND, allow_hosts=("lab.example",), limits=few
+                small_balloon, protection=behind, allow_hosts=("lab.example",), limits=few
             ) as served,
-            proxied(served, tmp_path) as port,
+            proxied(served, tmp_path, tells) as port,
         ):
 
             async def code(source: str, said: str = "") -> int:
                 """How a first message without a token ends, from this address."""
-                more = {"X-Forwarded-For": said} if said else None
+                more = {"X-Forwarded-For": said, "Forwarded": f'for="{said}"'} if said else None
                 async with visit(
                     f"wss://lab.example:{port}/", ssl=trust, host="127.0.0.1", port=port,
                     local_addr=(source, 0), additional_headers=more,
@@ -167,6 +187,39 @@ def test_budgets_are_those_of_who_comes_and_not_of_the_proxy(
             assert await code("127.0.0.2", "9.9.9.9") == many
             assert await code("127.0.0.2", "127.0.0.3, 127.0.0.1") == many
             assert await code("127.0.0.3") == wrong
+            assert await code("127.0.0.2", '9.9.9.9";for=9.9.9.8;x="') == many
             assert served.server.gate.sources.open <= 2
+
+    asyncio.run(run())
+
+
+def test_who_writes_the_list_that_its_proxy_passes_on_is_refused(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
+    """One that sets X-Forwarded-For and leaves Forwarded as it comes, which is most of them."""
+
+    async def run() -> None:
+        trust = ssl.create_default_context(cafile=str(write_authority(tmp_path)))
+        async with (
+            serving(small_balloon, protection=BEHIND, allow_hosts=("lab.example",)) as served,
+            proxied(served, tmp_path, f"{APPENDS} $remote_addr;") as port,
+        ):
+
+            async def answer(forwarded: str) -> bytes:
+                reader, writer = await asyncio.open_connection(
+                    "127.0.0.1", port, ssl=trust, server_hostname="lab.example",
+                    local_addr=("127.0.0.2", 0),
+                )  # fmt: skip
+                head = f"GET /healthz HTTP/1.1\r\nHost: lab.example:{port}\r\n"
+                head += f"Forwarded: {forwarded}\r\nConnection: close\r\n\r\n"
+                writer.write(head.encode())
+                whole = await reader.read()
+                writer.close()
+                return whole
+
+            assert (await answer("for=127.0.0.2;proto=https")).startswith(b"HTTP/1.1 200")
+            refused = await answer("for=9.9.9.9")
+            assert refused.startswith(b"HTTP/1.1 400")
+            assert b"name two addresses: 127.0.0.2 and 9.9.9.9" in refused
 
     asyncio.run(run())

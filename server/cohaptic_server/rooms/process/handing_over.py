@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cohaptic_server.shell.doors.turn_away import turn_away
-from cohaptic_server.shell.gate import Gate, Taken, source_of_peer
+from cohaptic_server.shell.gate import Gate, Taken
 
 _NUMBER = struct.Struct("<Q")
 # Bytes that may wait; a connection counts as 1 KiB or so. More than a hundred newcomers before a
@@ -109,7 +109,7 @@ class HandedDoor(socket.socket):
             except OSError:  # gone already
                 connection.close()
                 continue
-            refusal = self._gate.enter(connection, source_of_peer(peer))
+            refusal = self._gate.enter(connection, self._gate.source_of_peer(peer))
             if refusal is None:
                 return connection, peer
             turn_away(connection, refusal)

@@ -17,7 +17,7 @@ from typing import Any
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.shell.doors.porch import CAN_HOLD, Porch, Silent
 from cohaptic_server.shell.doors.turn_away import turn_away
-from cohaptic_server.shell.gate import Gate, Taken, Turns, source_of_peer
+from cohaptic_server.shell.gate import Gate, Taken, Turns
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
 _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
@@ -173,7 +173,7 @@ class Door(socket.socket):
                     raise
                 self._turn_away_without_files(error)
                 continue
-            source = source_of_peer(peer)
+            source = self._gate.source_of_peer(peer)
             refusal = self._gate.admit(source)
             if refusal is None:
                 return connection, source, peer

@@ -1,0 +1,151 @@
+"""Which proxies are believed, and whom they say that a connection comes from.
+
+X-Forwarded-For, and Forwarded of RFC 7239, are lists to whose end each proxy adds who came to it.
+What is before the entries of proxies that are believed anybody can have written, so both are read
+from the end.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from http import HTTPStatus
+
+from cohaptic_server.guard.sources import UNKNOWN, Refusal, address_of, source_of
+
+_MOST_LINES = 8  # of one header
+_MOST_ENTRIES = 32
+# An address, in quotes and brackets or not, and behind it a port, which may be an obscured one.
+# IPv6 has a port only behind brackets.
+_NODE = re.compile(
+    r'"?(?:\[([0-9A-Fa-f:.]{2,45})\]|([0-9.]{7,15}))(?::[0-9A-Za-z._-]{1,32})?"?'
+    r'|"?([0-9A-Fa-f:.]{2,45})"?'
+)
+_ESCAPED = re.compile(r'\\["\\]')
+_PAIR = re.compile(r'(?:[^;"]|"[^"]*")+')
+NETWORK = "an address or a network, its first address and its width: 127.0.0.1, 172.18.0.0/16"
+
+Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+
+def network_of(said: str) -> str:
+    """An address or a network in the one way in which it is written; raises ValueError.
+
+    Args:
+        said: As 127.0.0.1, [::1] or 172.18.0.0/16.
+    """
+    network = _network(said)
+    return str(network.network_address if network.num_addresses == 1 else network)
+
+
+def _network(said: str) -> Network:
+    address, slash, width = said.partition("/")
+    bare = address.strip("[]").partition("%")[0]
+    network = ipaddress.ip_network(f"{bare}{slash}{width}")
+    if isinstance(network, ipaddress.IPv6Network) and network.prefixlen >= 96:
+        mapped = network.network_address.ipv4_mapped
+        if mapped is not None:
+            return ipaddress.IPv4Network((mapped, network.prefixlen - 96))
+    return network
+
+
+@dataclass(frozen=True, slots=True)
+class Proxies:
+    """Those of one server.
+
+    Args:
+        networks: Of their addresses.
+    """
+
+    networks: tuple[Network, ...] = ()
+
+    @classmethod
+    def named(cls, said: Sequence[str]) -> Proxies:
+        """From addresses and networks as `network_of` takes them."""
+        return cls(tuple(_network(one) for one in said))
+
+    def __contains__(self, source: str) -> bool:
+        """Whether a connection of this source is a proxy's, as `source_of` names sources."""
+        if not self.networks:
+            return False
+        address = address_of(source)
+        return address is not None and any(address in network for network in self.networks)
+
+    def source_of(self, host: str) -> str:
+        """Whom a connection is counted with: a proxy for itself, others as `source_of` says.
+
+        Another address of a proxy's network of 64 bits is none of its.
+
+        Args:
+            host: Address of the other end, as a socket names it.
+        """
+        return str(address_of(host)) if host in self else source_of(host)
+
+    def visitor(
+        self, proxy: str, forwarded_for: Sequence[str], forwarded: Sequence[str]
+    ) -> str | Refusal:
+        """Whom a connection of a proxy is counted with: the last in its list that is no proxy.
+
+        Args:
+            proxy: It, as `source_of` names it.
+            forwarded_for: Values of X-Forwarded-For, in their order.
+            forwarded: Values of Forwarded, in their order.
+
+        Returns:
+            The source, or why there is none: both lists are there and name two. One of them can be
+            the visitor's own, which its proxy passes on, and nothing tells which.
+        """
+        lists = (
+            [_host(entry) for entry in _from_the_end(forwarded_for)],
+            [_host(_for(entry)) for entry in _from_the_end(forwarded)],
+        )
+        found = {self._last(hosts, proxy) for hosts in lists if hosts}
+        if len(found) > 1:
+            why = f"X-Forwarded-For and Forwarded name two addresses: {' and '.join(sorted(found))}"
+            return Refusal(
+                f"{why}; a proxy has to drop the one it does not write", 5.0, HTTPStatus.BAD_REQUEST
+            )
+        return found.pop() if found else self._last([], proxy)
+
+    def _last(self, hosts: Sequence[str], proxy: str) -> str:
+        furthest = proxy
+        for host in hosts:
+            source = self.source_of(host)
+            if source not in self:
+                return source
+            furthest = source
+        # Somebody who is at a proxy's address is not counted with that proxy's own connections,
+        # and has no rights of this machine: what is forwarded may come from anywhere.
+        return f"proxy {furthest}"
+
+
+def _from_the_end(values: Sequence[str]) -> Iterator[str]:
+    """Entries of a list, the last first; commas within quotes divide nothing.
+
+    Quotes are counted from the end as well: one that a stranger leaves open encloses nothing that
+    a proxy has added.
+    """
+    whole = _ESCAPED.sub("_", ",".join(value for value in values[-_MOST_LINES:] if value.strip()))
+    if not whole:
+        return
+    entry = ""
+    for piece in reversed(whole.rsplit(",", _MOST_ENTRIES)[-_MOST_ENTRIES:]):
+        entry = f"{piece},{entry}" if entry else piece
+        if entry.count('"') % 2 == 0:
+            yield entry
+            entry = ""
+
+
+def _for(entry: str) -> str:
+    """The node of an entry of Forwarded; empty without one, or with more."""
+    pairs = (pair.partition("=") for pair in _PAIR.findall(entry))
+    nodes = [value.strip() for name, _, value in pairs if name.strip().lower() == "for"]
+    return nodes[0] if len(nodes) == 1 else ""
+
+
+def _host(node: str) -> str:
+    """The address of a node, without quotes, brackets and port; `unknown` where it has none."""
+    match = _NODE.fullmatch(node.strip())
+    return UNKNOWN if match is None else match[1] or match[2] or match[3]
