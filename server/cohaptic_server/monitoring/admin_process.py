@@ -56,6 +56,7 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
     end.setblocking(False)
     reader, writer = await asyncio.open_connection(sock=end, limit=LONGEST)
     clock, known = SystemClock(), Known()
+    missing: list[str] = []
     gate = Gate(Limits(), clock)
 
     async def process(connection: ServerConnection, request: HttpRequest) -> Response | None:
@@ -72,14 +73,15 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
     try:
         settings = ServerSettings(host, port, allow_hosts=allow_hosts, room=None)
         check = HostCheck(settings)
-        doors = await open_doors(settings, gate)
+        doors = await open_doors(settings, gate, missing.append)
     except SettingError as error:
         refusal = RefusedLine(name=error.name, value=str(error.value), limit=error.limit)
         writer.write(encode(refusal))
         await writer.drain()
         return
     listener = await serve_doors(nobody, process, doors, gate)
-    writer.write(encode(OpenLine(url=url_of(host, doors[0]).replace("ws", "http", 1))))
+    url = url_of(host, doors[0]).replace("ws", "http", 1)
+    writer.write(encode(OpenLine(url=url, missing=tuple(missing))))
     # Anything else but a line is the end of the server, or of its mind.
     with contextlib.suppress(OSError, ValueError, BadLine):
         while line := await reader.readline():

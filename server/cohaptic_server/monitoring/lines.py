@@ -36,10 +36,12 @@ class OpenLine(_Line):
 
     Args:
         url: Of it.
+        missing: A sentence for each address of its name that this machine does not have.
     """
 
     kind: Literal["open"] = "open"
     url: str
+    missing: tuple[str, ...] = ()
 
 
 class RefusedLine(_Line):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import asyncio.sslproto
 import errno
+import logging
 import socket
 import ssl
 from collections.abc import Awaitable, Callable, Sequence
@@ -29,6 +30,10 @@ TLS_BUFFER = 16 * 1024
 # s, as for the request; and for the last word of one who goes, after which it is cut.
 TLS_OPTIONS = {"ssl_handshake_timeout": HEAD_TIMEOUT, "ssl_shutdown_timeout": 2.0}
 _ALL_INTERFACES = ("0.0.0.0", "::")
+# An address of a name is none of this machine, or of a kind that it does not have: IPv6 is switched
+# off on many whose hosts file has ::1.
+_NOT_HERE = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT)
+log = logging.getLogger("cohaptic.server")
 
 
 class Listener:
@@ -116,11 +121,31 @@ async def serve_doors(
     return Listener(servers)
 
 
-async def open_doors(settings: ServerSettings, gate: Gate, *, tls: bool = False) -> list[Door]:
-    """Sockets that listen on all addresses of a server; raises SettingError."""
+async def open_doors(
+    settings: ServerSettings,
+    gate: Gate,
+    tell: Callable[[str], None] = log.warning,
+    *,
+    tls: bool = False,
+) -> list[Door]:
+    """Sockets that listen on all addresses of a server that this machine has.
+
+    Args:
+        settings: Of the server.
+        gate: Who may come in.
+        tell: Hears of each address of its name that the machine does not have.
+        tls: Whether connections begin with a handshake.
+
+    Raises:
+        SettingError: It has none of them, or the port is in use on one.
+    """
     host, port = settings.host, settings.port
     try:
-        return await _doors(host, port, gate, tls=tls)
+        doors, missing = await _doors(host, port, gate, tls=tls)
+        for address, error in missing.items():
+            whose = host or "this machine"
+            tell(f"nobody comes in by {address}, an address of {whose}: {error}")
+        return doors
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             free = "a free one: stop the other server, or choose with --port"
@@ -136,23 +161,39 @@ def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
     return f"{scheme}://{name}:{address[1]}" if isinstance(address, tuple) else f"{scheme}://{name}"
 
 
-async def _doors(host: str, port: int, gate: Gate, *, tls: bool) -> list[Door]:
-    """Sockets that listen on all addresses of a name, on one port; raises OSError."""
+async def _doors(
+    host: str, port: int, gate: Gate, *, tls: bool
+) -> tuple[list[Door], dict[str, OSError]]:
+    """Sockets that listen on the addresses of a name, on one port; raises OSError.
+
+    Returns:
+        They, and the addresses that are not here, with why.
+    """
     loop = asyncio.get_running_loop()
     found = await loop.getaddrinfo(
         host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )
     doors: list[Door] = []
+    missing: dict[str, OSError] = {}
     try:
         for family, _, _, _, address in dict.fromkeys(found):
             if doors:  # the system chose the port of the first
                 address = (address[0], doors[0].getsockname()[1], *address[2:])
-            doors.append(Door.opened(address, family, gate, loop, tls=tls))
+            try:
+                doors.append(Door.opened(address, family, gate, loop, tls=tls))
+            except OSError as error:
+                # A port that is in use is another server's, and who comes by the name would meet
+                # now this one and now that.
+                if error.errno not in _NOT_HERE:
+                    raise
+                missing[str(address[0])] = error
+        if not doors:
+            raise next(iter(missing.values()))
     except OSError:
         for door in doors:
             door.close()
         raise
-    return doors
+    return doors, missing
 
 
 def page_address(url: str) -> str:
