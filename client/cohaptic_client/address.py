@@ -43,6 +43,21 @@ def read_address(said: str) -> Address:
     return Address(urlunsplit((scheme, parts.netloc, parts.path, "", "")), token)
 
 
+def with_slash(url: str) -> str:
+    """The same address with a slash at the end of its path: what a websocket asks for.
+
+    A proxy that serves a path below /haptics/ sends who asks for /haptics to its page by https:,
+    where a websocket cannot follow. A server takes both.
+    """
+    try:
+        parts = urlsplit(url)
+    except ValueError:
+        return url
+    if not parts.netloc or parts.path.endswith("/"):
+        return url
+    return urlunsplit(parts._replace(path=f"{parts.path}/"))
+
+
 def check_secrecy(url: str, *, insecure: bool) -> None:
     """Raise SettingError if a token would go to another machine for all on the way to read."""
     parts = urlsplit(url)

@@ -24,7 +24,7 @@ from cohaptic.protocol.watch_messages import (
     Watching,
     decode_watch_control,
 )
-from cohaptic_client.address import trust, why_not_trusted
+from cohaptic_client.address import trust, why_not_trusted, with_slash
 from cohaptic_client.admin_action import Action
 from cohaptic_client.network.conversation import Refused
 
@@ -45,7 +45,7 @@ async def act(
         async with (
             asyncio.timeout(_PATIENCE),
             connect(
-                url,
+                with_slash(url),
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
                 compression=None,
                 proxy=None,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic.room_address import MAIN
+from cohaptic.room_address import MAIN, base_path
 from cohaptic_server.guard.limits import Limits
 
 _FRAMING = re.compile(r"https?://([A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]{2,45}\])(:\d{1,5})?")
@@ -37,6 +37,7 @@ class ServerSettings:
         max_waiting: Most who wait for a place in a full room; 0 lets nobody wait.
         allow_frames: Origins whose pages may show the page in a frame, as `allow_origins`.
         watchers_point: Whether who only watches may point at the surface, too.
+        base_path: Path that it is below at a proxy, such as `/haptics`; empty for the root.
 
     Raises:
         SettingError: A value is out of its range.
@@ -59,6 +60,7 @@ class ServerSettings:
     max_waiting: int = 16
     allow_frames: tuple[str, ...] = ()
     watchers_point: bool = True
+    base_path: str = ""
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:
@@ -71,6 +73,8 @@ class ServerSettings:
             raise SettingError("max_watchers", self.max_watchers, "from 0 to 1000")
         if not 0 <= self.max_waiting <= 64:
             raise SettingError("max_waiting", self.max_waiting, "from 0 to 64")
+        if base_path(self.base_path) != self.base_path:
+            raise SettingError("base_path", repr(self.base_path), "without a slash at its end")
         for origin in self.allow_origins:
             if not re.fullmatch(r"https?://[^/\s@]+", origin):
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"

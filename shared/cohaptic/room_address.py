@@ -12,6 +12,14 @@ MAIN = "main"  # the room at `/`, where there is one of this name
 # underscores divide.
 _NAME = re.compile(r"(?!.*__)[a-z0-9](?:[a-z0-9_-]{0,62}[a-z0-9])?")
 _PATH = re.compile(r"/r/([^/?#]*)([^?#]*)")
+# Of letters that every proxy leaves as they are. `r` divides it from the room for whoever reads an
+# address from its end, and dots are folders that a browser resolves.
+_BASE = re.compile(r"(?:/(?!r(?:/|$)|\.)[A-Za-z0-9._~-]+)+")
+_LONGEST_BASE = 200
+BASES = (
+    "a path of letters, digits and '._~-', none of its parts 'r' or with a dot in front:"
+    f" /haptics; at most {_LONGEST_BASE} characters"
+)
 NAMES = (
     "1 to 64 lower-case letters, digits, '-' and '_', with a letter or a digit at both ends"
     " and no two '_' together"
@@ -26,6 +34,32 @@ def is_room_name(name: str) -> bool:
 def room_path(name: str) -> str:
     """Path of a room, without a slash at its end."""
     return f"/r/{name}"
+
+
+def base_path(said: str) -> str:
+    """Path that a server is below, without a slash at its end; empty for the root.
+
+    Raises:
+        SettingError: It can be none.
+    """
+    path = said.rstrip("/")
+    if path and (len(path) > _LONGEST_BASE or not _BASE.fullmatch(path)):
+        raise SettingError("--base-path", repr(said[:60]), BASES)
+    return path
+
+
+def below(target: str, base: str) -> str:
+    """Path and query of a request, without the path that the server is below.
+
+    What is not below it is left as it is: a proxy may take it off itself, and who comes without a
+    proxy has none. Of the path itself, without a slash at its end, nothing is left but a query.
+
+    Args:
+        target: Path and query.
+        base: As `base_path` gives it.
+    """
+    rest = target.removeprefix(base)
+    return rest if rest[:1] in ("", "/", "?") else target
 
 
 def split_path(target: str) -> tuple[str | None, str]:

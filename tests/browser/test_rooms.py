@@ -20,6 +20,7 @@ from cohaptic_server.shell.listener import page_address
 from tests.browser.conftest import Open
 from tests.browser.visitor import Visitor
 from tests.patience import PATIENCE
+from tests.server.shell.nginx import NEEDS_NGINX, proxied
 
 pytestmark = [
     pytest.mark.live,
@@ -129,4 +130,31 @@ def test_a_stranger_comes_by_a_link_is_put_out_of_one_room_and_has_another_left(
     ann.page.goto(f"{address}r/second/")
     ann.until(ann.watches, "the other room")
     ann.away = bare.away = True
+    process.wait()
+
+
+@NEEDS_NGINX
+def test_pages_below_a_path_of_a_proxy_find_their_rooms(tmp_path: Path, visitors: Open) -> None:
+    path = tmp_path / "rooms.toml"
+    path.write_text(f"base_path = '/haptics/'\n{CONFIG}")
+    process = Process("serve", "--config", str(path), log=tmp_path / "server.log")
+    url = process.first_line().removeprefix("listening ")
+    # The browser of the test trusts no certificate of the test.
+    changes = (("location /", "location /haptics"), ("listen 443 ssl", "listen 443"))
+    with proxied(url, tmp_path, *changes) as port:
+        address = f"http://127.0.0.1:{port}/haptics"
+        ann = visitors()
+        ann.page.goto(address)
+        ann.page.get_by_role("link", name="The second").click()
+        ann.until(ann.watches, "the object")
+        assert ann.page.url == f"{address}/r/second/"
+        ann.problems.clear()  # of the list, which has a policy of its own
+        ann.take_part("ann")
+        ann.press()
+        ann.until(partial(feels, ann, 0.5), "a force")
+        ann.until(lambda: users(f"{address}/") == {"first": 0, "second": 1}, "her in the list")
+        with urllib.request.urlopen(f"{address}/rooms", timeout=PATIENCE) as answer:
+            paths = [room["path"] for room in json.load(answer)["rooms"]]
+        assert paths == ["/haptics/r/first", "/haptics/r/second"]
+        ann.away = True
     process.wait()

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic_client.address import Address, check_secrecy, read_address
+from cohaptic_client.address import Address, check_secrecy, read_address, with_slash
 from cohaptic_client.settings import ClientSettings
 
 
@@ -53,3 +53,15 @@ def test_a_token_that_is_not_whole_is_a_sentence_without_it(token: str) -> None:
     with pytest.raises(SettingError, match="token is not whole") as caught:
         ClientSettings("wss://lab.example", "left", token=token)
     assert token not in str(caught.value)
+
+
+@given(
+    st.text(max_size=60)
+    | st.from_regex(r"wss?://[a-z.]{1,9}(:\d{1,4})?[/a-z?&=]{0,20}", fullmatch=True)
+)
+def test_what_a_websocket_asks_for_ends_with_a_slash_and_is_the_same_address(said: str) -> None:
+    asked = with_slash(said)
+    assert with_slash(asked) == asked
+    assert asked == said or asked.replace("/", "") == said.replace("/", "")
+    assert with_slash("wss://lab.example/haptics?a=b") == "wss://lab.example/haptics/?a=b"
+    assert with_slash("ws://127.0.0.1:8765") == "ws://127.0.0.1:8765/"

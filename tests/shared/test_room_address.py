@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic.room_address import is_room_name, room_path, room_url, split_path
+from cohaptic.room_address import base_path, below, is_room_name, room_path, room_url, split_path
 
 LETTERS = "abcz019-_"
 NAMES = st.text(LETTERS, min_size=1, max_size=64).filter(is_room_name)
@@ -47,3 +47,50 @@ def test_what_contradicts_itself_is_refused() -> None:
         room_url("ws://a:1/r/a", "b")
     with pytest.raises(SettingError, match="--room is 'B'"):
         room_url("ws://a:1", "B")
+
+
+@given(
+    NAMES,
+    st.sampled_from(["/haptics", "/a/b.c", "/r2/x", "/R"]),
+    st.sampled_from(["", "/", "/x?a"]),
+)
+def test_a_room_below_a_path_is_found_with_that_path_and_without_it(
+    name: str, base: str, rest: str
+) -> None:
+    inner = room_path(name) + rest
+    assert below(base + inner, base) == below(inner, base) == inner
+    assert room_url(f"ws://a:1{base}", name) == f"ws://a:1{base}/r/{name}"
+    assert base_path(f"{base}/") == base_path(base) == base
+    # What only begins like it is not below it.
+    assert below(f"{base}x{inner}", base) == f"{base}x{inner}"
+
+
+@given(st.text(max_size=40))
+def test_without_a_path_every_target_stays_as_it_is(target: str) -> None:
+    assert below(target, "") == target
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "haptics",
+        "//haptics",
+        "/a//b",
+        "/r",
+        "/a/r",
+        "/r/a",
+        "/../a",
+        "/a/.",
+        "/a b",
+        "/a?b",
+        "/a#b",
+        "/%61",
+        "/é",
+        "https://lab.example/a",
+        "/" + "a" * 200,
+        "/a\n",
+    ],
+)
+def test_a_path_that_cannot_be_told_from_an_address_is_refused(said: str) -> None:
+    with pytest.raises(SettingError, match=r"--base-path is .*; it must be a path of letters"):
+        base_path(said)

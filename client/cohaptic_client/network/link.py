@@ -22,7 +22,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
-from cohaptic_client.address import trust, why_not_trusted
+from cohaptic_client.address import trust, why_not_trusted, with_slash
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
@@ -93,7 +93,7 @@ class Link:
         trusted = trust(self.url, self._ca_file)
         try:
             connection = await connect(
-                self.url,
+                with_slash(self.url),
                 create_connection=Wire,
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
                 # A proxy for web pages would hold back messages that must arrive now.

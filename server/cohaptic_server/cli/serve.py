@@ -10,6 +10,7 @@ import typer
 
 from cohaptic.compiled import describe, use
 from cohaptic.errors import SettingError
+from cohaptic.room_address import base_path as read_base_path
 from cohaptic_server.cli.access_options import AccessOptions, takes_access
 from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, Users, takes_object
 from cohaptic_server.guard.limits import Limits
@@ -52,6 +53,12 @@ AllowHost = Annotated[
 AllowFrame = Annotated[
     list[str] | None,
     typer.Option(help="Of a page that may show this one in a frame: https://lab.example."),
+]
+BasePath = Annotated[
+    str,
+    typer.Option(
+        metavar="PATH", help="Path of a proxy that the page, streams and rooms are below: /haptics."
+    ),
 ]
 WatchersPoint = Annotated[
     bool,
@@ -119,6 +126,7 @@ def serve(
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
     allow_frame: AllowFrame = None,
+    base_path: BasePath = "",
     watchers_point: WatchersPoint = True,
     limit: Limit = None,
     admin: Admin = None,
@@ -144,6 +152,7 @@ def serve(
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
         Limits().changed(limit or ()), max_waiting=max_waiting,
         allow_frames=tuple(allow_frame or ()), watchers_point=watchers_point,
+        base_path=read_base_path(base_path),
     )  # fmt: skip
     protection = access.protection(host)
     if users is not None and users > max_users:

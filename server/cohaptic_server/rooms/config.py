@@ -22,7 +22,7 @@ from pydantic_settings import (
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic.room_address import NAMES, is_room_name
+from cohaptic.room_address import BASES, NAMES, base_path, is_room_name
 from cohaptic.written import at_home, text_of
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.config_errors import ConfigError, KeyProblem, problems_of
@@ -56,6 +56,13 @@ def _named(name: str) -> str:
     if not is_room_name(name):
         raise ValueError(f"named with {NAMES}")
     return name
+
+
+def _base(said: str) -> str:
+    try:
+        return base_path(said)
+    except SettingError:
+        raise ValueError(BASES) from None
 
 
 LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
@@ -138,6 +145,7 @@ class RoomsConfig(BaseSettings):
         allow_hosts: Further names of the server.
         allow_origins: Further origins whose pages may connect.
         allow_frames: Origins whose pages may show the rooms' pages in a frame.
+        base_path: Path that the server is below at a proxy.
         limits: Budgets of all connections together.
         access: Who may come in.
         admin: Metrics and health for those who look after the server.
@@ -159,6 +167,7 @@ class RoomsConfig(BaseSettings):
     allow_hosts: tuple[str, ...] = ()
     allow_origins: tuple[str, ...] = ()
     allow_frames: tuple[str, ...] = ()
+    base_path: Annotated[str, AfterValidator(_base)] = ""
     limits: LimitTable = Field(default_factory=dict)
     access: AccessTable = AccessTable()
     admin: AdminTable = AdminTable()
@@ -175,6 +184,7 @@ class RoomsConfig(BaseSettings):
             allow_hosts=self.allow_hosts, limits=limits_of(table.limits), laws=table.laws,
             room=room, max_waiting=table.max_waiting,
             allow_frames=self.allow_frames, watchers_point=table.watchers_point,
+            base_path=self.base_path,
         )  # fmt: skip
 
     @property
@@ -183,6 +193,7 @@ class RoomsConfig(BaseSettings):
         return ServerSettings(
             self.host, self.port, allow_origins=self.allow_origins, allow_hosts=self.allow_hosts,
             limits=limits_of(self.limits), room=None, allow_frames=self.allow_frames,
+            base_path=self.base_path,
         )  # fmt: skip
 
 

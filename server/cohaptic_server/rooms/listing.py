@@ -54,13 +54,16 @@ def room_of(target: str, rooms: Sequence[str]) -> str | None:
     return MAIN if MAIN in rooms else None
 
 
-def answer(request: Request, rooms: Sequence[RoomState], *, listed: bool = True) -> Answer:
+def answer(
+    request: Request, rooms: Sequence[RoomState], *, listed: bool = True, base: str = ""
+) -> Answer:
     """The response to a request that is for no room, or for one that takes nobody now.
 
     Args:
         request: From any client.
         rooms: All of them.
         listed: Whether anybody may know which rooms there are.
+        base: Path that they are below.
     """
     if request.method not in ("GET", "HEAD"):
         message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
@@ -71,7 +74,7 @@ def answer(request: Request, rooms: Sequence[RoomState], *, listed: bool = True)
     if path in (LIST, "/", CHOICE) and not listed:
         return text(request, 403, "Forbidden", UNLISTED)
     if path == LIST:
-        return page(request, "application/json", as_json(rooms))
+        return page(request, "application/json", as_json(rooms, base))
     if path in ("/", CHOICE):
         return page(request, "text/html; charset=utf-8", as_page(rooms), POLICY)
     if path == HEALTH:
@@ -103,13 +106,13 @@ def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
     return text(request, 200, "OK", "ok\n" + "".join(bad))
 
 
-def as_json(rooms: Sequence[RoomState]) -> bytes:
-    """The list for programs."""
+def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
+    """The list for programs, with paths below `base`."""
     told = [
         {
             "name": room.name,
             "title": room.title,
-            "path": room_path(room.name),
+            "path": base + room_path(room.name),
             "state": room.state,
             "users": room.users,
             "max_users": room.max_users,

@@ -41,7 +41,7 @@ class Site:
         *,
         listed: bool = True,
     ) -> None:
-        self._check = HostCheck(settings)
+        self._check, self._base = HostCheck(settings), settings.base_path
         self._gate, self._rooms, self._left = gate, rooms, left
         self._listed = listed
         self._handed: dict[int, str] = {}
@@ -52,7 +52,9 @@ class Site:
         """Serve whoever is handed over."""
         self._door, inner = handing_pair()
         door = HandedDoor(inner, self._gate, self._ended)
-        self._listener = await serve_doors(self._handle, self._process, [door], self._gate)
+        self._listener = await serve_doors(
+            self._handle, self._process, [door], self._gate, base=self._base
+        )
 
     def stop(self) -> None:
         """Serve nobody any more."""
@@ -82,7 +84,8 @@ class Site:
         if refused is not None or "Upgrade" in request.headers:
             return refused
         connection.close_timeout = DOWNLOAD_TIMEOUT
-        return response(answer(plain(request), self._rooms(), listed=self._listed))
+        rooms, base = self._rooms(), self._base
+        return response(answer(plain(request), rooms, listed=self._listed, base=base))
 
     async def _handle(self, ws: Wire) -> None:
         rooms = self._rooms()

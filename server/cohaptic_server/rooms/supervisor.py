@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
+from cohaptic.room_address import below
 from cohaptic_server.monitoring.admin_port import AdminAddress, AdminPort
 from cohaptic_server.monitoring.lines import RoomLine, ServerLine
 from cohaptic_server.monitoring.logs import PLAIN, LogStyle
@@ -158,7 +159,7 @@ class Supervisor:
             keeper.kill()
 
     def _places(self, target: str) -> Sequence[Place]:
-        name = room_of(target, self._names)
+        name = room_of(below(target, self.config.base_path), self._names)
         return (self._site,) if name is None else (self.keepers[name], self._site)
 
     def _state(self, keeper: Keeper) -> RoomState:

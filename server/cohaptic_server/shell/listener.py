@@ -19,11 +19,13 @@ from websockets.typing import Subprotocol
 from cohaptic.errors import SettingError
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
+from cohaptic.room_address import below
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
+from cohaptic_server.http.routes import moved
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate
-from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
 TLS_BUFFER = 16 * 1024
@@ -79,7 +81,7 @@ async def listen(
     """
     secure = tls is not None
     doors = await open_doors(settings, gate, tls=secure) if door is None else [door]
-    listener = await serve_doors(handle, process, doors, gate, tls)
+    listener = await serve_doors(handle, process, doors, gate, tls, settings.base_path)
     return listener, url_of(settings.host, doors[0], tls=secure)
 
 
@@ -89,12 +91,27 @@ async def serve_doors(
     doors: Sequence[socket.socket],
     gate: Gate,
     tls: ssl.SSLContext | None = None,
+    base: str = "",
 ) -> Listener:
-    """Serve whoever comes through some doors; arguments as for `listen`."""
+    """Serve whoever comes through some doors; arguments as for `listen`.
+
+    Args:
+        handle, process, doors, gate, tls: The same.
+        base: Path that all requests may be below; who reads them later sees nothing of it.
+    """
 
     async def handle_wire(connection: ServerConnection) -> None:
         assert isinstance(connection, Wire)
         await handle(connection)
+
+    async def process_below(connection: ServerConnection, request: Request) -> Response | None:
+        inner = below(request.path, base)
+        if base and inner[:1] != "/" and "Upgrade" not in request.headers:
+            # Relative addresses of the page begin behind the last slash.
+            return response(moved(plain(request), f"{base.rpartition('/')[2]}/{inner}"))
+        # In place: the library keeps this very request, for whoever serves the websocket.
+        request.path = inner
+        return await process(connection, request)
 
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
     if tls is not None:
@@ -106,7 +123,7 @@ async def serve_doors(
         await serve(
             handle_wire,
             sock=door,
-            process_request=process,
+            process_request=process_below,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
             # A client without our subprotocol gets an error message from its session, not just 400.
             select_subprotocol=_select_subprotocol,

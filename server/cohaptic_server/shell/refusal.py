@@ -20,10 +20,28 @@ async def refuse(ws: Wire, code: CloseCode, why: str) -> None:
         await ws.close(*close_frame(code.value, why))
 
 
+def why_not_here(target: str, room: str | None) -> str:
+    """Why an address does not lead to a room; empty if it does.
+
+    One that is no room's leads nowhere, and not to the room at the root: it may name another in a
+    way that is not ours, or come through a proxy that keeps a path of its own.
+
+    Args:
+        target: Path and query of a request.
+        room: Its name.
+    """
+    asked, path = split_path(target)
+    if asked not in (None, room):
+        return f"there is no room {one_line(asked or '', 64)} here"
+    if path not in ("", "/"):
+        there = one_line(target.partition("?")[0], 100)
+        return f"there is no room at {there}, only at / and /r/NAME, below --base-path if given"
+    return ""
+
+
 async def refuse_other_room(ws: Wire, room: str | None) -> bool:
     """Tell one who asked for another room that it is not here; returns whether it did."""
-    asked = split_path(ws.request.path)[0] if ws.request is not None else None
-    if asked is None or asked == room:
-        return False
-    await refuse(ws, CloseCode.NO_ROOM, f"there is no room {one_line(asked)} here")
-    return True
+    why = why_not_here(ws.request.path, room) if ws.request is not None else ""
+    if why:
+        await refuse(ws, CloseCode.NO_ROOM, why)
+    return bool(why)

@@ -49,6 +49,11 @@ def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
             "cohaptic: simulation rate is 5.0 Hz; it must be from 10 to 200 Hz\n",
         ),
         (["--port", "70000"], "cohaptic: port is 70000; it must be from 0 to 65535\n"),
+        (
+            ["--base-path", "lab/r"],
+            "cohaptic: --base-path is 'lab/r'; it must be a path of letters, digits and '._~-',"
+            " none of its parts 'r' or with a dot in front: /haptics; at most 200 characters\n",
+        ),
         (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
         (
             ["--users", "20"],

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
-import shutil
-import socket
 import ssl
-import subprocess
-from collections.abc import AsyncGenerator
 from pathlib import Path
 from typing import Any
 
@@ -24,75 +19,13 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.shell.protection import Protection
-from tests.patience import PATIENCE
 from tests.server.access.some import RING, token
-from tests.server.credentials.pairs import write_authority, write_pair
+from tests.server.credentials.pairs import write_authority
 from tests.server.peers import hello
-from tests.server.shell.stage import Serving, serving, visit
+from tests.server.shell.nginx import AS_IN_THE_FILE, NEEDS_NGINX, proxied
+from tests.server.shell.stage import serving, visit
 
-CONF = Path(__file__).parents[3] / "deploy/nginx.conf"
-# Debian's is beside the paths of ordinary users.
-NGINX = shutil.which("nginx", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
-pytestmark = [
-    pytest.mark.live,
-    pytest.mark.skipif(NGINX is None, reason="nginx is not installed"),
-]
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as one:
-        return int(one.getsockname()[1])
-
-
-AS_IN_THE_FILE = (
-    'proxy_set_header X-Forwarded-For $remote_addr;\n        proxy_set_header Forwarded "";'
-)
-
-
-@contextlib.asynccontextmanager
-async def proxied(
-    served: Serving, folder: Path, tells: str = AS_IN_THE_FILE
-) -> AsyncGenerator[int]:
-    """The file as it stands, with ports and paths of the test, and lines that say who comes."""
-    assert NGINX is not None
-    cert, key = write_pair(folder, "lab.example", "127.0.0.1")
-    port = free_port()
-    text = CONF.read_text()
-    for theirs, ours in [
-        ("127.0.0.1:8765", served.url.removeprefix("ws://")),
-        ("listen 443 ssl", f"listen 127.0.0.1:{port} ssl"),
-        ("/etc/ssl/lab.example.pem", str(cert)),
-        ("/etc/ssl/lab.example.key", str(key)),
-        (AS_IN_THE_FILE, tells),
-    ]:
-        assert theirs in text
-        text = text.replace(theirs, ours)
-    temporary = "".join(
-        f"{kind}_temp_path {folder}/{kind};\n"
-        for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
-    )
-    whole = (
-        f"daemon off; worker_processes 1; pid {folder}/pid; error_log {folder}/error.log;\n"
-        f"events {{}}\nhttp {{\naccess_log {folder}/access.log;\n{temporary}{text}}}\n"
-    )
-    (folder / "nginx.conf").write_text(whole)
-    command = [NGINX, "-c", str(folder / "nginx.conf"), "-p", str(folder), "-e", f"{folder}/e.log"]
-    nginx = subprocess.Popen(command, stderr=subprocess.PIPE)
-    try:
-        async with asyncio.timeout(PATIENCE):
-            while True:
-                assert nginx.poll() is None, nginx.stderr and nginx.stderr.read()
-                with contextlib.suppress(OSError):
-                    _, writer = await asyncio.open_connection("127.0.0.1", port)
-                    writer.close()
-                    break
-                await asyncio.sleep(0.01)
-        yield port
-    finally:
-        nginx.terminate()
-        await asyncio.to_thread(nginx.wait, PATIENCE)
-        if nginx.stderr is not None:
-            nginx.stderr.close()
+pytestmark = [pytest.mark.live, NEEDS_NGINX]
 
 
 def invitation() -> str:
@@ -113,25 +46,25 @@ def test_who_comes_through_the_proxy_touches_and_no_log_has_the_token(
         trust = ssl.create_default_context(cafile=str(write_authority(tmp_path)))
         async with (
             serving(small_balloon, protection=BEHIND, allow_hosts=("lab.example",)) as served,
-            proxied(served, tmp_path) as port,
         ):
-            url = f"wss://lab.example:{port}/"
-            there: dict[str, Any] = {"ssl": trust, "host": "127.0.0.1", "port": port}
-            async with visit(url, origin=f"https://lab.example:{port}", **there) as client:
-                message = hello("left").model_copy(update={"token": secret})
-                await client.ws.send(encode_control(message))
-                assert isinstance(await client.hear(), Welcome)
-                assert len(await client.play(20)) == 20
-            with pytest.raises(InvalidStatus):
-                async with visit(url, origin="https://evil.example", **there):
-                    pass
-            reader, writer = await asyncio.open_connection(
-                "127.0.0.1", port, ssl=trust, server_hostname="lab.example"
-            )
-            head = f"GET /healthz HTTP/1.1\r\nHost: lab.example:{port}\r\n"
-            writer.write(f"{head}Connection: close\r\n\r\n".encode())
-            assert (await reader.read()).startswith(b"HTTP/1.1 200")
-            writer.close()
+            with proxied(served.url, tmp_path) as port:
+                url = f"wss://lab.example:{port}/"
+                there: dict[str, Any] = {"ssl": trust, "host": "127.0.0.1", "port": port}
+                async with visit(url, origin=f"https://lab.example:{port}", **there) as client:
+                    message = hello("left").model_copy(update={"token": secret})
+                    await client.ws.send(encode_control(message))
+                    assert isinstance(await client.hear(), Welcome)
+                    assert len(await client.play(20)) == 20
+                with pytest.raises(InvalidStatus):
+                    async with visit(url, origin="https://evil.example", **there):
+                        pass
+                reader, writer = await asyncio.open_connection(
+                    "127.0.0.1", port, ssl=trust, server_hostname="lab.example"
+                )
+                head = f"GET /healthz HTTP/1.1\r\nHost: lab.example:{port}\r\n"
+                writer.write(f"{head}Connection: close\r\n\r\n".encode())
+                assert (await reader.read()).startswith(b"HTTP/1.1 200")
+                writer.close()
 
     asyncio.run(run())
     logs = "".join(path.read_text() for path in tmp_path.glob("*.log"))
@@ -164,31 +97,31 @@ def test_budgets_are_those_of_who_comes_and_not_of_the_proxy(
             serving(
                 small_balloon, protection=behind, allow_hosts=("lab.example",), limits=few
             ) as served,
-            proxied(served, tmp_path, tells) as port,
         ):
+            with proxied(served.url, tmp_path, (AS_IN_THE_FILE, tells)) as port:
 
-            async def code(source: str, said: str = "") -> int:
-                """How a first message without a token ends, from this address."""
-                more = {"X-Forwarded-For": said, "Forwarded": f'for="{said}"'} if said else None
-                async with visit(
-                    f"wss://lab.example:{port}/", ssl=trust, host="127.0.0.1", port=port,
-                    local_addr=(source, 0), additional_headers=more,
-                ) as client:  # fmt: skip
-                    await client.ws.send(encode_control(hello()))
-                    with contextlib.suppress(ConnectionClosed):
-                        while True:
-                            await client.ws.recv()
-                    assert client.ws.close_code is not None
-                    return client.ws.close_code
+                async def code(source: str, said: str = "") -> int:
+                    """How a first message without a token ends, from this address."""
+                    more = {"X-Forwarded-For": said, "Forwarded": f'for="{said}"'} if said else None
+                    async with visit(
+                        f"wss://lab.example:{port}/", ssl=trust, host="127.0.0.1", port=port,
+                        local_addr=(source, 0), additional_headers=more,
+                    ) as client:  # fmt: skip
+                        await client.ws.send(encode_control(hello()))
+                        with contextlib.suppress(ConnectionClosed):
+                            while True:
+                                await client.ws.recv()
+                        assert client.ws.close_code is not None
+                        return client.ws.close_code
 
-            wrong, many = CloseCode.UNAUTHENTICATED.value, CloseCode.TOO_MANY.value
-            assert [await code("127.0.0.2") for _ in range(3)] == [wrong, wrong, many]
-            # Whatever it says, it is who it is.
-            assert await code("127.0.0.2", "9.9.9.9") == many
-            assert await code("127.0.0.2", "127.0.0.3, 127.0.0.1") == many
-            assert await code("127.0.0.3") == wrong
-            assert await code("127.0.0.2", '9.9.9.9";for=9.9.9.8;x="') == many
-            assert served.server.gate.sources.open <= 2
+                wrong, many = CloseCode.UNAUTHENTICATED.value, CloseCode.TOO_MANY.value
+                assert [await code("127.0.0.2") for _ in range(3)] == [wrong, wrong, many]
+                # Whatever it says, it is who it is.
+                assert await code("127.0.0.2", "9.9.9.9") == many
+                assert await code("127.0.0.2", "127.0.0.3, 127.0.0.1") == many
+                assert await code("127.0.0.3") == wrong
+                assert await code("127.0.0.2", '9.9.9.9";for=9.9.9.8;x="') == many
+                assert served.server.gate.sources.open <= 2
 
     asyncio.run(run())
 
@@ -202,24 +135,26 @@ def test_who_writes_the_list_that_its_proxy_passes_on_is_refused(
         trust = ssl.create_default_context(cafile=str(write_authority(tmp_path)))
         async with (
             serving(small_balloon, protection=BEHIND, allow_hosts=("lab.example",)) as served,
-            proxied(served, tmp_path, f"{APPENDS} $remote_addr;") as port,
         ):
+            with proxied(
+                served.url, tmp_path, (AS_IN_THE_FILE, f"{APPENDS} $remote_addr;")
+            ) as port:
 
-            async def answer(forwarded: str) -> bytes:
-                reader, writer = await asyncio.open_connection(
-                    "127.0.0.1", port, ssl=trust, server_hostname="lab.example",
-                    local_addr=("127.0.0.2", 0),
-                )  # fmt: skip
-                head = f"GET /healthz HTTP/1.1\r\nHost: lab.example:{port}\r\n"
-                head += f"Forwarded: {forwarded}\r\nConnection: close\r\n\r\n"
-                writer.write(head.encode())
-                whole = await reader.read()
-                writer.close()
-                return whole
+                async def answer(forwarded: str) -> bytes:
+                    reader, writer = await asyncio.open_connection(
+                        "127.0.0.1", port, ssl=trust, server_hostname="lab.example",
+                        local_addr=("127.0.0.2", 0),
+                    )  # fmt: skip
+                    head = f"GET /healthz HTTP/1.1\r\nHost: lab.example:{port}\r\n"
+                    head += f"Forwarded: {forwarded}\r\nConnection: close\r\n\r\n"
+                    writer.write(head.encode())
+                    whole = await reader.read()
+                    writer.close()
+                    return whole
 
-            assert (await answer("for=127.0.0.2;proto=https")).startswith(b"HTTP/1.1 200")
-            refused = await answer("for=9.9.9.9")
-            assert refused.startswith(b"HTTP/1.1 400")
-            assert b"name two addresses: 127.0.0.2 and 9.9.9.9" in refused
+                assert (await answer("for=127.0.0.2;proto=https")).startswith(b"HTTP/1.1 200")
+                refused = await answer("for=9.9.9.9")
+                assert refused.startswith(b"HTTP/1.1 400")
+                assert b"name two addresses: 127.0.0.2 and 9.9.9.9" in refused
 
     asyncio.run(run())
