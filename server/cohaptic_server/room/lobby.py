@@ -26,6 +26,13 @@ from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
+# With which a session ends that has done nothing wrong: its path or its machine was slow, or the
+# server had another object. As where the connection was lost, its name and seat are kept.
+_NO_FAULT = {
+    CloseCode.TOO_SLOW.value,
+    CloseCode.OBJECT_CHANGED.value,
+    CloseCode.SERVER_STOPS.value,
+}
 
 
 class Lobby:
@@ -189,12 +196,12 @@ class Lobby:
 
         Args:
             peer: Who was connected.
-            reason: That it gave for closing; empty without one.
+            reason: That it gave for closing, or its fault; empty without one.
         """
         outcome = Outcome()
         self.peers.remove(peer)
         close = peer.session.close
-        lost = None if reason or close else self._ticked
+        lost = self._ticked if _is_lost(peer, reason) else None
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
@@ -284,3 +291,11 @@ class Lobby:
             self.room.set_law(user, change)
         except ProtocolError as error:
             peer.session.fail(error)
+
+
+def _is_lost(peer: Peer, reason: str) -> bool:
+    """Whether a connection has ended that neither its client nor a fault of it has ended."""
+    close = peer.session.close
+    if close is None:
+        return not reason
+    return close[0] in _NO_FAULT and not peer.farewell

@@ -249,8 +249,8 @@ class Room:
         return Restraints(frozen=self.frozen, muted=muted)
 
     def take_over(self, before: Room) -> None:
-        """Have the seats of a room before this, and what an administrator has ordered there."""
-        self.seats, self.watch_seats = before.seats, before.watch_seats
+        """Have the seats and names of a room before this, and what an administrator ordered."""
+        self.seats, self.watch_seats, self.kept = before.seats, before.watch_seats, before.kept
         self.muted, self.frozen = before.muted, before.frozen
         self.force_budget = before.force_budget
 

@@ -16,7 +16,7 @@ from functools import partial
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, CohapticError, one_line
+from cohaptic.errors import CloseCode, CohapticError
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.room_address import MAIN
 from cohaptic.runtime.transport import tune
@@ -38,7 +38,7 @@ from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.refusal import refuse_other_room
-from cohaptic_server.shell.wire import Wire
+from cohaptic_server.shell.wire import Wire, last_words
 
 log = logging.getLogger("cohaptic.server")
 
@@ -260,10 +260,7 @@ class CohapticServer:
                     await self._send_mesh(connection)
                 ws.taken()
         except ConnectionClosed as closed:
-            peer.farewell = closed.rcvd is not None
-            frame = closed.rcvd or closed.sent
-            if frame is not None and frame.reason:
-                reason = one_line(frame.reason)  # it is shown on other users' terminals
+            peer.farewell, reason = last_words(closed)
         finally:
             ws.deliver = None
             connection.take_rest()

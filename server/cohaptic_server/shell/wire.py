@@ -15,10 +15,12 @@ from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode as StandardCode
 from websockets.protocol import State
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_line
 from cohaptic.protocol.websocket_frames import begins_message, make_frame
 from cohaptic.runtime.transport import unsent_of
 from cohaptic_server.guard.limits import Limits
@@ -215,3 +217,18 @@ class Wire(ServerConnection):
             told = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
             self._gate.tell(self.source, "no_request", told)
             self.transport.abort()
+
+
+def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
+    """How a connection has ended: whether the peer closed it, and the reason, as one line.
+
+    The reason is the peer's own, or what the library found wrong with what it sent; empty where
+    there is none, and for a peer that has answered no ping, whose connection was lost.
+    """
+    rcvd, sent = closed.rcvd, closed.sent
+    if rcvd is not None and closed.rcvd_then_sent is not False:
+        return True, one_line(rcvd.reason)
+    # The answer to a close of our own tells nothing, whatever is in it.
+    if sent is None or sent.code == StandardCode.INTERNAL_ERROR:
+        return False, ""
+    return False, one_line(sent.reason)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.errors import CloseCode
+from cohaptic.errors import CloseCode, ProtocolError
 from cohaptic.protocol.messages import (
     Bye,
     Error,
@@ -114,23 +114,41 @@ def test_a_name_in_use_is_refused_and_nobody_hears_of_it(small_balloon: Balloon)
     assert news(first) == []
 
 
-def test_a_name_is_kept_where_the_connection_was_lost_and_not_where_somebody_ended_it(
-    small_balloon: Balloon,
+@pytest.mark.parametrize("code", [None, *CloseCode])
+@pytest.mark.parametrize("farewell", [True, False])
+def test_a_name_is_kept_where_nobody_ended_the_session_but_the_path_or_the_server(
+    small_balloon: Balloon, code: CloseCode | None, farewell: bool
 ) -> None:
-    for said, reason, kept in (
-        ("", "", True),
-        (encode_control(Bye()), "", False),
-        ("", "x", False),
-    ):
-        there = lobby(small_balloon)
-        peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
-        say(there, peer, hello_text("ann"))
-        if said:
-            say(there, peer, said)
-        there.disconnect(peer, reason)
-        other = there.connect(0.0, SUBPROTOCOL, None, source="elsewhere")
-        say(there, other, hello_text("ann"))
-        assert (other.session.close is not None) == kept
+    there = lobby(small_balloon, max_users=1)
+    peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
+    say(there, peer, hello_text("ann"))
+    there.tick(10.0)
+    if code is not None:
+        peer.session.fail(ProtocolError("ann", "here", "elsewhere", code))
+    peer.farewell = farewell
+    there.disconnect(peer, "")
+    spared = (CloseCode.TOO_SLOW, CloseCode.OBJECT_CHANGED, CloseCode.SERVER_STOPS)
+    kept = code is None or (code in spared and not farewell)
+    for name, kept_too in (("ann", kept), ("bob", kept and not farewell)):
+        other = there.connect(10.0, SUBPROTOCOL, None, source="elsewhere")
+        say(there, other, hello_text(name), 10.0)
+        assert (other.session.close is not None) == kept_too
+        there.disconnect(other, "bye")
+
+
+@pytest.mark.parametrize(("said", "reason"), [(encode_control(Bye()), ""), ("", "x")])
+def test_a_name_is_kept_no_more_where_its_owner_ended_the_session(
+    small_balloon: Balloon, said: str, reason: str
+) -> None:
+    there = lobby(small_balloon)
+    peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
+    say(there, peer, hello_text("ann"))
+    if said:
+        say(there, peer, said)
+    there.disconnect(peer, reason)
+    other = there.connect(0.0, SUBPROTOCOL, None, source="elsewhere")
+    say(there, other, hello_text("ann"))
+    assert other.session.close is None
 
 
 def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None:
