@@ -17,6 +17,10 @@ from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
+# Connections of one session that watch. A page has one; more are of a tab that was duplicated, and
+# of paths that have broken and whose end is not known yet.
+MOST_PAGES = 4
+
 
 class Reception:
     """Of one room.
@@ -73,7 +77,7 @@ class Reception:
             session.fail(error)
             return
         self.entrance.begin(peer, now, to_wall)
-        self.waiting.take_in(hello.name, outcome)
+        self.waiting.take_in(hello.name, claim, outcome)
         self._seat(peer, session, hello, joined, to_wall, session_token, outcome)
 
     def come(
@@ -97,18 +101,17 @@ class Reception:
         peer: Peer,
         session: ServerSession,
         hello: Hello,
-        taken_in: tuple[Welcome, UserJoined, int | None],
+        taken_in: tuple[Welcome, UserJoined, tuple[UserLeft, ...]],
         to_wall: float,
         token: str | None,
         outcome: Outcome,
     ) -> None:
         welcome, joined, replaced = taken_in
-        if replaced is not None:
+        for left in replaced:
             limit = "its only connection: it has come back with another"
             for other in self.peers:
-                if other.user == replaced:
-                    other.session.fail(ProtocolError("user", hello.name, limit))
-            left = UserLeft(user=replaced, name=hello.name, reason="replaced by its return")
+                if other.user == left.user:
+                    other.session.fail(ProtocolError("user", left.name, limit))
             tell_others(self.peers, peer, left, outcome)
         peer.user = welcome.user
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
@@ -128,6 +131,7 @@ class Reception:
         peer.session = watcher
         try:
             session_token = self.entrance.enter(peer, watch, now, to_wall)
+            self._check_pages(peer)
             self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
             self.entrance.begin(peer, now, to_wall)
             if self.room.restrains:
@@ -138,6 +142,16 @@ class Reception:
             watcher.fail(error)
             return
         peer.needs_mesh = True
+
+    def _check_pages(self, peer: Peer) -> None:
+        """Raise RemoteProtocolError where one more page of a session may not watch."""
+        session = peer.guest.session
+        pages = [one for one in self.peers if one.watches and one.session.hears_news]
+        count = sum(one.guest.session == session for one in pages)
+        if session and count >= MOST_PAGES:
+            subject = "number of pages that watch with one invitation's session"
+            limit = f"at most {MOST_PAGES}: ask for an invitation of your own"
+            raise RemoteProtocolError(subject, count + 1, limit, CloseCode.ROOM_FULL)
 
 
 def tell_others(peers: Iterable[Peer], peer: Peer, news: ServerControl, outcome: Outcome) -> None:

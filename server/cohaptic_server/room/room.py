@@ -94,7 +94,7 @@ class Room:
         guest: Guest = ANYBODY,
         *,
         called: bool = False,
-    ) -> tuple[Welcome, UserJoined, int | None]:
+    ) -> tuple[Welcome, UserJoined, tuple[UserLeft, ...]]:
         """Add a user.
 
         Args:
@@ -105,8 +105,8 @@ class Room:
             called: Whether it has waited, and a seat was kept for it.
 
         Returns:
-            Its welcome, the message for the others, and the number of the user of the same name
-            that it replaces, if any; the caller ends that user's session.
+            Its welcome, the message for the others, and what is told of those whose place it
+            takes: by the same name, or of the same session. The caller ends their sessions.
 
         Raises:
             RemoteProtocolError: The name is in use, the room is full, or the client asks for gains
@@ -117,22 +117,22 @@ class Room:
         self._check_law(hello.law)
         self.frames.check_geometry(hello.geometry)
         claim = Claim(hello.key, source, guest.session)
-        own = False
         if holder is None:
             self.kept.check(hello.name, claim, now)
-            own = self.kept.has_seat(hello.name, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
             names = ", ".join(sorted(m.hello.name for m in self.members.values()))
             raise RemoteProtocolError(
                 "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
             )
-        if holder is None:
+        # A session has one seat, whatever it calls itself: its token may have been passed on.
+        replaced = [m for m in self.members.values() if m is holder or claim.is_session_of(m.claim)]
+        if not replaced:
+            own = self.kept.seats_of(hello.name, claim, now)
             kept = self.kept.seats(now) - own
             promised = self.queue.called if own or called else len(self.queue)
             self.seats.check(len(self.members), kept, promised)
-            self.kept.forget(hello.name)
-        else:
-            self.leave(holder.user)
+        self.kept.forget(hello.name, claim)
+        left = tuple(self._replace(member) for member in replaced)
         user = self.next_user
         self.next_user += 1
         present = tuple(m.hello.name for m in self.members.values())
@@ -147,7 +147,7 @@ class Room:
             body=describe(self.body),
             users=present,
         )
-        return welcome, UserJoined(user=user, name=hello.name), holder.user if holder else None
+        return welcome, UserJoined(user=user, name=hello.name), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
         """Keep the newest sample of a user."""
@@ -222,6 +222,11 @@ class Room:
             since = member.joined if seat else None
             self.kept.keep(member.hello.name, member.claim, lost, since=since)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
+
+    def _replace(self, member: Member) -> UserLeft:
+        del self.members[member.user]
+        name = member.hello.name
+        return UserLeft(user=member.user, name=name, reason="replaced by its return")
 
     def seated(self, now: float) -> int:
         """How many seats are taken: of users, of those who may be about to come back or come in."""

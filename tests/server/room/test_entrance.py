@@ -12,6 +12,8 @@ from cohaptic.protocol.messages import (
     Error,
     Hello,
     Place,
+    UserJoined,
+    UserLeft,
     Welcome,
     decode_server_control,
     encode_control,
@@ -28,6 +30,7 @@ from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.reception import MOST_PAGES
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
@@ -270,3 +273,88 @@ def test_no_log_and_no_error_tells_a_token(small_balloon: Balloon) -> None:
             assert part[:12] not in error
             assert all(part[:12] not in line for line in lines)
     assert not there.room.members
+
+
+def test_a_session_has_one_seat_by_whatever_names_its_token_is_used(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(single_use=True), max_users=2)
+    first = say(there, hello("first", token=token()))
+    session = welcome(first).session
+    newest = first
+    for k in range(15):
+        before, newest = newest, say(there, hello(f"user{k}", token=session), source=str(k))
+        assert before.session.close is not None
+        assert "its only connection" in before.session.close[1]
+        assert list(there.room.members) == [newest.user]
+        if k % 3:
+            there.disconnect(before, "")
+    # Nor does one that is lost leave a seat behind for each name.
+    for k in range(5):
+        there.tick(100.0 * k)
+        there.disconnect(newest, "")
+        newest = say(there, hello(f"lost{k}", token=session), source=f"lost{k}")
+        assert there.room.seated(0.0) == 1
+    second = say(there, hello("second", token=token(jti="second")), source="elsewhere")
+    assert list(there.room.members) == [newest.user, second.user]
+
+
+def test_the_others_hear_that_a_session_goes_by_another_name(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    other = say(there, hello("other", token=token(jti="other")))
+    ann = say(there, hello("ann", token=token()))
+    other.session.take(clear=True)
+    bob = say(there, hello("bob", token=welcome(ann).session))
+    assert [decode_server_control(str(data)) for data in other.session.take(clear=True)] == [
+        UserLeft(user=ann.user or 0, name="ann", reason="replaced by its return"),
+        UserJoined(user=bob.user or 0, name="bob"),
+    ]
+    # A name of somebody else is no more to be had this way than by any other.
+    refused(say(there, hello("other", token=welcome(bob).session)), CloseCode.NAME_TAKEN)
+    assert bob.session.close is None
+
+
+def test_a_session_has_one_place_in_the_queue_by_whatever_names(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon, max_users=1)
+    user = say(there, hello("user", token=token(jti="user")))
+    newest = say(there, hello("first", token=token(), wait=True))
+    there.serve(0.0)
+    session = place(newest).session
+    for k in range(6):
+        before = newest
+        newest = say(there, hello(f"name{k}", token=session, wait=True), source=str(k))
+        assert before.session.close is not None
+        assert len(there.room.queue) == len(there.reception.waiting) == 1
+    # Who finds a seat by another name waits no more.
+    there.disconnect(user, "bye")
+    seated = say(there, hello("seated", token=session), source="seat")
+    refused(seated, CloseCode.ROOM_FULL)  # it has to be called
+    there.serve(0.0)
+    say(there, Come(), newest)
+    assert [m.hello.name for m in there.room.members.values()] == ["name5"]
+    assert len(there.room.queue) == 0
+
+
+def test_the_pages_of_a_session_that_watch_are_few_and_cost_no_other_a_place(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(single_use=True))
+    pages = [say(there, watch(token=token()))]
+    session = watching(pages[0]).session
+    for k in range(1, MOST_PAGES):
+        pages.append(say(there, watch(token=session), source=str(k)))
+    words = refused(say(there, watch(token=session), source="more"), CloseCode.ROOM_FULL)
+    assert f"is {MOST_PAGES + 1}; expected at most {MOST_PAGES}" in words
+    assert len(there.audience.watchers) == MOST_PAGES
+    welcome(say(there, hello(token=session), source="hand"))
+    watching(say(there, watch(token=token(jti="second")), source="second"))
+    there.disconnect(pages[0], "")
+    watching(say(there, watch(token=session), source="again"))
+
+
+def test_where_nobody_has_a_token_as_many_watch_as_there_are_places(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(None, admits_anybody=True))
+    for k in range(3 * MOST_PAGES):
+        watching(say(there, watch(), source=str(k)))

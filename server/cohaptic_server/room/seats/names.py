@@ -40,11 +40,15 @@ class Claim:
         """Whether nobody else can make it."""
         return self.key is not None or self.session != ""
 
+    def is_session_of(self, other: Claim) -> bool:
+        """Whether both are of one session, which touches by one name at a time."""
+        return self.session != "" and self.session == other.session
+
     def is_of(self, other: Claim) -> bool:
         """Whether both are the same client, as far as can be known."""
         if not self.is_secret:
             return self.source == other.source
-        if self.session and self.session == other.session:
+        if self.is_session_of(other):
             return True
         mine, its = self.key, other.key
         return mine is not None and its is not None and hmac.compare_digest(mine, its)
@@ -95,9 +99,15 @@ class KeptNames:
         self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
         return len(self._seats)
 
-    def has_seat(self, name: str, now: float) -> bool:
-        """Whether one of those seats is of this name."""
-        return self._seats.get(name, now) > now and name in self._kept
+    def seats_of(self, name: str, claim: Claim, now: float) -> int:
+        """How many of those seats are free for who comes back.
+
+        Args:
+            name: By which it comes.
+            claim: To it.
+            now: Time [s].
+        """
+        return sum(self._seats.get(own, now) > now for own in self._names_of(name, claim))
 
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name is kept for somebody else."""
@@ -111,6 +121,11 @@ class KeptNames:
             limit = f"another one: its owner lost the connection and has {until - now:.0f} s left"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
-    def forget(self, name: str) -> None:
-        """Keep a name no more: its owner is back, or nobody waits for it."""
-        self._kept.pop(name, None)
+    def forget(self, name: str, claim: Claim) -> None:
+        """Keep a name no more, nor any other of its session: who had it is back."""
+        for own in self._names_of(name, claim):
+            del self._kept[own]
+
+    def _names_of(self, name: str, claim: Claim) -> list[str]:
+        kept = self._kept.items()
+        return [n for n, (whose, _) in kept if n == name or claim.is_session_of(whose)]

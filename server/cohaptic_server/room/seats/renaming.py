@@ -57,7 +57,7 @@ def rename(
     if member is None:
         waiting.rename(peer, wish.name)
     else:
-        room.kept.forget(wish.name)
+        room.kept.forget(wish.name, claim)
         member.hello = hello.model_copy(update={"name": wish.name})
         if member.muted:
             room.muted.add(wish.name, claim)

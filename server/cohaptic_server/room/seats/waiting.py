@@ -103,7 +103,8 @@ class Waiting:
         Args:
             peer: Who it is.
             session: Of it.
-            hello: With which it came; nobody else waits by its name.
+            hello: With which it came; nobody else waits by its name. A place that its session
+                has by another name is handed on to it.
             token: With which it comes back; None for one who needs none.
             now: Time [s].
             outcome: To which the tasks of the shell are added.
@@ -112,12 +113,12 @@ class Waiting:
             RemoteProtocolError: No place is left.
         """
         waiter, number = _Waiter(peer, session, hello, token), self._next
-        before = self._by_name(hello.name)
-        if before is None:
-            self._room.queue = self._room.queue.enter(number, peer.source, now)
+        before = self._of(hello.name, waiter.claim)
+        if before:
+            self._room.queue = self._room.queue.hand_on(before[0], number)
         else:
-            self._room.queue = self._room.queue.hand_on(before, number)
-            self._end(self._waiters.pop(before), outcome)
+            self._room.queue = self._room.queue.enter(number, peer.source, now)
+        self._take_over(before, outcome)
         self._next += 1
         self._waiters[number] = waiter
         session.queue()
@@ -145,12 +146,9 @@ class Waiting:
             if waiter.peer is peer:
                 waiter.hello = waiter.hello.model_copy(update={"name": name})
 
-    def take_in(self, name: str, outcome: Outcome) -> None:
+    def take_in(self, name: str, claim: Claim, outcome: Outcome) -> None:
         """One who is in the room now waits there no more by a connection of before."""
-        number = self._by_name(name)
-        if number is not None:
-            self._room.queue = self._room.queue.come(number)
-            self._end(self._waiters.pop(number), outcome)
+        self._take_over(self._of(name, claim), outcome)
 
     def leave(self, peer: Peer, now: float) -> str | None:
         """Give up the place of a connection that has ended; returns the name of who had one."""
@@ -183,10 +181,19 @@ class Waiting:
         told = f"{waiter.hello.name} is called to a place"
         outcome.say("called", told, waiter.peer.source, user=waiter.hello.name)
 
-    def _end(self, waiter: _Waiter, outcome: Outcome) -> None:
-        limit = "its only connection: it has come back with another"
-        waiter.session.fail(ProtocolError("user", waiter.hello.name, limit))
-        outcome.flush.append(waiter.peer)
+    def _take_over(self, before: list[int], outcome: Outcome) -> None:
+        """End connections of one who has come back with another."""
+        for number in before:
+            self._room.queue = self._room.queue.come(number)
+            waiter = self._waiters.pop(number)
+            limit = "its only connection: it has come back with another"
+            waiter.session.fail(ProtocolError("user", waiter.hello.name, limit))
+            outcome.flush.append(waiter.peer)
+
+    def _of(self, name: str, claim: Claim) -> list[int]:
+        """Who waits by a name, which is of this claim, or by another of its session."""
+        waiters = self._waiters.items()
+        return [k for k, w in waiters if w.hello.name == name or claim.is_session_of(w.claim)]
 
     def _by_name(self, name: str) -> int | None:
         return next((k for k, w in self._waiters.items() if w.hello.name == name), None)

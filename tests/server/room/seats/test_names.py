@@ -37,7 +37,7 @@ def test_a_kept_name_goes_to_its_owner_or_its_address_until_it_is_free(
     same = owner.source == other.source or (owner.key is not None and owner.key == other.key)
     if same or later >= KEPT_FOR:
         kept.check("ann", other, later)
-        kept.forget("ann")
+        kept.forget("ann", other)
         kept.check("ann", Claim(None, "z"), later)  # it is not kept any more
         return
     with pytest.raises(RemoteProtocolError) as caught:
@@ -81,3 +81,15 @@ def test_a_seat_is_kept_for_as_long_as_it_was_taken_and_not_for_long(
     limit = min(taken, SEAT_KEPT_FOR)
     if abs(later - limit) > 1e-9:
         assert kept.seats(100.0 + later) == (later < limit)
+
+
+@given(st.lists(st.sampled_from(["", "one", "two"]), max_size=8), st.sampled_from(["", "one"]))
+def test_who_is_back_has_the_seats_of_its_session_and_no_others(lost: list[str], back: str) -> None:
+    kept = KeptNames()
+    for number, session in enumerate(lost):
+        kept.keep(f"user{number}", Claim(None, "home", session), 100.0, since=0.0)
+    claim = Claim(None, "elsewhere", back)
+    own = lost.count(back) if back else 0
+    assert kept.seats_of("another", claim, 100.0) == own
+    kept.forget("another", claim)
+    assert kept.seats(100.0) == len(lost) - own
