@@ -1,33 +1,71 @@
-"""Queue of messages to one peer: events in order, and the newest patch.
+"""Queue of messages to one peer: events in order, the newest state, and the newest patch.
 
 A patch that was not sent yet is replaced by the next one, so that a client that cannot keep up gets
-fewer patches and never older ones. Events (somebody joined, an error) are never dropped; a client
-for which `MAX_EVENTS` of them wait is disconnected and told why.
+fewer patches and never older ones. Events (a welcome, an answer, an error) are never dropped; a
+client for which `MAX_EVENTS` of them wait is disconnected and told why.
+
+What others do is no event of this client's, and would let them disconnect it: who is here is state.
+Of a user who came and left while nothing could be written, nothing is told; of one who stays, and
+of one who was there before, each kind of news once. So as much waits as two rooms have users.
 """
 
 from __future__ import annotations
 
-from collections import deque
+from cohaptic.protocol.control.message import ControlMessage
+from cohaptic.protocol.messages import (
+    Place,
+    Restraints,
+    UserJoined,
+    UserLeft,
+    Welcome,
+    encode_control,
+)
+from cohaptic.protocol.watch_messages import PutOut, Watching
 
 MAX_EVENTS = 64
+_STATE = (UserJoined, UserLeft, Restraints, PutOut, Place)  # of which the newest waits
 
 
 class Outbox:
-    """At most `MAX_EVENTS` events and one patch.
+    """At most `MAX_EVENTS` events, the newest state, and one patch.
 
     Attributes:
         patches_skipped: Patches that were replaced before they were sent.
     """
 
     def __init__(self) -> None:
-        self._events: deque[str | bytes] = deque()
+        self._waiting: dict[object, str | bytes] = {}  # in order; of an event the key is a number
+        self._events = 0
+        self._newest_user = 0  # of those whom the client was told, or is to be; numbers rise
+        self._unknown: set[int] = set()  # users of whose coming it was not told yet
         self._patch: bytes | None = None
         self.patches_skipped = 0
 
     @property
     def empty(self) -> bool:
         """Whether nothing waits."""
-        return self._patch is None and not self._events
+        return self._patch is None and not self._waiting
+
+    def put(self, message: ControlMessage) -> bool:
+        """Queue a message; the result is that of `put_event`."""
+        if isinstance(message, Welcome):
+            self._newest_user = message.user
+        elif isinstance(message, Watching):
+            self._newest_user = max((user.user for user in message.users), default=0)
+        if not isinstance(message, _STATE):
+            return self.put_event(encode_control(message))
+        user = message.user if isinstance(message, UserJoined | UserLeft) else 0
+        if isinstance(message, UserJoined) and user > self._newest_user:
+            self._newest_user = user
+            self._unknown.add(user)
+        elif isinstance(message, UserLeft) and user in self._unknown:
+            self._unknown.discard(user)
+            del self._waiting[UserJoined, user]
+            return True
+        key = (type(message), user)
+        self._waiting.pop(key, None)  # to the end: the order is that of the newest news
+        self._waiting[key] = encode_control(message)
+        return True
 
     def put_event(self, data: str | bytes) -> bool:
         """Queue an event: text, or a frame that no later one replaces (the resting mesh).
@@ -35,9 +73,10 @@ class Outbox:
         Returns:
             False when the queue is full, which ends the session.
         """
-        if len(self._events) >= MAX_EVENTS:
+        if self._events >= MAX_EVENTS:
             return False
-        self._events.append(data)
+        self._waiting[self._events] = data
+        self._events += 1
         return True
 
     def put_patch(self, frame: bytes) -> None:
@@ -47,18 +86,20 @@ class Outbox:
         self._patch = frame
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Remove and return the messages to write now: every event, then the patch.
+        """Remove and return the messages to write now: events and state, then the patch.
 
         Args:
-            clear: Whether the last write has left the process. If not, nothing is returned, and the
-                patch waits here, where a newer one can replace it.
+            clear: Whether the last write has left the process. If not, nothing is returned, and
+                what waits can be replaced by what is newer.
         """
         if not clear:
             return []
         messages: list[str | bytes] = []
-        if self._events:
-            messages += self._events
-            self._events.clear()
+        if self._waiting:
+            messages += self._waiting.values()
+            self._waiting.clear()
+            self._unknown.clear()
+            self._events = 0
         if self._patch is not None:
             messages.append(self._patch)
             self._patch = None

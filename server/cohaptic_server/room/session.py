@@ -20,7 +20,7 @@ from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, Remote
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.control.naming import SetName
-from cohaptic.protocol.messages import Bye, Come, Error, Hello, SetLaw, Welcome, encode_control
+from cohaptic.protocol.messages import Bye, Come, Error, Hello, SetLaw, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
@@ -137,7 +137,7 @@ class ServerSession:
         self.state = State.JOINED
         self.send(welcome)
         if rest_mesh is not None:
-            self._put_event(rest_mesh)
+            self._check(fits=self.outbox.put_event(rest_mesh))
 
     def fail(self, error: ProtocolError) -> None:
         """End the session because of `error` and tell the client."""
@@ -161,11 +161,11 @@ class ServerSession:
         return self.outbox.take(clear=clear)
 
     def send(self, message: ControlMessage) -> None:
-        """Queue an event for the client."""
-        self._put_event(encode_control(message))
+        """Queue a message for the client."""
+        self._check(fits=self.outbox.put(message))
 
-    def _put_event(self, data: str | bytes) -> None:
-        if not self.outbox.put_event(data):
+    def _check(self, *, fits: bool) -> None:
+        if not fits:
             reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
             self._end(CloseCode.TOO_SLOW.value, reason)
 

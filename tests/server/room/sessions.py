@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.control.naming import Named
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
     Come,
     Error,
     Hello,
-    UserJoined,
     Welcome,
     decode_server_control,
     encode_control,
@@ -25,7 +25,7 @@ BODY = BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radi
 WELCOME = Welcome(user=1, name="left", simulation_period=0.02, body=BODY, users=())
 
 
-NEWS = UserJoined(user=2, name="right")
+ANSWER = Named(name="left")
 
 
 def session_in(state: State) -> ServerSession:

@@ -358,3 +358,17 @@ def test_where_nobody_has_a_token_as_many_watch_as_there_are_places(
     there = lobby(small_balloon, admission(None, admits_anybody=True))
     for k in range(3 * MOST_PAGES):
         watching(say(there, watch(), source=str(k)))
+
+
+def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
+    small_balloon: Balloon,
+) -> None:
+    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    say(there, hello("first", token=token(jti="first")))
+    waiting = say(there, hello(token=token(), wait=True))
+    there.serve(0.0)
+    say(there, hello("second", token=token(jti="second"), wait=True))
+    there.serve(0.0)
+    told = place(waiting)
+    assert told.of == 2
+    assert told.session is not None

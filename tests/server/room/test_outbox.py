@@ -3,7 +3,18 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.protocol.messages import (
+    Place,
+    Restraints,
+    UserJoined,
+    UserLeft,
+    Welcome,
+    decode_server_control,
+    encode_control,
+)
+from cohaptic.protocol.watch_messages import PutOut, WatchedUser, Watching
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
+from tests.server.room.sessions import BODY
 
 # What happens at an outbox, in any order: an event, a patch, or a chance to write.
 happenings = st.lists(st.sampled_from(["event", "patch", "clear", "blocked"]), max_size=300)
@@ -55,3 +66,118 @@ def test_what_was_taken_is_gone_and_there_is_room_again() -> None:
     assert outbox.put_event("again")
     assert outbox.take(clear=True) == ["again"]
     assert outbox.take(clear=True) == []
+
+
+class Guests:
+    """A room of a few users, and a client that is told of them."""
+
+    def __init__(self, before: int) -> None:
+        self.here = {user: f"user{user}" for user in range(1, before + 2)}
+        self.next, self.told = before + 2, dict(self.here)  # the client itself came last
+        self.outbox = Outbox()
+        names = tuple(name for user, name in self.here.items() if user != before + 1)
+        welcome = Welcome(
+            user=before + 1, name="me", simulation_period=0.02, body=BODY, users=names
+        )
+        assert self.outbox.put(welcome)
+        self.outbox.take(clear=True)
+
+    def happen(self, what: str, which: int) -> None:
+        if what == "joins":
+            user, self.next = self.next, self.next + 1
+            self.here[user] = f"user{user}"
+            assert self.outbox.put(UserJoined(user=user, name=self.here[user]))
+        elif what == "writes":
+            self.hear(self.outbox.take(clear=True))
+        elif self.here:
+            user = sorted(self.here)[which % len(self.here)]
+            if what == "renames":
+                self.here[user] += "x"
+                assert self.outbox.put(UserJoined(user=user, name=self.here[user]))
+            else:
+                left = UserLeft(user=user, name=self.here.pop(user), reason="bye")
+                assert self.outbox.put(left)
+
+    def hear(self, written: list[str | bytes]) -> None:
+        known = set(self.told)
+        for data in written:
+            news = decode_server_control(str(data))
+            assert isinstance(news, UserJoined | UserLeft)
+            if isinstance(news, UserJoined):
+                self.told[news.user] = news.name
+            else:
+                # Nobody leaves of whom the client had not heard.
+                assert news.user in known
+                assert self.told.pop(news.user) == news.name
+        assert self.told == self.here
+        assert len(written) <= 2 * len(known) + len(self.here)
+
+
+@given(
+    st.integers(0, 5),
+    st.lists(
+        st.tuples(
+            st.sampled_from(["joins", "joins", "renames", "leaves", "writes"]), st.integers(0, 9)
+        ),
+        max_size=200,
+    ),
+)
+def test_whoever_comes_and_goes_a_client_knows_in_the_end_who_is_here(
+    before: int, order: list[tuple[str, int]]
+) -> None:
+    guests = Guests(before)
+    for what, which in order:
+        guests.happen(what, which)
+    guests.happen("writes", 0)
+    assert guests.outbox.empty
+
+
+def test_a_stranger_who_comes_and_goes_takes_no_place_of_events() -> None:
+    guests = Guests(1)
+    for _ in range(10 * MAX_EVENTS):
+        guests.happen("joins", 0)
+        guests.happen("leaves", len(guests.here) - 1)
+    assert guests.outbox.empty
+    for _ in range(MAX_EVENTS):
+        assert guests.outbox.put_event("answer")
+    assert not guests.outbox.put_event("one too many")
+
+
+def test_of_what_is_state_the_newest_is_told() -> None:
+    outbox = Outbox()
+    for k in range(10 * MAX_EVENTS):
+        assert outbox.put(Place(place=1, of=1 + k))
+        assert outbox.put(Restraints(frozen=bool(k % 2), muted=(k,)))
+        assert outbox.put(PutOut(names=(str(k),)))
+    last = 10 * MAX_EVENTS - 1
+    assert outbox.take(clear=True) == [
+        encode_control(Place(place=1, of=1 + last)),
+        encode_control(Restraints(frozen=True, muted=(last,))),
+        encode_control(PutOut(names=(str(last),))),
+    ]
+
+
+def test_one_who_watches_hears_of_nobody_who_came_and_left_meanwhile() -> None:
+    outbox = Outbox()
+    there = (WatchedUser(user=3, name="ann"), WatchedUser(user=7, name="bob"))
+    assert outbox.put(
+        Watching(
+            simulation_period=0.02,
+            to_wall=0.0,
+            body=BODY,
+            model=None,
+            users=there,
+            allow_latency=False,
+            allow_fixed_gains=False,
+        )
+    )
+    outbox.take(clear=True)
+    news = (
+        UserJoined(user=7, name="carl"),
+        UserJoined(user=8, name="eve"),
+        UserLeft(user=3, name="ann", reason="bye"),
+        UserLeft(user=8, name="eve", reason="bye"),
+        UserLeft(user=7, name="carl", reason="bye"),
+    )
+    assert all(outbox.put(message) for message in news)
+    assert outbox.take(clear=True) == [encode_control(news[k]) for k in (0, 2, 4)]

@@ -20,7 +20,7 @@ from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.session import ALLOWED, HELLO_TIMEOUT, Event, ServerSession, State
 from tests.client.plane import PLANE
 from tests.server.peers import hello, hello_text, sample, text
-from tests.server.room.sessions import MESSAGES, NEWS, WELCOME, ended, last_words, session_in
+from tests.server.room.sessions import ANSWER, MESSAGES, WELCOME, ended, last_words, session_in
 from tests.strategies import patches
 
 CLOSE_REASON_BYTES = 123  # RFC 6455, section 5.5: 125 bytes of payload, two of them for the code
@@ -166,9 +166,9 @@ def test_time_ends_no_session_that_has_said_hello(state: State) -> None:
 def test_a_client_that_lets_events_pile_up_is_closed_and_told_why() -> None:
     session = session_in(State.JOINED)
     for _ in range(MAX_EVENTS):
-        session.send(NEWS)
+        session.send(ANSWER)
     assert session.close is None
-    session.send(NEWS)
+    session.send(ANSWER)
     code, reason = ended(session)
     assert code == CloseCode.TOO_SLOW.value
     assert str(MAX_EVENTS) in reason
@@ -178,7 +178,7 @@ def test_an_error_wins_over_a_full_outbox() -> None:
     """The client cannot be told in a message, so the close says what it did."""
     session = session_in(State.JOINED)
     for _ in range(MAX_EVENTS):
-        session.send(NEWS)
+        session.send(ANSWER)
     session.receive(b"", 0.0)
     code, reason = ended(session)
     assert code == CloseCode.BAD_MESSAGE.value

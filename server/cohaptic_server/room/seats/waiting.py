@@ -29,7 +29,7 @@ class _Waiter:
         peer: Who it is.
         session: Of it.
         hello: With which it came; its name is another one after a `set_name`.
-        token: With which it comes back; None for one who needs none, and once it was told.
+        token: With which it comes back; None for one who needs none, and once it has gone out.
         told: Its place and their number, as it knows them; None before it was told any.
         told_at: When it was told [s].
     """
@@ -52,9 +52,10 @@ class _Waiter:
         repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
         if self.told == place and not repeated:
             return
+        if self.told is not None and self.session.outbox.empty:
+            self.token = None  # the place that said it has gone out, and no newer one took its turn
         self.told, self.told_at = place, now
         self.session.send(Place(place=place[0], of=place[1], session=self.token))
-        self.token = None
         outcome.flush.append(self.peer)
 
 

@@ -182,8 +182,8 @@ class Watcher:
             self.fail(RemoteProtocolError("silence", waited, limit, CloseCode.TOO_SLOW))
 
     def send(self, message: ControlMessage) -> None:
-        """Queue an event."""
-        if not self.outbox.put_event(encode_control(message)):
+        """Queue a message."""
+        if not self.outbox.put(message):
             reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
             self.close = self.close or (CloseCode.TOO_SLOW.value, reason)
 

@@ -19,6 +19,7 @@ from cohaptic.protocol.messages import (
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.seats.names import SEAT_KEPT_FOR
 from cohaptic_server.room.seats.wait_queue import TURN
@@ -63,7 +64,7 @@ def test_who_waits_is_told_its_place_is_called_in_turn_and_comes_in(
 ) -> None:
     there, (user,) = full(small_balloon)
     first, second = wait(there, "first"), wait(there, "second")
-    assert news(first) == [Place(place=1, of=1), Place(place=1, of=2)]
+    assert news(first) == [Place(place=1, of=2)]
     assert news(second) == [Place(place=2, of=2)]
     there.serve(0.1)
     assert news(first) == news(second) == []
@@ -97,6 +98,17 @@ def test_a_place_is_told_again_as_a_sign_of_life_but_not_to_who_takes_nothing(
         assert news(hears) == [Place(place=1, of=2)]
     assert news(deaf) == [Place(place=2, of=2)]
     assert deaf.session.close is None
+
+
+def test_others_in_the_queue_cannot_get_one_closed_whose_path_is_slow(
+    small_balloon: Balloon,
+) -> None:
+    there, _ = full(small_balloon)
+    slow = wait(there, "slow", source="slow")
+    for k in range(MAX_EVENTS):
+        leave(there, wait(there, "other", source="other"), 0.01 * k)
+    assert slow.session.close is None
+    assert news(slow) == [Place(place=1, of=1)]
 
 
 def test_the_seat_of_a_lost_connection_is_not_free_until_it_is_kept_no_longer(

@@ -23,7 +23,7 @@ from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
 from tests.examples_of_laws import examples
 from tests.server.peers import hello_text, sample
-from tests.server.room.watch.watchers import NEWS, Sent, ended, watcher
+from tests.server.room.watch.watchers import ANSWER, NEWS, Sent, ended, watcher
 
 TICK = 1 / 60  # s
 
@@ -253,9 +253,9 @@ def test_latencies_that_wait_are_bounded(users: list[int]) -> None:
 def test_one_that_lets_events_pile_up_is_closed() -> None:
     made = watcher()
     for _ in range(MAX_EVENTS):
-        made.send(NEWS)
+        made.send(ANSWER)
     assert made.close is None
-    made.send(NEWS)
+    made.send(ANSWER)
     assert made.close == (
         CloseCode.TOO_SLOW.value,
         "64 events wait for this client, the limit: it is too slow",

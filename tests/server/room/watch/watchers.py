@@ -8,6 +8,7 @@ from cohaptic.protocol.messages import BodyInfo, Error, UserJoined
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     EncodingName,
+    Moderated,
     Watch,
     Watching,
     decode_watch_control,
@@ -25,6 +26,7 @@ WATCHING = Watching(
 
 
 NEWS = UserJoined(user=2, name="right")
+ANSWER = Moderated(action="freeze", user=None, done=True)
 
 
 def watcher(
