@@ -101,8 +101,12 @@ async def _unban(ws: ClientConnection, who: str) -> str:
 
 
 def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
+    # The number first: it is the server's, and somebody may have made it a name.
     for user in users:
-        if who in (user.name, str(user.user)):
+        if who == str(user.user):
+            return user
+    for user in users:
+        if who == user.name:
             return user
     names = ", ".join(f"{user.user} {user.name}" for user in users) or "nobody touches"
     raise SettingError("user", repr(who[:60]), f"one of: {names}")

@@ -81,8 +81,7 @@ class ClientSettings:
     def __post_init__(self) -> None:
         if not 0.0 < self.max_force <= 100.0:
             raise SettingError("max force", f"{self.max_force} N", "above 0, at most 100 N")
-        if not self.name or len(self.name) > 32 or not self.name.isprintable():
-            raise SettingError("name", repr(self.name), "1 to 32 printable characters")
+        _check_name(self.name)
         if not 0.0 <= self.friction <= MAX_FRICTION:
             raise SettingError("friction", self.friction, f"from 0 to {MAX_FRICTION:g}")
         if not 0.0 <= self.smoothing <= 1.0:
@@ -127,3 +126,15 @@ class ClientSettings:
         device = device_info(self.device)
         period = haptic_period(self.loop_hz)
         return device_damping_limit(device.damping, device.max_stiffness, period)
+
+
+def _check_name(name: str) -> None:
+    from cohaptic.protocol.control.chosen_name import tidy_name
+
+    limit = "1 to 32 printable characters"
+    if not name or len(name) > 32 or not name.isprintable():
+        raise SettingError("name", repr(name), limit)
+    try:
+        tidy_name(name)
+    except ValueError as error:
+        raise SettingError("name", repr(name), f"{limit}: {error}") from error

@@ -102,6 +102,22 @@ def test_who_is_kicked_is_told_and_comes_back_refused(balloon: Balloon, tmp_path
     beside(balloon, protection, check)
 
 
+def test_a_number_is_a_users_and_not_the_name_of_another(balloon: Balloon) -> None:
+    protection = Protection(Admission(RING, admits_anybody=False))
+    there = ("--token", invitation("owner", room_admin=True))
+
+    async def check(served: Serving) -> None:
+        async with visit(served.url) as first, visit(served.url) as second:
+            await come(first, "2", invitation("first"))
+            await come(second, "bob", invitation("second"))
+            done = await asyncio.to_thread(run, served.url, "kick", "2", *there)
+            assert done == "done: kick bob"
+            assert (await second.end())[0] == 4403
+            assert [m.hello.name for m in served.server.room.members.values()] == ["2"]
+
+    beside(balloon, protection, check)
+
+
 def test_who_may_not_is_refused(balloon: Balloon) -> None:
     protection = Protection(Admission(RING, admits_anybody=False))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cohaptic_server.room.seats.lookalikes import looks_like
 from cohaptic_server.room.seats.names import Claim
 
 MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
@@ -32,4 +33,4 @@ class Muted:
 
 def _is_same(one: tuple[str, Claim], name: str, claim: Claim) -> bool:
     # Without a secret a claim is its address, which others may share.
-    return one[0] == name or (claim.is_secret and claim.is_of(one[1]))
+    return looks_like(one[0], name) or (claim.is_secret and claim.is_of(one[1]))

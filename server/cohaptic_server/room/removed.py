@@ -10,6 +10,7 @@ from cohaptic.protocol.control.message import Name
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.denied import forbidden
 from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Removal
+from cohaptic_server.room.seats.lookalikes import looks_like
 
 _NAME: TypeAdapter[str] = TypeAdapter(Name)
 KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why
@@ -129,7 +130,7 @@ def _is_name(text: str) -> bool:
 
 
 def _is_same(one: Removal, guest: Guest, name: str, source: str) -> bool:
-    if name and name == one.name:
+    if name and looks_like(name, one.name):
         return True
     if not one.session:
         return not guest.session and source == one.source

@@ -6,6 +6,7 @@ go. Joining and leaving are events.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from cohaptic.control.law import Law
@@ -27,6 +28,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.room.member import Member, chosen_gains
 from cohaptic_server.room.muted import Muted
+from cohaptic_server.room.seats.lookalikes import looks_like
 from cohaptic_server.room.seats.names import Claim, KeptNames, may_replace
 from cohaptic_server.room.seats.seating import Seating
 from cohaptic_server.room.seats.wait_queue import WaitQueue
@@ -120,12 +122,10 @@ class Room:
         if holder is None:
             self.kept.check(hello.name, claim, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
-            names = ", ".join(sorted(m.hello.name for m in self.members.values()))
-            raise RemoteProtocolError(
-                "name", hello.name, f"one that is free (taken: {names})", CloseCode.NAME_TAKEN
-            )
+            self.check_name(hello.name)
         # A session has one seat, whatever it calls itself: its token may have been passed on.
         replaced = [m for m in self.members.values() if m is holder or claim.is_session_of(m.claim)]
+        self.check_name(hello.name, [member.user for member in replaced])
         if not replaced:
             own = self.kept.seats_of(hello.name, claim, now)
             kept = self.kept.seats(now) - own
@@ -222,6 +222,18 @@ class Room:
             since = member.joined if seat else None
             self.kept.keep(member.hello.name, member.claim, lost, since=since)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
+
+    def check_name(self, name: str, but: Collection[int | None] = ()) -> None:
+        """Raise RemoteProtocolError where somebody goes by a name, or by one that looks like it.
+
+        Args:
+            name: That is wanted.
+            but: Numbers of users that are passed over.
+        """
+        others = [m.hello.name for m in self.members.values() if m.user not in but]
+        if any(looks_like(name, other) for other in others):
+            limit = f"one that is free and looks like none (taken: {', '.join(sorted(others))})"
+            raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def _replace(self, member: Member) -> UserLeft:
         del self.members[member.user]

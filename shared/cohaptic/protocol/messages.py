@@ -19,6 +19,7 @@ from pydantic import (
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
 from cohaptic.protocol.control.capabilities import Capabilities
+from cohaptic.protocol.control.chosen_name import ChosenName
 from cohaptic.protocol.control.message import SECRETS, ControlMessage, Name, WithSecrets
 from cohaptic.protocol.control.naming import Named, SetName
 from cohaptic.protocol.frame import MAX_POSITION
@@ -80,7 +81,7 @@ class Hello(WithSecrets):
 
     type: Literal["hello"] = "hello"
     protocol: int
-    name: Name
+    name: ChosenName
     law: Law = Law.PREDICTIVE
     max_stiffness: float = Field(default=1000.0, gt=0.0, le=1e6)
     max_force: float = Field(default=10.0, gt=0.0, le=100.0)

@@ -14,9 +14,12 @@ export function freshName(random: () => number): string {
   return `${of(FIRST)} ${of(SECOND)}`;
 }
 
+// What nobody sees, which a server refuses or leaves out; `cohaptic/protocol/control/chosen_name.py`.
+const UNSEEN = /\p{C}|\p{Zl}|\p{Zp}|\p{Default_Ignorable_Code_Point}|\u2800/u;
+
 /** The text made a valid name; `otherwise` where nothing of it is printable. */
 export function usableName(text: string, otherwise: string): string {
-  const printable = Array.from(text.normalize("NFC")).filter((c) => !/\p{C}|\p{Zl}|\p{Zp}/u.test(c)).join("");
+  const printable = Array.from(text.normalize("NFKC")).filter((c) => !UNSEEN.test(c)).join("");
   const tidy = Array.from(printable.replace(/\s+/gu, " ").trim()).slice(0, 32).join("").trim();
   return tidy === "" ? otherwise : tidy;
 }

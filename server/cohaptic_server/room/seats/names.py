@@ -12,6 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic_server.room.seats.lookalikes import looks_like
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
 KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
@@ -110,16 +111,15 @@ class KeptNames:
         return sum(self._seats.get(own, now) > now for own in self._names_of(name, claim))
 
     def check(self, name: str, claim: Claim, now: float) -> None:
-        """Raise RemoteProtocolError if a name is kept for somebody else."""
-        kept = self._kept.get(name)
-        if kept is None:
-            return
-        whose, until = kept
-        # The system behind an address is trusted with what its lost connections had: a client that
-        # was killed has forgotten its secret.
-        if now < until and not (whose.is_of(claim) or whose.source == claim.source):
-            limit = f"another one: its owner lost the connection and has {until - now:.0f} s left"
-            raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
+        """Raise RemoteProtocolError if a name, or one like it, is kept for somebody else."""
+        for kept, (whose, until) in self._kept.items():
+            # The system behind an address is trusted with what its lost connections had: a client
+            # that was killed has forgotten its secret.
+            trusted = whose.is_of(claim) or whose.source == claim.source
+            if now < until and looks_like(name, kept) and not trusted:
+                left = f"{until - now:.0f} s left"
+                limit = f"another one: its owner lost the connection and has {left}"
+                raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def forget(self, name: str, claim: Claim) -> None:
         """Keep a name no more, nor any other of its session: who had it is back."""

@@ -79,11 +79,8 @@ def _check(
     claim: Claim,
     now: float,
 ) -> None:
-    taken = sorted(member.hello.name for member in room.members.values())
-    if name in taken:
-        limit = f"one that is free (taken: {', '.join(taken)})"
-        raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
-    if waiting.has_name(name):
+    room.check_name(name, [peer.user])
+    if waiting.has_name(name, peer):
         limit = "another one: somebody waits by that name"
         raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
     room.kept.check(name, claim, now)

@@ -12,6 +12,7 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.messages import Called, Hello, Place
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
+from cohaptic_server.room.seats.lookalikes import looks_like
 from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
@@ -75,20 +76,21 @@ class Waiting:
         return len(self._waiters)
 
     def check_name(self, name: str, claim: Claim) -> None:
-        """Raise RemoteProtocolError where somebody else waits by a name.
+        """Raise RemoteProtocolError where somebody else waits by a name, or one like it.
 
         Args:
             name: That is wanted.
             claim: To it.
         """
-        number = self._by_name(name)
-        if number is not None and not self._waiters[number].claim.is_of(claim):
+        others = [w for w in self._waiters.values() if looks_like(w.hello.name, name)]
+        if not all(waiter.claim.is_of(claim) for waiter in others):
             limit = "another one: somebody waits by that name"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
-    def has_name(self, name: str) -> bool:
-        """Whether anybody waits by a name."""
-        return self._by_name(name) is not None
+    def has_name(self, name: str, peer: Peer) -> bool:
+        """Whether anybody but a peer waits by a name, or by one like it."""
+        others = [w for w in self._waiters.values() if w.peer is not peer]
+        return any(looks_like(waiter.hello.name, name) for waiter in others)
 
     def enter(
         self,
@@ -193,11 +195,11 @@ class Waiting:
 
     def _of(self, name: str, claim: Claim) -> list[int]:
         """Who waits by a name, which is of this claim, or by another of its session."""
-        waiters = self._waiters.items()
-        return [k for k, w in waiters if w.hello.name == name or claim.is_session_of(w.claim)]
-
-    def _by_name(self, name: str) -> int | None:
-        return next((k for k, w in self._waiters.items() if w.hello.name == name), None)
+        return [
+            number
+            for number, waiter in self._waiters.items()
+            if looks_like(waiter.hello.name, name) or claim.is_session_of(waiter.claim)
+        ]
 
     def _number(self, peer: Peer) -> int | None:
         return next((k for k, w in self._waiters.items() if w.peer is peer), None)

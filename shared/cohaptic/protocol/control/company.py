@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from cohaptic.protocol.control.chosen_name import ChosenName
 from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
 from cohaptic.protocol.frame import MAX_POSITION
 
@@ -40,7 +41,7 @@ class Present(WithSecrets):
     """
 
     type: Literal["present"] = "present"
-    name: Name
+    name: ChosenName
     user: User | None = None
     key: Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")] | None = Field(
         default=None, repr=False

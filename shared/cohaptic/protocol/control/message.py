@@ -15,9 +15,10 @@ from pydantic import (
 SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
 _SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company")
 
+MAX_NAME = 32  # characters
 # Printable, one line: names are shown in terminals and pages.
 Name = Annotated[
-    str, Field(min_length=1, max_length=32, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
+    str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
 ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from cohaptic.protocol.control.chosen_name import ChosenName
 from cohaptic.protocol.control.message import ControlMessage, Name
 
 
@@ -15,7 +16,7 @@ class SetName(ControlMessage):
     """
 
     type: Literal["set_name"] = "set_name"
-    name: Name
+    name: ChosenName
 
 
 class Named(ControlMessage):
