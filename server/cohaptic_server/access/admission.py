@@ -2,7 +2,7 @@
 
 An invitation begins a session. The token of the session is signed by the server, goes to this one
 client, and brings it back with the same grants, also when the invitation has ended meanwhile, or
-was good for one time.
+was good for one time: for as long as the owner says.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ class Guest:
         session: Name of its session; empty for one without a token.
         invitation: Name of the invitation that it began with; empty for none.
         since: When the session began, Unix time [s].
+        until: When that invitation ends, Unix time [s]; None where nobody knows.
         spends: Until when its token for one time is remembered as used, once it has a seat or a
             place; Unix time [s]. None for one that spends nothing.
     """
@@ -42,10 +43,16 @@ class Guest:
     session: str = ""
     invitation: str = ""
     since: float = 0.0
+    until: float | None = None
     spends: float | None = field(default=None, compare=False)
 
 
 ANYBODY = Guest()
+
+
+def session_over() -> Denied:
+    """The refusal, and the end, of a session whose invitation has ended too long ago."""
+    return Denied("the session has ended with its invitation")
 
 
 class Admission:
@@ -55,6 +62,8 @@ class Admission:
         ring: Keys of tokens; None where nobody has one.
         admits_anybody: Whether one without a token may come in.
         single_use: Whether an invitation is good for one time.
+        session_valid: For how long after the end of its invitation a session lasts [s]; None for
+            no end of one that is connected.
         draw: Makes names that nobody can guess.
         keep: Called with each token for one time that is used, for processes to come.
 
@@ -70,6 +79,7 @@ class Admission:
         *,
         admits_anybody: bool = True,
         single_use: bool = False,
+        session_valid: float | None = None,
         draw: Callable[[], str] = lambda: secrets.token_hex(16),
         keep: Callable[[Used], None] | None = None,
     ) -> None:
@@ -80,6 +90,7 @@ class Admission:
         self.ring = ring
         self.admits_anybody = admits_anybody
         self._used = UsedTokens() if single_use else None
+        self._session_valid = session_valid
         self._draw = draw
         self.keep = keep
 
@@ -117,12 +128,16 @@ class Admission:
         if session is not None:
             if now >= session.began + SESSION_LIFE:
                 raise Denied(f"the session began more than {SESSION_LIFE / 3600:g} hours ago")
-            return Guest(grants, claims.sub, session.sid, session.invitation, session.began)
+            began = (session.sid, session.invitation, session.began, session.until)
+            guest = Guest(grants, claims.sub, *began)
+            if now >= self.ends(guest):
+                raise session_over()
+            return guest
         spends = None
         if self._used is not None:
             self._used.check(claims.jti, now)
             spends = claims.exp + LEEWAY
-        return Guest(grants, claims.sub, self._draw(), claims.jti, now, spends)
+        return Guest(grants, claims.sub, self._draw(), claims.jti, now, claims.exp, spends)
 
     def begin(self, guest: Guest, now: float) -> None:
         """Use up the token of one who was just admitted and has found what it came for.
@@ -137,9 +152,17 @@ class Admission:
         if self.keep is not None:
             self.keep(Used(jti=guest.invitation, ends=guest.spends))
 
+    def ends(self, guest: Guest) -> float:
+        """When whoever is connected by a session has to go, Unix time [s]; infinite for never."""
+        if self._session_valid is None or not guest.session:
+            return float("inf")
+        # An invitation that has begun a session had not ended then, but for clocks that differ.
+        until = guest.since if guest.until is None else guest.until
+        return until + self._session_valid
+
     def session_token(self, guest: Guest, now: float) -> str | None:
         """With which a guest comes back; None for one who needs none."""
-        ends = guest.since + SESSION_LIFE
+        ends = min(guest.since + SESSION_LIFE, self.ends(guest))
         if self.ring is None or not guest.session or ends <= now:
             return None
         from cohaptic_server.access.tokens import SESSION_AUDIENCE, Claims, Session, sign
@@ -150,6 +173,11 @@ class Admission:
             iat=now,
             exp=ends,
             haptic=guest.grants,
-            session=Session(sid=guest.session, began=guest.since, invitation=guest.invitation),
+            session=Session(
+                sid=guest.session,
+                began=guest.since,
+                invitation=guest.invitation,
+                until=guest.until,
+            ),
         )
         return sign(claims, self.ring.signer, SESSION_AUDIENCE)

@@ -51,6 +51,7 @@ class Session(BaseModel):
         sid: Name of the session.
         began: Unix time [s].
         invitation: Name (`jti`) of the invitation that it began with.
+        until: When that ends, Unix time [s]; None in a token of an earlier version.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore", strict=True, allow_inf_nan=False)
@@ -58,6 +59,7 @@ class Session(BaseModel):
     sid: Text
     began: Time
     invitation: Text
+    until: Time | None = None
 
 
 class Claims(BaseModel):

@@ -13,6 +13,7 @@ from cohaptic.written import at_home
 from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
 from cohaptic_server.guard.proxies import NETWORK, network_of
+from cohaptic_server.cli.spans import seconds_of
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.protection import Protection
@@ -45,6 +46,13 @@ class AccessOptions:
     single_use: Annotated[
         bool, typer.Option("--single-use", help="An invitation is good for one time.")
     ] = False
+    session_valid: Annotated[
+        str | None,
+        typer.Option(
+            help="How long after the end of its invitation a guest stays and comes back: 0s, 1h. "
+            "Else it stays, and comes back for 12h after it came."
+        ),
+    ] = None
     tls_cert: Annotated[
         Path | None, typer.Option(help="Certificate (PEM), with those of its issuers behind it.")
     ] = None
@@ -81,6 +89,12 @@ class AccessOptions:
             raise SettingError("--tls-cert or --tls-key", given, "given together with the other")
         if self.single_use and self.keys is None:
             raise SettingError("--single-use", "given", "given with --keys, whose tokens it is of")
+        if self.session_valid is not None and self.keys is None:
+            limit = "given with --keys: without an invitation there is no end of one"
+            raise SettingError("--session-valid", self.session_valid, limit)
+        session_valid = None
+        if self.session_valid is not None:
+            session_valid = seconds_of("--session-valid", self.session_valid, least=0.0)
         exposure = Exposure(
             host,
             keys=self.keys is not None,
@@ -101,6 +115,7 @@ class AccessOptions:
             None if self.keys is None else load_keys(self.keys, insecure=self.insecure_key_file),
             admits_anybody=exposure.admits_anybody,
             single_use=self.single_use,
+            session_valid=session_valid,
         )
         if (keys := self.keys) is not None:
 

@@ -144,6 +144,7 @@ def protect(table: AccessTable, host: str) -> Protection:
         insecure_key_file=table.insecure_key_file,
         open=table.open,
         single_use=table.single_use,
+        session_valid=table.session_valid,
         insecure=table.insecure,
         trust_proxy=list(table.trust_proxy),
         state=table.state,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +15,7 @@ from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN, room_in, room_url
 from cohaptic_server.cli.access_options import InsecureKeyFile
 from cohaptic_server.cli.option_groups import takes
-
-_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-_LONGEST = 400 * 86400.0  # s; a key is rotated sooner
+from cohaptic_server.cli.spans import seconds_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +74,7 @@ class GrantOptions:
                 sub=self.sub or f"guest-{secrets.token_hex(4)}",
                 jti=secrets.token_hex(16),
                 iat=now,
-                exp=now + _seconds(valid),
+                exp=now + seconds_of("--valid", valid),
                 haptic=Grants(
                     room=self.room or room,
                     room_join=True,
@@ -131,7 +128,11 @@ def key(
 def token(
     *, grants: GrantOptions, valid: Annotated[str, typer.Option(help="30s, 10m, 12h, 7d.")] = "10m"
 ) -> None:
-    """Print a token, for `cohaptic touch` in COHAPTIC_TOKEN."""
+    """Print a token, for `cohaptic touch` in COHAPTIC_TOKEN.
+
+    Who has come in by it stays when it ends, and comes back for up to 12 hours after it came in;
+    where the server was started with --session-valid, it is closed so long after the token's end.
+    """
     typer.echo(grants.token(valid))
 
 
@@ -145,7 +146,8 @@ def invite(
     """Print a link that a person can open, to touch or to watch.
 
     Whoever has the link may come in until it ends: send it as you would send a password. It leads
-    to the room of --room, also from the address of the server alone.
+    to the room of --room, also from the address of the server alone. Who has come in by it stays
+    when it ends, and comes back, as `cohaptic token --help` says.
     """
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
@@ -172,11 +174,3 @@ def _page_of(url: str, room: str) -> str:
     if not room or (room == MAIN and named is None):
         return page
     return page if named == room else f"{room_url(page, room)}/"
-
-
-def _seconds(said: str) -> float:
-    match = re.fullmatch(r"([0-9]{1,6}(?:\.[0-9]{1,3})?)([smhd])", said)
-    seconds = float(match[1]) * _UNITS[match[2]] if match else 0.0
-    if not 1.0 <= seconds <= _LONGEST:
-        raise SettingError("--valid", repr(said[:60]), "from 1s to 400d: 30s, 10m, 12h, 7d")
-    return seconds

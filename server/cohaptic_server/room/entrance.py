@@ -77,6 +77,7 @@ class Entrance:
         if isinstance(first, Watch) and not grants.can_view:
             raise forbidden("the token does not let you watch (canView)")
         peer.guest = guest
+        peer.ends = now + (self.admission.ends(guest) - wall)
         return self.check(peer, first.name if isinstance(first, Hello) else "", now, to_wall)
 
     def begin(self, peer: Peer, now: float, to_wall: float) -> None:

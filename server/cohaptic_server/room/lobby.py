@@ -12,6 +12,7 @@ from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
+from cohaptic_server.access.admission import session_over
 from cohaptic_server.room.company.gathering import Gathering
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
@@ -118,6 +119,9 @@ class Lobby:
         patches = self.room.patches
         for peer in self.peers:
             session = peer.session
+            if now >= peer.ends and session.close is None:
+                session.fail(session_over())
+                outcome.flush.append(peer)
             if isinstance(session, Watcher):
                 continue
             patch = None if peer.user is None else patches.get(peer.user)

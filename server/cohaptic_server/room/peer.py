@@ -23,6 +23,8 @@ class Peer:
         needs_mesh: Whether the resting mesh must be sent next.
         source: Whom its connection is counted with.
         guest: Who it is, once its first message has said so.
+        ends: When its session is over [s]. On the clock of this process, so that a wall clock that
+            is set ends nobody's.
         farewell: Whether it has closed the connection itself, in order.
     """
 
@@ -32,6 +34,7 @@ class Peer:
     needs_mesh: bool = False
     source: str = ""
     guest: Guest = ANYBODY
+    ends: float = float("inf")
     farewell: bool = False
 
     @property

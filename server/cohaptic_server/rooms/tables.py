@@ -43,6 +43,7 @@ class AccessTable(Table):
     insecure_key_file: bool = False
     open: bool = False
     single_use: bool = False
+    session_valid: str | None = None
     insecure: bool = False
     state: Path | None = None
     # The front counts with them as well as the rooms.

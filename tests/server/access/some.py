@@ -64,7 +64,17 @@ def drawn() -> Callable[[], str]:
 
 
 def admission(
-    ring: KeyRing | None = RING, *, admits_anybody: bool = False, single_use: bool = False
+    ring: KeyRing | None = RING,
+    *,
+    admits_anybody: bool = False,
+    single_use: bool = False,
+    session_valid: float | None = None,
 ) -> Admission:
     """Of a server that takes in nobody without a token."""
-    return Admission(ring, admits_anybody=admits_anybody, single_use=single_use, draw=drawn())
+    return Admission(
+        ring,
+        admits_anybody=admits_anybody,
+        single_use=single_use,
+        session_valid=session_valid,
+        draw=drawn(),
+    )

@@ -1,6 +1,10 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode
 from cohaptic_server.access.admission import ANYBODY, SESSION_LIFE
@@ -101,3 +105,45 @@ def test_a_token_for_one_time_is_not_used_up_by_one_who_may_not_come_in() -> Non
     door.begin(door.admit(token(), "main", NOW), NOW)
     with pytest.raises(Denied, match="used before"):
         door.admit(token(), "main", NOW)
+
+
+@pytest.mark.parametrize("single_use", [True, False])
+@given(
+    came=st.floats(0.0, 599.0),
+    valid=st.sampled_from([0.0, 1.0, 60.0, 3600.0, 2.0 * SESSION_LIFE]),
+    returns=st.lists(st.floats(0.0, 3.0 * SESSION_LIFE), max_size=5).map(sorted),
+)
+def test_a_session_outlives_its_invitation_by_what_the_owner_says_and_no_more(
+    single_use: bool, came: float, valid: float, returns: list[float]
+) -> None:
+    door = admission(single_use=single_use, session_valid=valid)
+    guest = door.admit(token(), "main", NOW + came)  # it ends 600 s after NOW
+    assert door.ends(guest) == NOW + 600.0 + valid
+    session = door.session_token(guest, NOW + came)
+    limit = min(600.0 + valid, came + SESSION_LIFE)
+    for later in (came + r for r in returns):
+        if session is None or later >= limit:
+            with pytest.raises(Denied):
+                door.admit(session or token(), "main", NOW + max(later, limit + LEEWAY))
+            return
+        again = door.admit(session, "main", NOW + later)
+        assert again == guest
+        session = door.session_token(again, NOW + later)
+
+
+def test_what_an_owner_says_later_holds_for_sessions_of_before() -> None:
+    lenient = admission()
+    guest = lenient.admit(token(), "main", NOW)
+    session = lenient.session_token(guest, NOW)
+    assert lenient.ends(guest) == float("inf")
+    strict = admission(session_valid=60.0)
+    assert strict.admit(session, "main", NOW + 659.0) == guest
+    with pytest.raises(Denied, match="ended with its invitation"):
+        strict.admit(session, "main", NOW + 660.0)
+    # Of an earlier version, which does not say when its invitation ended, it counts from its begin.
+    assert strict.ends(replace(guest, until=None)) == NOW + 60.0
+
+
+def test_who_has_no_token_has_no_session_that_ends() -> None:
+    door = admission(admits_anybody=True, session_valid=0.0)
+    assert door.ends(door.admit(None, "main", NOW)) == float("inf")

@@ -139,6 +139,12 @@ def test_what_is_no_page_is_a_sentence(url: str, keys: Path) -> None:
         run(invite, url, "--keys", keys)
 
 
+def test_the_help_says_for_how_long_who_has_come_in_stays() -> None:
+    words = " ".join(run(token, "--help").split())
+    assert "--session-valid" in words
+    assert "12 hours" in words
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -372,3 +372,31 @@ def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
     told = place(waiting)
     assert told.of == 2
     assert told.session is not None
+
+
+def test_whoever_is_connected_goes_when_its_session_is_over(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon, admission(session_valid=60.0), max_users=1)
+    hand, page = say(there, hello(token=token())), say(there, watch(token=token()))
+    waits = say(there, hello("waits", token=token(), wait=True))
+    session = welcome(hand).session
+    later = say(there, watch(token=token(jti="later", exp=NOW + 900.0)), source="b")
+    peers = (hand, page, waits)
+    there.serve(659.0)  # the invitation ends after 600 s
+    assert all(peer.session.close is None for peer in peers)
+    outcome = there.serve(660.0)
+    for peer in peers:
+        assert peer in outcome.flush
+        assert "ended with its invitation" in refused(peer, CloseCode.UNAUTHENTICATED)
+        there.disconnect(peer, "")
+    assert later.session.close is None
+    assert there.room.seated(660.0) == 0  # neither name nor seat is kept
+    back = there.connect(660.0, SUBPROTOCOL, SUBPROTOCOL)
+    there.receive(back, encode_control(hello(token=session)), 660.0, NOW)
+    refused(back, CloseCode.UNAUTHENTICATED)
+
+
+def test_without_the_option_who_is_inside_stays(small_balloon: Balloon) -> None:
+    there = lobby(small_balloon)
+    hand = say(there, hello(token=token()))
+    there.serve(1e9)
+    assert hand.session.close is None
