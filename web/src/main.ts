@@ -17,5 +17,6 @@ new Page({
   startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
   prepareTouch,
   invited: () => invitation.token !== undefined,
+  misplaced: invitation.misplaced,
   key: KEY,
 });

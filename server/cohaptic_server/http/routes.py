@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 from cohaptic_server.http.page_files import INDEX, PageFile
 
@@ -173,6 +173,20 @@ def moved(request: Request, location: str) -> Answer:
     """A redirection that is not remembered; what no header can hold becomes %XX."""
     location = quote(location, safe=_OF_ADDRESSES)
     return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
+
+
+def query_without_token(target: str) -> str:
+    """The query of a target with its question mark, without the value of any token in it.
+
+    Addresses land in logs. The name stays, so that the page can tell its visitor where tokens
+    belong; what is behind a '#' is for no server.
+    """
+    _, mark, query = target.partition("#")[0].partition("?")
+    fields = (field.partition("=") for field in query.split("&"))
+    return mark + "&".join(
+        f"{name}=" if unquote(name).strip().lower() == "token" else f"{name}{sign}{value}"
+        for name, sign, value in fields
+    )
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:

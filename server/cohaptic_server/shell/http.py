@@ -31,6 +31,7 @@ from cohaptic_server.http.routes import (
     green_block,
     moved,
     page,
+    query_without_token,
     text,
 )
 from cohaptic_server.settings import ServerSettings
@@ -150,8 +151,8 @@ class Web:
                 message = f"there is no room {one_line(room, 60)} here\n"
                 return response(text(plain_request, 404, "Not Found", message))
             if not path:  # relative addresses of the page begin behind the last slash
-                query = request.path.partition("?")[1:]
-                return response(moved(plain_request, f"{room}/{''.join(query)}"))
+                query = query_without_token(request.path)
+                return response(moved(plain_request, f"{room}/{query}"))
             plain_request = replace(plain_request, target=path)
         if plain_request.target == PATH and self._is_of_this_machine(connection, request):
             body = json.dumps({"hosts": self._hosts_for_others()}).encode()

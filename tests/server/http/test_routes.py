@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import gzip
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import parse_qs, unquote
 
 import pytest
 from hypothesis import example, given
@@ -18,6 +18,7 @@ from cohaptic_server.http.routes import (
     Site,
     green_block,
     moved,
+    query_without_token,
 )
 
 MODEL = "0123456789abcdef" * 2
@@ -200,3 +201,33 @@ def test_whatever_an_address_has_a_redirection_to_it_is_one_header_of_ascii(addr
     (location,) = [value for name, value in answer.headers if name == "Location"]
     assert all("!" <= character <= "~" for character in location)
     assert unquote(location) == unquote(address)
+
+
+@pytest.mark.parametrize(
+    ("query", "left"),
+    [
+        ("", ""),
+        ("?", "?"),
+        ("?token=secret", "?token="),
+        ("?token", "?token="),
+        ("?view=top&token=secret&name=a%26b", "?view=top&token=&name=a%26b"),
+        ("?token=secret&Token=secret&%74oken=secret&+=1", "?token=&Token=&%74oken=&+=1"),
+        ("?token=a=secret", "?token="),
+        ("?tokens=1&x=token=2", "?tokens=1&x=token=2"),
+        ("?x=1#token=secret", "?x=1"),
+        ("#token=secret", ""),
+        ("?token=secret?token=secret", "?token="),
+        ("?%00=%ff&%74=1&token%20=secret&&=", "?%00=%ff&%74=1&token%20=&&="),
+    ],
+)
+def test_a_query_keeps_all_but_the_value_of_a_token(query: str, left: str) -> None:
+    assert query_without_token(f"/r/main{query}") == left
+
+
+_PARTS = ["token", "%74oken", "Token", "=", "=", "&", "secret", "?", "#", "+", "%", "x"]
+
+
+@given(st.lists(st.sampled_from(_PARTS)).map("".join))
+def test_whatever_a_query_is_no_token_of_it_is_left(query: str) -> None:
+    left = query_without_token(f"/r/main?{query}")
+    assert parse_qs(left.partition("?")[2]).get("token") is None

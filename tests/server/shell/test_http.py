@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import http.client
 import json
+import logging
 import threading
 from urllib.parse import urlsplit
 
@@ -118,6 +119,23 @@ def test_a_byte_that_no_header_can_hold_ends_in_no_fault(small_balloon: Balloon)
     answer = asyncio.run(ask())
     assert answer.startswith("HTTP/1.1 307 ")
     assert "\r\nLocation: main/?%00\r\n" in answer
+
+
+def test_no_answer_and_no_log_repeats_a_token_that_came_in_an_address(
+    small_balloon: Balloon, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG, "cohaptic")
+    wrong = ["/r/main?x=1&token=SECRET", "/?token=SECRET", "/r/main/?token=SECRET"]
+    wrong += ["/r/none?token=SECRET", "/none?token=SECRET", "/v1/hosts?token=SECRET"]
+
+    async def ask() -> list[str]:
+        async with asyncio.timeout(PATIENCE), serving(small_balloon) as served:
+            return [await get(served.url, path) for path in wrong]
+
+    answers = asyncio.run(ask())
+    assert "\r\nLocation: main/?x=1&token=\r\n" in answers[0]
+    assert "SECRET" not in "".join(answers)
+    assert "SECRET" not in caplog.text
 
 
 @pytest.mark.parametrize("listens_on", ["127.0.0.1", "0.0.0.0"])

@@ -4,6 +4,9 @@
  * It is taken out of the address bar at once, so that nobody reads or copies it there, and kept for this tab, so that
  * the page can be reloaded. The token of the session that it begins takes its place. Each room's page has its own; one
  * that has none takes what the tab had last, which may be for several rooms.
+ *
+ * In `?token=...` it has been sent to the server, and to the logs on the way. It is taken out of the address bar too,
+ * but not used: a link that seems to work would be passed on. A server's redirection leaves of it the empty `?token=`.
  */
 
 import type { Pass } from "../model/pass";
@@ -21,6 +24,8 @@ export interface Place {
 }
 
 export class Invitation implements Pass {
+  /** Whether the address had a token before the #. */
+  readonly misplaced: boolean;
   private invitation: string | undefined;
   private session: string | undefined;
 
@@ -30,6 +35,7 @@ export class Invitation implements Pass {
       this.session = this.recall(SESSION + where);
       if (this.token !== undefined) break;
     }
+    this.misplaced = this.cleanQuery();
     this.read();
   }
 
@@ -50,6 +56,18 @@ export class Invitation implements Pass {
     // Another invitation begins another session.
     if (found !== this.invitation) this.store(SESSION, (this.session = undefined));
     this.store(INVITATION, (this.invitation = found));
+    return true;
+  }
+
+  /** Take tokens out of the query; whether there was one. */
+  private cleanQuery(): boolean {
+    const { location, history } = this.place;
+    const fields = new URLSearchParams(location.search);
+    const wrong = [...fields.keys()].filter((name) => name.trim().toLowerCase() === "token");
+    if (wrong.length === 0) return false;
+    for (const name of wrong) fields.delete(name);
+    const rest = fields.toString();
+    history.replaceState(null, "", location.pathname + (rest === "" ? "" : `?${rest}`) + location.hash);
     return true;
   }
 

@@ -45,6 +45,8 @@ export interface PageSettings {
   readonly prepareTouch: () => void;
   /** Whether this visitor came by an invitation: so must others. */
   readonly invited: () => boolean;
+  /** Whether the address had a token where servers log it. */
+  readonly misplaced: boolean;
   /** The secret of this page's hand. */
   readonly key: string;
 }
@@ -66,14 +68,12 @@ export class Page {
   view: SceneSnapshot | null = null;
   readonly company: CompanyCorner;
 
-  private readonly address: string;
   private readonly host: HTMLElement;
   private readonly theme: Theme;
   private readonly colours = new UserColours();
   private sceneView: SceneView | null = null;
   private picture: NoticeFacts["picture"] = "well";
   private colouring: Colouring = "displacement";
-  private readonly prepareTouch: () => void;
   private readonly toolbar: Toolbar;
   private readonly legend: LegendBox;
   private readonly bar = new NoticeBar(() => { location.reload(); }, () => { this.touch(true, true); });
@@ -91,8 +91,8 @@ export class Page {
   private pressed = false;
   private live = false;
 
-  constructor({ address, openStore, startTouch, prepareTouch, invited, key }: PageSettings) {
-    [this.address, this.prepareTouch] = [address, prepareTouch];
+  constructor(private readonly settings: PageSettings) {
+    const { address, openStore, startTouch, invited, key } = settings;
     // The largest part of the page; socket, words and buttons are there before it.
     const graphics = import("../view/scene_view");
     this.store = openStore();
@@ -195,7 +195,7 @@ export class Page {
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
-    if (on) this.own.start(socketUrl(this.address), this.visitor.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
+    if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
     else this.own.stop();
     if (!on) this.rumble?.still();
     this.write(performance.now() / 1000);
@@ -230,7 +230,7 @@ export class Page {
     this.sceneView?.setBody(shown.mesh, shown.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
-    if (this.store.mesh !== null) this.prepareTouch();
+    if (this.store.mesh !== null) this.settings.prepareTouch();
     this.upload.allow(this.store.info?.allow_upload === true);
     this.dock.allowTouch(this.store.info?.can_touch !== false);
     this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
@@ -293,6 +293,6 @@ export class Page {
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

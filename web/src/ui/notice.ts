@@ -16,6 +16,8 @@ export interface Notice {
 export interface NoticeFacts {
   /** Well also while it is on its way. */
   readonly picture: "well" | "no webgl" | "not loaded" | "lost";
+  /** Whether the address had a token before the #. */
+  readonly misplaced: boolean;
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
   readonly code: number;
@@ -42,6 +44,7 @@ export interface NoticeFacts {
 
 /** In place of the server's words, which count messages. */
 const SLOW = "This page did not keep up.";
+const MISPLACED = "Tokens belong behind #, as in /#token=\u2026, which no browser sends. Before it servers may write them down, so the one of this address was not used.";
 const PUT_OUT = /put out|banned/; // in the server's words
 
 /** The most urgent notice; null where all is well. */
@@ -68,7 +71,7 @@ export function notice(c: NoticeFacts): Notice | null {
     return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",
       `The page was paused for ${period(c.slept)} and has caught up.${hand}`, "dismiss");
   }
-  return ofRestraints(c);
+  return ofRestraints(c) ?? (c.misplaced ? make("misplaced", "info", "The token of your link is in the wrong place", MISPLACED, "dismiss") : null);
 }
 
 function ofRestraints(c: NoticeFacts): Notice | null {
@@ -88,7 +91,7 @@ function ofWatch(c: NoticeFacts): Notice | null {
       "This page is older than the server. Reloading brings the new one.", "reload");
   }
   const reason = c.code === TOO_SLOW ? SLOW : sentence(c.reason);
-  if (c.phase === "refused" && c.code === UNAUTHENTICATED) return make("invitation", "bad", "You need an invitation", reason);
+  if (c.phase === "refused" && c.code === UNAUTHENTICATED) return make("invitation", "bad", "You need an invitation", c.misplaced ? `${reason} ${MISPLACED}` : reason);
   if (c.phase === "refused" && c.code === FORBIDDEN) {
     return make("forbidden", "bad", PUT_OUT.test(reason) ? "You are out of this room" : "You may not come in", reason);
   }

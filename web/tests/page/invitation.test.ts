@@ -3,13 +3,17 @@ import { Invitation, type Place } from "../../src/page/invitation";
 
 const SECRET = "eyJhbGciOiJIUzI1NiJ9.eyJzdWIiOiJhIn0.c2lnbmF0dXJl";
 
-function tab(hash: string, kept: Record<string, string> = {}, pathname = "/r/two"): Place & { shown: string; kept: Record<string, string> } {
+function tab(hash: string, kept: Record<string, string> = {}, pathname = "/r/two", search = "?x=1"): Place & { shown: string; kept: Record<string, string> } {
   const place = {
     shown: "",
     kept,
-    location: { hash, pathname, search: "?x=1" },
+    location: { hash, pathname, search },
     history: {
-      replaceState: (_data: unknown, _title: string, url?: string | URL | null): void => { place.shown = String(url); },
+      replaceState: (_data: unknown, _title: string, url?: string | URL | null): void => {
+        place.shown = String(url);
+        const { search, hash } = new URL(place.shown, "http://host");
+        Object.assign(place.location, { search, hash });
+      },
     },
     storage: {
       getItem: (key: string): string | null => kept[key] ?? null,
@@ -44,6 +48,31 @@ describe("an invitation in the link", () => {
     expect(new Invitation(place).token).toBeUndefined();
     expect(place.shown).toBe("/r/two?x=1");
     expect(place.kept).toEqual({});
+  });
+
+  it.each([
+    [`?token=${SECRET}`, "/r/two"],
+    ["?token=", "/r/two"],
+    ["?token", "/r/two"],
+    [`?x=1&token=${SECRET}&name=a%26b&TOKEN=2`, "/r/two?x=1&name=a%26b"],
+    ["?%74oken=1&%=1&token%20=3", "/r/two?%25=1"],
+  ])("is none before the #, leaves the address bar from there, and is told to be misplaced: %s", (search, shown) => {
+    const place = tab("", {}, "/r/two", search);
+    const invitation = new Invitation(place);
+    expect([invitation.misplaced, invitation.token]).toEqual([true, undefined]);
+    expect(place.shown).toBe(shown);
+    expect(place.kept).toEqual({});
+  });
+
+  it("is the one behind the # where there is one before it too", () => {
+    const place = tab(`#view=top&token=${SECRET}`, {}, "/r/two", "?token=other&x=1");
+    const invitation = new Invitation(place);
+    expect([invitation.misplaced, invitation.token]).toEqual([true, SECRET]);
+    expect(place.shown).toBe("/r/two?x=1#view=top");
+  });
+
+  it("is misplaced nowhere else", () => {
+    expect(new Invitation(tab(`#token=${SECRET}`, {}, "/r/token", "?x=token&tokens=1")).misplaced).toBe(false);
   });
 
   it("outlives a reload of the tab, and its session takes its place", () => {
@@ -96,6 +125,6 @@ describe("an invitation in the link", () => {
     const invitation = new Invitation(strict);
     invitation.keep("session");
     expect(invitation.token).toBe("session");
-    expect(new Invitation({ ...place, storage: null }).token).toBe(SECRET);
+    expect(new Invitation({ ...tab(`#token=${SECRET}`), storage: null }).token).toBe(SECRET);
   });
 });

@@ -1,9 +1,9 @@
 import { describe, expect, it } from "vitest";
-import { SERVER_STOPS, TOO_SLOW, WRONG_VERSION } from "../../src/protocol/close_codes";
+import { SERVER_STOPS, TOO_SLOW, UNAUTHENTICATED, WRONG_VERSION } from "../../src/protocol/close_codes";
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  picture: "well", phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, nameRefused: "", muted: false, frozen: false,
+  picture: "well", misplaced: false, phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, nameRefused: "", muted: false, frozen: false,
 };
 
 describe("notices", () => {
@@ -81,6 +81,16 @@ describe("notices", () => {
     const reason = "you were put out of this room: you may come back in 300 s";
     expect(notice({ ...WELL, phase: "refused", code: 4403, reason })).toMatchObject({ title: "You are out of this room", text: "You were put out of this room: you may come back in 300 s." });
     expect(notice({ ...WELL, phase: "refused", code: 4403, reason: "no" })?.title).toBe("You may not come in");
+  });
+
+  it("say where a token belongs, also to whom it would have let in, and less urgently to others", () => {
+    expect(notice({ ...WELL, misplaced: true })).toMatchObject({ key: "misplaced", action: "dismiss" });
+    expect(notice({ ...WELL, misplaced: true })?.text).toContain("behind #");
+    expect(notice({ ...WELL, misplaced: true, phase: "waiting" })?.key).toBe("lost");
+    expect(notice({ ...WELL, misplaced: true, frozen: true })?.key).toBe("frozen");
+    const refused = notice({ ...WELL, misplaced: true, phase: "refused", code: UNAUTHENTICATED, reason: "this server needs a token" });
+    expect(refused?.title).toBe("You need an invitation");
+    expect(refused?.text).toMatch(/^This server needs a token\. Tokens belong behind #/);
   });
 
   it("are sentences", () => {
