@@ -4,7 +4,7 @@ import type { CompanyCorner } from "../company/corner";
 import { isLive, type SceneStore } from "../model/scene";
 import type { PadHost } from "../ui/gamepad/desk";
 import type { LazyDialog } from "../ui/lazy_dialog";
-import { actionOf, type KeyAction } from "../ui/keyboard";
+import { actionOf, type KeyAction, keyOf } from "../ui/keyboard";
 import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
 import { eye, HOME, rotated, zoomed } from "../view/orbit";
@@ -65,7 +65,7 @@ export function attachKeys(page: PageActions): void {
     act(page, action);
   });
   addEventListener("keyup", (event) => {
-    if (event.key === " ") letGo();
+    if (keyOf(event) === " ") letGo();
   });
   // Of a key that goes up in another window this one hears nothing.
   addEventListener("blur", letGo);

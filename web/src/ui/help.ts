@@ -16,7 +16,7 @@ const WORDS: Readonly<Record<KeyAction, readonly [string, string] | null>> = {
   full: ["F", "full screen"],
   touch: ["T", "touch, let go"],
   press: ["Space", "press in the middle of the view while held"],
-  deeper: ["[ ]", "press less, more"],
+  deeper: ["[ ] , .", "press less, more"],
   shallower: null,
   tour: ["G", "guided tour"],
   replay: ["B", "look back at the last minute, and back to live"],
@@ -64,6 +64,7 @@ export class Help {
           + "drag turns the view; two fingers or the wheel zoom.",
       }),
       el("h3", { text: "Keys" }),
+      el("p", { text: "With another alphabet, each letter is the key that a Latin keyboard has in its place." }),
       el("dl", { class: "keys" }, ...rows),
       el("h3", { text: "Keys of the replay" }),
       el("p", {

@@ -1,4 +1,9 @@
-/** Keys of the page, as a table; the help has the words for each. */
+/**
+ * Keys of the page, as a table; the help has the words for each.
+ *
+ * A key is first what is printed on it, so that T is the T of a Dvorak or a French keyboard. Where it has a letter of
+ * another alphabet, it is what a Latin keyboard has in its place.
+ */
 
 export type KeyAction =
   | "left" | "right" | "up" | "down" | "closer" | "farther" | "reset" | "full" | "touch" | "press" | "deeper" | "shallower"
@@ -28,17 +33,38 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["p"], action: "point" },
   { keys: ["v"], action: "follow" },
   { keys: ["d"], action: "theme" },
-  { keys: ["?"], action: "help" },
+  { keys: ["?", "\u061f"], action: "help" },
   { keys: ["Escape"], action: "escape" },
 ];
 
+/** What of an event says which key it was. */
+export type Keystroke = Pick<KeyboardEvent, "key" | "code" | "ctrlKey" | "metaKey" | "altKey" | "getModifierState">;
+
+/** What a Latin keyboard has where another alphabet has a letter. */
+const SIGNS: Readonly<Record<string, string>> = { BracketLeft: "[", BracketRight: "]", Comma: ",", Period: ".", Minus: "-", Equal: "=", Space: " " };
+const FOREIGN = /^(?!\p{Script=Latin})[\p{L}\p{M}]/u;
+const UNTOLD = /^(Process|Unidentified)$/; // in place of what an input method keeps for itself
+/** No sign that the page or a browser uses: where brackets need a third level, these stand in their place. */
+const BESIDE = /^([^ -~]|Dead|[$^`])$/u;
+const SIGN = /^[^\p{L}\s]$/u;
+
+/** What the table calls a key. */
+export function keyOf(event: Pick<Keystroke, "key" | "code" | "getModifierState">): string {
+  const { code } = event;
+  // An input method may make signs as wide as its own. (Some accents that stand alone would become a space.)
+  const typed = /^[\u3000\uff01-\uff5e]$/.test(event.key) ? event.key.normalize("NFKC") : event.key;
+  const key = typed.length === 1 ? typed.toLowerCase() : typed;
+  if (SHORTCUTS.some(({ keys }) => keys.includes(key)) || event.getModifierState("AltGraph")) return key;
+  if (FOREIGN.test(key) || UNTOLD.test(key)) return /^Key[A-Z]$/.test(code) ? code.slice(3).toLowerCase() : (SIGNS[code] ?? key);
+  return code.startsWith("Bracket") && BESIDE.test(key) ? (SIGNS[code] ?? key) : key;
+}
+
 /** The action of a key; null where the key belongs to a field, a button or the browser. */
-export function actionOf(
-  event: Pick<KeyboardEvent, "key" | "ctrlKey" | "metaKey" | "altKey">,
-  target: { readonly tagName: string; readonly type?: string } | null,
-): KeyAction | null {
-  if (event.ctrlKey || event.metaKey || event.altKey) return null;
-  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+export function actionOf(event: Keystroke, target: { readonly tagName: string; readonly type?: string } | null): KeyAction | null {
+  const key = keyOf(event);
+  // A sign of the third level is typed, though Windows says Ctrl and Alt of it.
+  const typed = event.getModifierState("AltGraph") && SIGN.test(key);
+  if (event.metaKey || ((event.ctrlKey || event.altKey) && !typed)) return null;
   const shortcut = SHORTCUTS.find((s) => s.keys.includes(key));
   if (shortcut === undefined) return null;
   const tag = target?.tagName ?? "";

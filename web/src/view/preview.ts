@@ -189,7 +189,7 @@ export class Preview {
 
   private key(event: KeyboardEvent): void {
     const { stage } = this;
-    if (stage === null) return;
+    if (stage === null || event.ctrlKey || event.metaKey || event.altKey) return; // those are the browser's
     const turns: Readonly<Record<string, readonly [number, number]>> = {
       ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, TURN], ArrowDown: [0, -TURN],
     };
