@@ -46,7 +46,7 @@ _COUNTS = """
 })();
 """
 # The same graphics by another name, on which the page draws at once.
-_BY_ANOTHER_NAME = """
+BY_ANOTHER_NAME = """
 (() => {
   const gl = WebGL2RenderingContext.prototype;
   const get = gl.getParameter;
@@ -102,7 +102,7 @@ def test_it_is_the_picture_of_other_graphics(visitors: Open, room: Room) -> None
     look = Look(640, 480, engineer=False)
     soft, other = visitors(look), visitors(look)
     soft.page.add_init_script(_COUNTS)
-    for script in (_COUNTS, _BY_ANOTHER_NAME):
+    for script in (_COUNTS, BY_ANOTHER_NAME):
         other.page.add_init_script(script)
     for one in (soft, other):
         one.visit(room.address)

@@ -52,6 +52,7 @@ export class Stage {
   private readonly pace: FramePace;
   /** Where the processor draws, once its code is there; else the canvas is drawn on, and the browser does not wait for it. */
   private deferred: DeferredPicture | null = null;
+  private readonly pause = (): void => { this.pace.pause(); };
   private gone = false;
   /** Shaders that are still being compiled. */
   private compiling = 0;
@@ -59,7 +60,8 @@ export class Stage {
   private sizeDue = false;
 
   constructor(host: HTMLElement, { canvas, context, software }: Graphics) {
-    this.pace = new FramePace(software, Math.min(window.devicePixelRatio, 2));
+    this.pace = new FramePace(software, finest());
+    document.addEventListener("visibilitychange", this.pause);
     this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
     if (software) void this.defer(context);
     this.canvas = canvas;
@@ -85,6 +87,7 @@ export class Stage {
   dispose(): void {
     this.gone = true;
     this.sizes.disconnect();
+    document.removeEventListener("visibilitychange", this.pause);
     this.deferred?.dispose();
     this.renderer.dispose();
     this.canvas.remove();
@@ -144,15 +147,18 @@ export class Stage {
     const before = this.orbit;
     this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
     const leant = this.leaning?.step(dt) === true;
-    this.dirty ||= this.orbit !== before || leant;
+    // A window that is dragged to another display tells nobody, and neither does one that is zoomed.
+    this.pace.fit(finest());
+    const resized = this.pace.ratio !== this.renderer.getPixelRatio();
+    this.dirty ||= this.orbit !== before || leant || resized;
     const finished = this.deferred?.finish(dt) === true;
     if (finished) this.tell();
     if (finished && this.sizeDue) this.resize();
-    const { ratio } = this.pace;
     const draws = this.pace.next(dt, this.dirty && this.compiling === 0, this.deferred?.drawing);
-    if (this.pace.ratio !== ratio) this.resize();
     // In the frame in which one is shown none is begun.
     if (!draws) return finished;
+    // Not before, since a canvas of another size is empty.
+    if (this.pace.ratio !== this.renderer.getPixelRatio()) this.resize();
     this.dirty = false;
     this.place();
     this.taken = this.orbit;
@@ -259,6 +265,11 @@ export class Stage {
     this.camera.updateProjectionMatrix();
     this.touch();
   }
+}
+
+/** Pixels of the display for one of the window; more of them nobody sees on a soft surface. */
+function finest(): number {
+  return Math.min(window.devicePixelRatio, 2);
 }
 
 /** A stage where the browser can have one; null without WebGL. */

@@ -31,6 +31,91 @@ describe("a machine with graphics", () => {
   });
 });
 
+describe("a page that pauses", () => {
+  it("draws with all pixels afterwards, however often, and though nobody said so", () => {
+    for (const said of [true, false]) {
+      const pace = new FramePace(false, 2);
+      run(pace, 60, FRAME);
+      for (let change = 0; change < 50; change++) {
+        if (said) pace.pause();
+        pace.next(60, true);
+        run(pace, 30, FRAME);
+      }
+      expect(pace.ratio).toBe(2);
+    }
+  });
+
+  it("counts no picture that a pause was in, where each has one", () => {
+    const pace = new FramePace(false, 2);
+    run(pace, 60, FRAME);
+    for (let change = 0; change < 50; change++) {
+      pace.next(60, true);
+      pace.pause();
+    }
+    expect(pace.ratio).toBe(2);
+  });
+
+  it("begins no other picture for it while one is being drawn", () => {
+    const pace = new FramePace(true, 2);
+    expect(pace.next(FRAME, true)).toBe(true);
+    pace.pause();
+    for (let i = 0; i < 50; i++) expect(pace.next(FRAME, true, true)).toBe(false);
+  });
+});
+
+describe("a machine that was slow for a while", () => {
+  it("draws with all pixels again once it keeps up, at 30 pictures a second too", () => {
+    for (const frame of [FRAME, 2 * FRAME]) {
+      const pace = new FramePace(false, 2);
+      run(pace, 300, 0.2);
+      expect(pace.ratio).toBe(0.6);
+      for (let i = 0; i < 2000; i++) pace.next(frame, true);
+      expect(pace.ratio).toBe(2);
+    }
+  });
+
+  it("tries what is too much for it ever more rarely", () => {
+    const pace = new FramePace(false, 2);
+    const changes: number[] = [];
+    for (let i = 0, ratio = 2; i < 40_000; i++) {
+      pace.next(pace.ratio > 1.2 ? 0.1 : FRAME, true);
+      if (pace.ratio > ratio) changes.push(i);
+      ratio = pace.ratio;
+    }
+    expect(changes.length).toBeGreaterThan(2);
+    expect(changes.length).toBeLessThan(12);
+    expect(pace.ratio).toBeLessThanOrEqual(1.2);
+  });
+});
+
+describe("a window on another display", () => {
+  it("is drawn with its pixels, and back again", () => {
+    const pace = new FramePace(false, 1);
+    pace.fit(2);
+    expect(pace.ratio).toBe(2);
+    run(pace, 100, FRAME);
+    pace.fit(2);
+    pace.fit(1);
+    expect(pace.ratio).toBe(1);
+  });
+
+  it("keeps to what its machine can draw, and within the bounds", () => {
+    const pace = new FramePace(false, 2);
+    run(pace, 300, 0.2);
+    pace.fit(1);
+    expect(pace.ratio).toBe(0.6);
+    pace.fit(0.5);
+    expect(pace.ratio).toBe(0.5);
+    run(pace, 300, 0.2);
+    expect(pace.ratio).toBe(0.5);
+    pace.fit(2);
+    expect(pace.ratio).toBeLessThanOrEqual(2);
+    const software = new FramePace(true, 1);
+    software.fit(2);
+    expect(software.ratio).toBe(0.75);
+  });
+});
+
 describe("a machine that draws in software", () => {
   it("rests as long as a picture took", () => {
     const drawn = run(new FramePace(true, 2), 1000, 0.1);
