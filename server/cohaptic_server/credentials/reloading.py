@@ -53,7 +53,7 @@ async def reload_changed(
     try:
         while True:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(asked.wait(), every)
+                await asyncio.wait_for(asked.wait(), every if watched else None)
             at_once = asked.is_set()
             asked.clear()
             for i, one in enumerate(watched):

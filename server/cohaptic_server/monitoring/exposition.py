@@ -48,6 +48,7 @@ _ROOM_COUNTERS: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
     ("ticks", "Ticks that were due", lambda m: m.ticks),
     ("ticks_missed", "Ticks whose patches left after the next was due", lambda m: m.missed),
     ("ticks_left_out", "Missed ticks that were not simulated at all", lambda m: m.left_out),
+    ("ticks_slept", "Ticks that nobody was there for and that changed nothing", lambda m: m.slept),
     ("process_cpu_seconds", "Time of processors that the process has taken", lambda m: m.processor),
 )
 _ROOM_LABELLED: tuple[tuple[str, str, str, Callable[[RoomMetrics], dict[str, int]]], ...] = (

@@ -58,6 +58,7 @@ class Gatherer:
             ticks=meters.ticks,
             missed=meters.missed,
             left_out=meters.left_out,
+            slept=meters.slept,
             cost=_counts(meters.costs),
             lateness=_counts(meters.delays),
             users=self._users(server.clock.now()),

@@ -62,7 +62,7 @@ class RoomMetrics(_Frozen):
 
     Args:
         hz: Ticks per second that it should have.
-        ticks, missed, left_out: As `TickMeters` counts.
+        ticks, missed, left_out, slept: As `TickMeters` counts.
         cost, lateness: Of its ticks.
         users: Who touches.
         max_users: Who may touch at once.
@@ -84,6 +84,7 @@ class RoomMetrics(_Frozen):
     ticks: int = 0
     missed: int = 0
     left_out: int = 0
+    slept: int = 0
     cost: TimeCounts = NO_TIMES
     lateness: TimeCounts = NO_TIMES
     users: tuple[UserMetrics, ...] = ()

@@ -110,6 +110,16 @@ class Lobby:
         self._ticked = now
         self.room.tick(now)
 
+    @property
+    def sleeps(self) -> bool:
+        """Whether nobody would notice that there are no ticks: nobody is here, the object rests."""
+        return not self.peers and self.room.at_rest
+
+    def pass_over(self, ticks: int, now: float) -> None:
+        """So many ticks have passed in its sleep, the last of them just now [s]."""
+        self._ticked = now
+        self.room.pass_over(ticks)
+
     def serve(self, now: float) -> Outcome:
         """Queue the newest patch of each user in one pass, and check the sessions' deadlines."""
         outcome = Outcome()

@@ -43,13 +43,26 @@ def next_tick(due: float, now: float, period: float) -> tuple[float, int]:
     return due + (1 + left_out) * period, left_out
 
 
+def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
+    """When the last tick was due that a room has slept through [s], and how many there were.
+
+    Args:
+        due: When the last one before them was due [s].
+        now: Time [s].
+        period: Simulation period [s].
+    """
+    ticks = max(0, int((now - due) / period))
+    return due + ticks * period, ticks
+
+
 class TickMeters:
     """Counts the ticks of a server; a fresh one starts from nothing.
 
     Attributes:
-        ticks: Due so far, those that were left out as well.
+        ticks: Due so far, those that were left out or slept through as well.
         missed: Of these.
         left_out: Of the missed ones.
+        slept: Of the others, those that a room slept through.
         cost: Time from each tick's start until its patches are written [s].
         late: Delay of each tick's start [s].
         watch_cost: Time for serving the watchers after a tick [s].
@@ -58,7 +71,7 @@ class TickMeters:
     """
 
     def __init__(self) -> None:
-        self.ticks = self.missed = self.left_out = 0
+        self.ticks = self.missed = self.left_out = self.slept = 0
         self.cost, self.late, self.watch_cost = Tally(), Tally(), Tally()
         self.costs, self.delays = Histogram(), Histogram()
         self.deep = self.fast = 0
@@ -68,6 +81,11 @@ class TickMeters:
         self.ticks += count
         self.missed += count
         self.left_out += count
+
+    def pass_over(self, count: int) -> None:
+        """Count ticks that a room has slept through; they were not missed."""
+        self.ticks += count
+        self.slept += count
 
     def limit(self, deep: Mask, fast: Mask) -> None:
         """Count the forces that a tick has limited, as `world.users.Applied` has them."""

@@ -34,6 +34,7 @@ from cohaptic_server.room.seats.seating import Seating
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.force_limits import within_budget
+from cohaptic_server.world.rest import is_at_rest, pass_over
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
@@ -301,3 +302,13 @@ class Room:
         dt = self.settings.simulation_period
         self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
         return self.patches
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a tick would change its number alone."""
+        waits = self.frozen or self._reset_at is not None  # for something that ticks do
+        return not (self.members or waits) and is_at_rest(self.world)
+
+    def pass_over(self, ticks: int) -> None:
+        """So many ticks have passed while it was at rest."""
+        self.world, self.patches = pass_over(self.world, ticks), {}

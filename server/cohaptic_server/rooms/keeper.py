@@ -30,7 +30,7 @@ from cohaptic_server.rooms.process.reports import (
     Report,
     Stop,
 )
-from cohaptic_server.rooms.process.room_process import REPORT_EVERY, Build, Protect, run_room
+from cohaptic_server.rooms.process.room_process import Build, Protect, run_room
 from cohaptic_server.rooms.restarts import Restarts
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.protection import Protection
@@ -39,6 +39,7 @@ log = logging.getLogger("cohaptic.server")
 
 # s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
 _WAIT_FOR_START = 3.0
+_LOOK_EVERY = 0.5  # s between two looks at a lease; a quarter of the shortest
 # s by which a look at a lease may be late before it says more about this process than about others.
 _HELD_UP = 1.0
 
@@ -208,9 +209,9 @@ class Keeper:
         while not gone.is_set():
             before = house.clock.now()
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(gone.wait(), REPORT_EVERY)
+                await asyncio.wait_for(gone.wait(), _LOOK_EVERY)
             now = house.clock.now()
-            if now - before > REPORT_EVERY + _HELD_UP:
+            if now - before > _LOOK_EVERY + _HELD_UP:
                 self._heard = now  # it is this process that was held up
             elif self._ready is None:
                 self._heard = now  # to open a room may take minutes

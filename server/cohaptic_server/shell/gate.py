@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 import sys
@@ -41,6 +42,7 @@ class Gate:
         sources: Of all addresses.
         proxies: The same.
         taken: Connections that are open, by the number of their file.
+        came: Set when one is added to them.
         traffic: What came, went and was turned away.
     """
 
@@ -56,6 +58,7 @@ class Gate:
         self.sources = Sources(limits)
         self.proxies = Proxies.named(proxies)
         self.taken: dict[int, Taken] = {}
+        self.came = asyncio.Event()
         self.traffic = Traffic()
         self._lines = LogLines(limits.lines)
         self._next_report = 0.0
@@ -100,6 +103,7 @@ class Gate:
         """A connection that was admitted counts until it is closed."""
         connection.gate, connection.source = self, source
         self.taken[connection.fileno()] = connection
+        self.came.set()
 
     def enter(self, connection: Taken, source: str) -> Refusal | None:
         """Both; arguments as for them. Returns why it is not taken."""

@@ -2,12 +2,14 @@
 
 A tick never waits for a peer: frames are written to transports that have room, and the rest waits
 in each session's bounded outbox. Users come first; watchers are served once every patch of the
-tick has been written.
+tick has been written. While nobody is connected and the object is at rest there are no ticks, but
+their numbers go on.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import socket
 from collections.abc import Awaitable, Callable, Collection, Mapping
@@ -26,7 +28,7 @@ from cohaptic_server.process_memory import keep_what_there_is
 from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
-from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick
+from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick, passed_over
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
@@ -43,6 +45,7 @@ from cohaptic_server.shell.wire import Wire, last_words
 log = logging.getLogger("cohaptic.server")
 
 CLOSE_TIMEOUT = 1.0  # s for everybody to be told that the server stops
+NAP = 1.0  # s of sleep after which it is looked for what came beside connections
 
 
 class CohapticServer:
@@ -140,8 +143,33 @@ class CohapticServer:
                 self._count(pace, left_out, due, started, written)
                 self._show(written)
                 self.gate.report()
+                while self.sleeps:
+                    due = await self._nap(due, before_tick)
         finally:
             await self._stop()
+
+    @property
+    def sleeps(self) -> bool:
+        """Whether nobody would notice that there are no ticks."""
+        return self._exchange is None and not self.gate.taken and self.lobby.sleeps
+
+    async def _nap(self, due: float, before_tick: Callable[[], None] | None) -> float:
+        """Sleep until somebody comes, or for `NAP`; returns when the newest tick was due [s].
+
+        Whoever comes finds the room as if it had ticked, and the next tick is due when it would
+        have been.
+        """
+        self.gate.came.clear()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self.gate.came.wait(), NAP)
+        now = self.web.ticked = self.clock.now()
+        due, ticks = passed_over(due, now, self.settings.simulation_period)
+        self.lobby.pass_over(ticks, now)
+        self.meters.pass_over(ticks)
+        if before_tick is not None:
+            before_tick()
+        self.gate.report()
+        return due
 
     async def exchange(
         self, build: Callable[[], Body], use: Callable[[Body], Solve | None]
@@ -157,6 +185,7 @@ class CohapticServer:
             CohapticError: It could not be made; the body of before is served again.
         """
         self._exchange = Exchange(build, use, asyncio.get_running_loop().create_future())
+        self.gate.came.set()
         await self._exchange.done
 
     async def _carry_out_exchange(self, wanted: Exchange) -> None:

@@ -12,7 +12,8 @@ A tick has five steps:
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
-a pulled cable makes nobody else's force jump.
+a pulled cable makes nobody else's force jump. Once nothing is left of anybody the world is at rest,
+and a tick without touches is its number (`rest.py`).
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
 from cohaptic_server.world.patch import build_patches, nearness
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
+from cohaptic_server.world.rest import is_at_rest, pass_over, settled
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldState
 
@@ -84,9 +86,11 @@ def advance(
     Returns:
         The world after this tick, and a patch for each of `touches`, by user.
     """
+    connected = {touch.user: touch for touch in touches}
+    if not connected and is_at_rest(state):
+        return pass_over(state, 1), {}
     body = touched_body.body
     time = TickTime(state.tick + 1, now, dt)
-    connected = {touch.user: touch for touch in touches}
     fade, max_move = dt / RELEASE_TIME, _max_contact_move(body, dt)
 
     tracked = track_contacts(body, state, *_participants(state, connected, fade), time)
@@ -151,7 +155,7 @@ def advance(
         time.number, users, response, releases, room, coupling, turning, plan.anticipation, past,
         unknown_at,
     )  # fmt: skip
-    return after, patches
+    return settled(after, now), patches
 
 
 def _participants(

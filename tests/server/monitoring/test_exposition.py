@@ -33,14 +33,15 @@ def of(samples: Samples, name: str, **labels: str) -> float:
 
 def test_what_a_room_tells_is_there_in_its_units() -> None:
     line = room(
-        ticks=600, missed=5, left_out=2, cost=times(0.0004, 0.004, 3.0), users=(user(),), lag=0.25,
-        coupling=1.5, limited={"depth": 1, "speed": 2}, refused={"room_full": 4},
+        ticks=600, missed=5, left_out=2, slept=90, cost=times(0.0004, 0.004, 3.0), users=(user(),),
+        lag=0.25, coupling=1.5, limited={"depth": 1, "speed": 2}, refused={"room_full": 4},
         spent={"number of samples": 6}, received=10, sent=20, processor=1.25, memory=4096,
     )  # fmt: skip
     got = read(ticking(line))
     assert of(got, "ticks_total", room="main") == 600
     assert of(got, "ticks_missed_total", room="main") == 5
     assert of(got, "ticks_left_out_total", room="main") == 2
+    assert of(got, "ticks_slept_total", room="main") == 90
     assert of(got, "room_lag_seconds", room="main") == 0.25
     assert of(got, "room_margin", room="main") == math.inf
     assert of(got, "forces_limited_total", room="main", reason="speed") == 2

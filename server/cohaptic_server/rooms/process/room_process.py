@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import os
 import signal
@@ -45,8 +46,11 @@ from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 
 REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
-# Reports: the system counts time in hundredths of a second, and metrics come once a second.
-_MEASURED_OVER = 4
+# s, of a room that sleeps: to wake for a report costs it more than all else. Its seats are told at
+# once.
+REPORT_ASLEEP = 0.5
+# s: the system counts time in hundredths of a second, and metrics come once a second.
+_MEASURED_EVERY = 1.0
 _SWITCH_INTERVAL = 5e-4  # s, as `cohaptic serve`
 _NOT_PREPARED = 2  # exit status
 log = logging.getLogger("cohaptic.server")
@@ -107,6 +111,7 @@ class _Room:
     allowed: Allow = NO_SEATS
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     reading: asyncio.Event = field(default_factory=asyncio.Event)
+    news: asyncio.Event = field(default_factory=asyncio.Event)
 
     async def live(self, control: socket.socket) -> bool:
         """Open the room, serve until it is to stop; returns whether it could not be opened."""
@@ -167,6 +172,7 @@ class _Room:
         elif isinstance(line, Allow):
             self.allowed = line
             self._allow()
+            self.news.set()
 
     def _allow(self) -> None:
         if self.server is not None:
@@ -180,9 +186,10 @@ class _Room:
         used, done = _processor_time(), _ticks_done(server)
         while True:
             channel.tell_newest(Measured(metrics=gatherer.gather()))
-            for _ in range(_MEASURED_OVER):
+            told = 0.0
+            while told < _MEASURED_EVERY:
                 channel.tell_newest(self._report(server))
-                await asyncio.sleep(REPORT_EVERY)
+                told += await self._pause(server)
             before, used = used, _processor_time()
             done_before, done = done, _ticks_done(server)
             if done <= done_before:
@@ -195,6 +202,16 @@ class _Room:
                 else:
                     be_ordinary()
                     log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
+
+    async def _pause(self, server: CohapticServer) -> float:
+        """Until the next report; returns how long that was at the most [s]."""
+        if not server.sleeps:
+            await asyncio.sleep(REPORT_EVERY)
+            return REPORT_EVERY
+        self.news.clear()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self.news.wait(), REPORT_ASLEEP)
+        return REPORT_ASLEEP
 
     def _report(self, server: CohapticServer) -> Report:
         room, meters = server.room, server.meters
