@@ -5,13 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import multiprocessing
 import secrets
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
-from typing import Any
 
 from cohaptic.clock import Clock
 from cohaptic_server.monitoring.logs import PLAIN, LogStyle
@@ -31,6 +29,7 @@ from cohaptic_server.rooms.process.reports import (
     Stop,
 )
 from cohaptic_server.rooms.process.room_process import Build, Protect, run_room
+from cohaptic_server.rooms.process.starter import Hold
 from cohaptic_server.rooms.restarts import Restarts
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.protection import Protection
@@ -100,6 +99,7 @@ class Keeper:
         self.first = asyncio.Event()
         self._build, self._house = build, house
         self._stopping = asyncio.Event()
+        self._hold: Hold | None = None
         self._channel: Channel | None = None
         self._door: socket.socket | None = None
         self._handed: dict[int, str] = {}
@@ -158,9 +158,8 @@ class Keeper:
     def kill(self) -> None:
         """End its process now."""
         self._stopping.set()
-        if self.process is not None and self.process.pid is not None:
-            with contextlib.suppress(OSError, ValueError):
-                self.process.kill()
+        if self._hold is not None:
+            self._hold.kill()
 
     async def _live(self) -> None:
         """One process, from its start to its end."""
@@ -188,6 +187,7 @@ class Keeper:
             )
             # Not daemonic: a room has a process of its own for columns.
             await asyncio.to_thread(self.process.start)
+            self._hold = Hold(self.process)
             their_control.close()
             their_door.close()
             self._channel = await open_channel(control, self._hear, gone.set)
@@ -197,6 +197,8 @@ class Keeper:
             await self._watch(gone)
         except OSError as error:
             self.problem = f"its process cannot be started: {error.strerror}"
+        except EOFError:  # the process that was to fork it has ended
+            log.warning("room %s was not started", self.name, extra=self._told("room_not_started"))
         finally:
             if self._channel is None:
                 control.close()
@@ -230,10 +232,11 @@ class Keeper:
 
     async def _end(self, *ends: socket.socket) -> None:
         """Whatever is left of the process goes, before another one may own the room."""
-        house, process = self._house, self.process
-        if process is not None and process.pid is not None:
-            process.kill()
-            await asyncio.to_thread(process.join)
+        house, hold = self._house, self._hold
+        self._hold = None
+        if hold is not None:
+            hold.kill()
+            await asyncio.to_thread(hold.join)
         if self._channel is not None:
             self._channel.abort()
         for end in (*ends, self._door):
@@ -281,20 +284,3 @@ class Keeper:
                 house.changed(self)
             case _:
                 pass
-
-
-def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
-    """How rooms are started: forked, where that can be, from a process that has imported all.
-
-    Args:
-        preload: Further modules that it imports.
-    """
-    ways = multiprocessing.get_all_start_methods()
-    way = "forkserver" if "forkserver" in ways else "spawn"
-    context: Any = multiprocessing.get_context(way)  # each kind has a type of its own
-    if "forkserver" in ways:
-        context.set_forkserver_preload(
-            ["__main__", "cohaptic_server.rooms.process.preloaded", *preload]
-        )
-    make: Callable[..., BaseProcess] = context.Process
-    return make

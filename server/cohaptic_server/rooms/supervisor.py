@@ -18,11 +18,12 @@ from cohaptic_server.monitoring.metrics import RoomHealth, RoomMetrics, ServerHe
 from cohaptic_server.rooms.config import RoomsConfig, is_plain_balloon
 from cohaptic_server.rooms.directory import LocalDirectory
 from cohaptic_server.rooms.front import Front, Place
-from cohaptic_server.rooms.keeper import House, Keeper, room_processes
+from cohaptic_server.rooms.keeper import House, Keeper
 from cohaptic_server.rooms.listing import RoomState, room_of
 from cohaptic_server.rooms.process.handing_over import CAN_HAND_OVER
 from cohaptic_server.rooms.process.reports import Allow
 from cohaptic_server.rooms.process.room_process import Build, Protect
+from cohaptic_server.rooms.process.starter import keep_starter, room_processes
 from cohaptic_server.rooms.seats import SeatPool
 from cohaptic_server.rooms.site import Site
 from cohaptic_server.shell.gate import Gate
@@ -95,7 +96,7 @@ class Supervisor:
         )
         self._front: Front | None = None
         self._keeping: list[asyncio.Task[None]] = []
-        self._sharing: asyncio.Task[None] | None = None
+        self._beside: list[asyncio.Task[None]] = []
 
     async def start(self) -> str:
         """Listen, and open every room; returns the URL once each of them is open or broken.
@@ -111,7 +112,10 @@ class Supervisor:
         self._front = Front(doors, self.gate, self._places)
         self._front.open()
         self._keeping = [asyncio.ensure_future(keeper.keep()) for keeper in self.keepers.values()]
-        self._sharing = asyncio.ensure_future(self._keep_sharing())
+        self._beside = [
+            asyncio.ensure_future(self._keep_sharing()),
+            asyncio.ensure_future(keep_starter(self.gate.clock)),
+        ]
         await asyncio.gather(*(keeper.first.wait() for keeper in self.keepers.values()))
         return url
 
@@ -141,8 +145,8 @@ class Supervisor:
         self.kill()
         if waiting:
             await asyncio.wait(waiting, timeout=self.config.drain)
-        if self._sharing is not None:
-            self._sharing.cancel()
+        for task in self._beside:
+            task.cancel()
         if self.admin is not None:
             await self.admin.close()
         self._site.stop()
