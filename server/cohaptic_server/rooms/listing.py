@@ -9,6 +9,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cohaptic.errors import CloseCode, one_line
 from cohaptic.room_address import MAIN, room_path, split_path
 from cohaptic_server.http.routes import Answer, Request, page, text
 
@@ -80,6 +81,26 @@ def answer(
     if path == HEALTH:
         return _health(request, rooms if listed else ())
     return text(request, 404, "Not Found", "there is nothing of this name here\n")
+
+
+def turned_away(
+    target: str, rooms: Sequence[RoomState], *, listed: bool = True
+) -> tuple[CloseCode, str]:
+    """How a connection that no room takes is closed, and the reason that it is told.
+
+    Args:
+        target: Path and query that it asks for.
+        rooms: All of them.
+        listed: Whether anybody may know which rooms there are.
+    """
+    name, room = split_path(target)[0], room_of(target, [room.name for room in rooms])
+    if room is not None:
+        why = why_not(room, rooms)
+        # Who names no room is not told the name of the one that it would come into.
+        return CloseCode.SERVER_STOPS, why if listed or name else "try again in a moment"
+    asked = "this address has no room" if name is None else f"there is no room {one_line(name)}"
+    others = f"; there are: {', '.join(room.name for room in rooms)}" if listed else ""
+    return CloseCode.NO_ROOM, one_line(f"{asked} here{others}", 1000)
 
 
 def why_not(name: str, rooms: Sequence[RoomState]) -> str:

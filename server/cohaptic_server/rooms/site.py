@@ -9,9 +9,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
-from cohaptic.errors import CloseCode, one_line
-from cohaptic.room_address import split_path
-from cohaptic_server.rooms.listing import RoomState, answer, why_not
+from cohaptic_server.rooms.listing import RoomState, answer, turned_away
 from cohaptic_server.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.gate import Gate
@@ -88,13 +86,6 @@ class Site:
         return response(answer(plain(request), rooms, listed=self._listed, base=base))
 
     async def _handle(self, ws: Wire) -> None:
-        rooms = self._rooms()
-        name = split_path(ws.request.path)[0] if ws.request is not None else None
-        why = why_not(name or "", rooms)
-        if why:
-            await refuse(ws, CloseCode.SERVER_STOPS, why)
-            return
-        known = ", ".join(room.name for room in rooms)
-        asked = "this address has no room" if name is None else f"there is no room {one_line(name)}"
-        others = f"; there are: {known}" if self._listed else ""
-        await refuse(ws, CloseCode.NO_ROOM, one_line(f"{asked} here{others}", 1000))
+        target = "" if ws.request is None else ws.request.path
+        code, why = turned_away(target, self._rooms(), listed=self._listed)
+        await refuse(ws, code, why)

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.errors import CloseCode
 from cohaptic.room_address import room_path
 from cohaptic_server.http.routes import Request
-from cohaptic_server.rooms.listing import POLICY, RoomState, answer, room_of, why_not
+from cohaptic_server.rooms.listing import POLICY, RoomState, answer, room_of, turned_away, why_not
 
 ROOMS = [
     RoomState("main", "", "open", 1, 16, 2, 100),
@@ -45,6 +46,31 @@ def get(target: str, method: str = "GET") -> tuple[int, str]:
 )
 def test_a_request_goes_to_its_room(target: str, rooms: list[str], room: str | None) -> None:
     assert room_of(target, rooms) == room
+
+
+@pytest.mark.parametrize("listed", [True, False])
+@pytest.mark.parametrize("target", ["/", "", "/?token=x", "/r/main", "/r/main/"])
+def test_who_comes_before_its_room_is_open_is_told_to_come_again(target: str, listed: bool) -> None:
+    starting = [RoomState("main", "", "starting", 0, 16, 0, 100), *ROOMS[1:]]
+    code, why = turned_away(target, starting, listed=listed)
+    assert code is CloseCode.SERVER_STOPS
+    assert "try again in a moment" in why
+    assert listed or "liver" not in why
+
+
+@pytest.mark.parametrize("target", ["/r/none", "/rooms", "/r/"])
+def test_who_asks_for_no_room_need_not_come_again(target: str) -> None:
+    for listed in (True, False):
+        code, why = turned_away(target, ROOMS, listed=listed)
+        assert code is CloseCode.NO_ROOM
+        assert ("liver" in why) is listed
+    # Where there is no room of the address `/`.
+    assert turned_away("/", ROOMS[1:])[0] is CloseCode.NO_ROOM
+
+
+def test_a_room_whose_name_nobody_may_know_is_not_named_to_who_did_not_name_it() -> None:
+    secret = [RoomState("secret", "", "starting", 0, 16, 0, 100)]
+    assert "secret" not in turned_away("/", secret, listed=False)[1]
 
 
 @given(st.text(max_size=40))

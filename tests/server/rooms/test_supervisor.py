@@ -223,6 +223,19 @@ def test_what_is_full_broken_or_not_there_is_said_and_costs_the_others_nothing()
     asyncio.run(main())
 
 
+def test_the_room_at_the_bare_address_says_that_it_is_not_open() -> None:
+    async def main() -> None:
+        async with served({"main": torn, "other": small}) as house:
+            for url in (house.url, house.at("main")):
+                code, reason = await refused(url)
+                assert (code, reason[:23]) == (
+                    CloseCode.SERVER_STOPS.value,
+                    "the room main is broken",
+                )
+
+    asyncio.run(main())
+
+
 async def refused(url: str) -> tuple[int, str]:
     async with visit(url) as client:
         with contextlib.suppress(ConnectionClosed):
