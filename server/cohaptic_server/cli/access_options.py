@@ -12,8 +12,8 @@ from cohaptic.errors import SettingError
 from cohaptic.written import at_home
 from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.guard.proxies import NETWORK, network_of
 from cohaptic_server.cli.spans import seconds_of
+from cohaptic_server.guard.proxies import NETWORK, network_of
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.protection import Protection
