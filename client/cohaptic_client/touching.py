@@ -5,15 +5,19 @@ from __future__ import annotations
 import asyncio
 import sys
 from pathlib import Path
+from typing import IO, TextIO, cast
 
 from rich.console import Console
 
+from cohaptic.runtime.aside import Aside, aside
 from cohaptic_client.client import Client
 from cohaptic_client.enter_key import EnterKey
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
 _REFRESH = 0.1  # s
+# Bytes of the state that may wait for who reads it: some seconds.
+_UNREAD = 32 * 1024
 
 
 async def touching(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
@@ -28,13 +32,15 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         CohapticError: As `Client.run` does.
     """
     recorder = Recorder(settings.loop_hz)
-    console = Console(stderr=True)
+    # Neither a terminal that is stopped nor a pipe that nobody reads may hold up the network.
+    terminal, lines = aside(sys.stderr, _UNREAD), aside(sys.stdout, _UNREAD, lambda count: "")
+    console = Console(file=cast(IO[str], terminal))
     client = Client(
         settings,
         tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
         keep=recorder.keep if record else None,
     )
-    shown = asyncio.ensure_future(_show(client, console, json_lines))
+    shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None))
     key = EnterKey(client.acknowledge) if settings.holds_faults else None
     if key is not None:
         client.hears = key.listening
@@ -47,14 +53,20 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         await asyncio.gather(shown, return_exceptions=True)
         if record:
             recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+        if isinstance(lines, Aside) and lines.left_out:
+            told = f"{lines.left_out} lines of the state were left out: nobody read them"
+            console.print(f"{settings.name}: {told}", highlight=False, markup=False)
+        for stream in (lines, terminal):
+            if isinstance(stream, Aside):
+                await asyncio.to_thread(stream.drain)
 
 
-async def _show(client: Client, console: Console, json_lines: bool) -> None:
+async def _show(client: Client, console: Console, lines: Aside | TextIO | None) -> None:
     """The client's state, for a person or for a program, until cancelled."""
-    if json_lines:
+    if lines is not None:
         while True:
-            sys.stdout.write(client.status().model_dump_json() + "\n")
-            sys.stdout.flush()
+            lines.write(client.status().model_dump_json() + "\n")
+            lines.flush()
             await asyncio.sleep(_REFRESH)
     if not console.is_terminal:
         return

@@ -1,4 +1,7 @@
-"""The log of a server: lines for people, or one JSON object a line for machines."""
+"""The log of a server: lines for people, or one JSON object a line for machines.
+
+It is written beside the tick, which waits for no terminal and no pipe.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import Enum
 from typing import Any
+
+from cohaptic.runtime.aside import Aside, aside
 
 
 class LogFormat(Enum):
@@ -63,6 +68,35 @@ class JsonLines(logging.Formatter):
         return json.dumps(line)
 
 
+class Beside(logging.StreamHandler[Any]):
+    """Writes to standard error without waiting, but at the end, for a moment.
+
+    Args:
+        formatter: Of the lines.
+    """
+
+    def __init__(self, formatter: logging.Formatter) -> None:
+        super().__init__(aside(sys.stderr, tell=self._left_out))
+        self.setFormatter(formatter)
+
+    def close(self) -> None:
+        """Let the last lines leave."""
+        if isinstance(self.stream, Aside):
+            self.stream.drain()
+        super().close()
+
+    def _left_out(self, lines: int) -> str:
+        words = "%d lines were left out here: nobody read them in time"
+        values = {
+            "msg": words,
+            "args": (lines,),
+            "levelno": logging.WARNING,
+            "levelname": "WARNING",
+        }
+        told = {"event": "lines_unread", "name": "cohaptic.server"}
+        return self.format(logging.makeLogRecord(values | told)) + self.terminator
+
+
 def set_up_log(style: LogStyle, room: str | None = None) -> None:
     """Write the log of this process to standard error.
 
@@ -70,12 +104,9 @@ def set_up_log(style: LogStyle, room: str | None = None) -> None:
         style: Of the lines.
         room: Of the process; None for that of a whole server.
     """
-    handler = logging.StreamHandler(sys.stderr)
-    if style.format is LogFormat.JSON:
-        handler.setFormatter(JsonLines(room))
-    else:
-        whose = "" if room is None else f" [{room}]"
-        handler.setFormatter(logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S"))
+    whose = "" if room is None else f" [{room}]"
+    formatter = logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")
+    handler = Beside(JsonLines(room) if style.format is LogFormat.JSON else formatter)
     logging.basicConfig(level=style.level, handlers=[handler], force=True)
     # Our own lines report connections.
     logging.getLogger("websockets").setLevel(logging.CRITICAL)

@@ -1,0 +1,151 @@
+"""Text for a terminal or a pipe that is written by a thread of its own: nobody waits for a reader.
+
+A terminal that is stopped (Ctrl-S, a pane that is paused) and a pipe that is full let a write wait
+for as long as that lasts. What waits here is bounded. What does not fit is left out and counted,
+and the reader is told so once it reads again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TextIO
+
+MOST = 256 * 1024  # bytes that wait for a reader
+LAST_WORDS = 1.0  # s at the most for the end of a program to wait for its reader
+
+
+def in_words(lines: int) -> str:
+    """Of what was left out."""
+    return f"{lines} lines were left out here: nobody read them in time\n"
+
+
+def aside(
+    stream: TextIO, most: int = MOST, tell: Callable[[int], str] = in_words
+) -> Aside | TextIO:
+    """What to write to in place of a stream; the same where it is no file of the system's.
+
+    Args:
+        stream: Of a terminal, a pipe or a file.
+        most: Bytes that may wait.
+        tell: Makes the text for a reader from the number of lines that were left out.
+    """
+    try:
+        stream.flush()
+        return Aside(stream.fileno(), stream.encoding or "utf-8", most, tell)
+    except (OSError, ValueError, AttributeError):  # in a test, or it is closed
+        return stream
+
+
+class Aside(io.TextIOBase):
+    """Of one file.
+
+    Args:
+        file: Its number; it stays open.
+        encoding: Of the text.
+        most: Bytes that may wait.
+        tell: As for `aside`.
+
+    Attributes:
+        left_out: Lines so far.
+    """
+
+    def __init__(
+        self,
+        file: int,
+        encoding: str = "utf-8",
+        most: int = MOST,
+        tell: Callable[[int], str] = in_words,
+    ) -> None:
+        self.left_out = 0
+        self._file, self._encoding, self._most, self._tell = file, encoding, most, tell
+        self._untold = 0
+        self._waiting: deque[bytes] = deque()
+        self._size = 0  # of what waits or is being written [bytes]
+        self._changed = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._gone = False  # whether nobody will ever read
+
+    def write(self, text: str, /) -> int:
+        """Write without waiting; all of a text or nothing of it."""
+        if text:
+            with self._changed:
+                self._put(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Nothing: it is on its way."""
+
+    def drain(self, timeout: float = LAST_WORDS) -> bool:
+        """Wait until all is written; returns whether it is, after so long at the most [s]."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._size == 0, timeout)
+
+    def writable(self) -> bool:
+        """As of a stream."""
+        return True
+
+    def isatty(self) -> bool:
+        """Whether it is a terminal."""
+        return os.isatty(self._file)
+
+    def fileno(self) -> int:
+        """Of the file."""
+        return self._file
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """Of the text."""
+        return self._encoding
+
+    def _put(self, text: str) -> None:
+        data = text.encode(self._encoding, "backslashreplace")
+        if self._untold and not self._gone:
+            data = self._tell(self._untold).encode(self._encoding, "backslashreplace") + data
+        # A text that is longer than all that may wait goes alone.
+        if self._gone or (self._size and self._size + len(data) > self._most):
+            lines = max(1, text.count("\n"))
+            self.left_out += lines
+            self._untold += lines
+            return
+        self._untold = 0
+        self._waiting.append(data)
+        self._size += len(data)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="aside", daemon=True)
+            self._thread.start()
+        self._changed.notify_all()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting)
+                data = self._waiting.popleft()
+            # Not the stream: at the end of the program Python would wait for its lock.
+            written = self._written(data)
+            with self._changed:
+                self._size -= len(data)
+                if not written:
+                    self._gone, self._size = True, 0
+                    self._waiting.clear()
+                self._changed.notify_all()
+
+    def _written(self, data: bytes) -> bool:
+        left = memoryview(data)
+        with contextlib.suppress(OSError):  # a pipe without a reader, a terminal that has gone
+            while left:
+                try:
+                    left = left[os.write(self._file, left) :]
+                except BlockingIOError:  # somebody has made the file so
+                    _wait_writable(self._file)
+        return not left
+
+
+def _wait_writable(file: int) -> None:
+    import select
+
+    select.select([], [file], [])
