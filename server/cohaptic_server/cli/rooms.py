@@ -18,6 +18,7 @@ from pathlib import Path
 import typer
 
 from cohaptic.errors import CohapticError, SettingError
+from cohaptic.runtime.hangup import on_hangup
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.access_options import AccessOptions, in_words_of
 from cohaptic_server.cli.object_options import ObjectOptions
@@ -239,8 +240,9 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
 def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
     """The first Ctrl-C or SIGTERM lets the rooms end in order, the second ends them at once.
 
-    SIGHUP lets them read their keys again, as it does with one room; by itself it would end this
-    process without a word to anybody.
+    SIGHUP lets them read their keys again, as it does with one room, unless it comes since the
+    terminal has closed: then it is as SIGTERM. By itself it would end this process without a word
+    to anybody.
     """
     loop = asyncio.get_running_loop()
     asked = False
@@ -256,7 +258,7 @@ def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupted)
     if sys.platform != "win32":
-        loop.add_signal_handler(signal.SIGHUP, supervisor.read_again)
+        loop.add_signal_handler(signal.SIGHUP, on_hangup(supervisor.read_again))
 
     def watch() -> None:
         while os.read(sys.stdin.fileno(), 4096):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cohaptic.errors import SettingError
+from cohaptic.runtime.hangup import on_hangup
 
 log = logging.getLogger("cohaptic.server")
 
@@ -38,6 +39,8 @@ async def reload_changed(
 ) -> None:
     """Load files again when they change or SIGHUP comes, until cancelled.
 
+    Where the terminal of this process has closed SIGHUP ends it, as SIGTERM does.
+
     Args:
         watched: What is loaded already.
         every: How often to look whether files have changed [s].
@@ -48,7 +51,7 @@ async def reload_changed(
     hangup = getattr(signal, "SIGHUP", None)  # Windows has none
     if hangup is not None:
         with contextlib.suppress(ValueError, RuntimeError):  # only a main thread hears signals
-            loop.add_signal_handler(hangup, asked.set)
+            loop.add_signal_handler(hangup, on_hangup(asked.set))
     seen = [_marks(one) for one in watched]
     try:
         while True:

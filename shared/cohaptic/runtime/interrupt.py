@@ -38,7 +38,8 @@ async def until_interrupted(
         work: To be run.
         lifeline: End as well when standard input closes, so that a child process never outlives
             its parent, however that one dies.
-        hangup: End as well when the terminal closes (SIGHUP); a server reads its files again then.
+        hangup: End as well when SIGHUP comes; a server may have to read its files again then
+            (`hangup.py`).
     """
     task = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()
