@@ -26,6 +26,20 @@ MAX_MEMORY = 6e9  # bytes that preparing an object may take
 MAX_TIME = 1800.0  # s that filling it may take
 
 
+def kind_of(name: str) -> str:
+    """Kind of a file by its name, in small letters and with the point; empty without a point.
+
+    Args:
+        name: Of the file, with or without folders.
+
+    Returns:
+        The longest of `KINDS` that the name ends with, and else what follows its last point.
+    """
+    low = name.lower()
+    last = f".{low.rpartition('.')[2]}" if "." in low else ""
+    return max((kind for kind in KINDS if low.endswith(kind)), key=len, default=last)
+
+
 def is_file(name: str) -> bool:
     """Whether a body's name is a path: it has a suffix or a folder."""
     return bool(Path(name).suffix) or "/" in name or "\\" in name

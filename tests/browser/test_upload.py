@@ -9,6 +9,7 @@ import pytest
 
 from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
+from tests.server.upload.sound import SOUND
 from tests.server.upload.test_worker import block_vtu
 
 pytestmark = pytest.mark.live
@@ -189,6 +190,14 @@ def test_all_of_it_goes_by_keys_and_is_said_to_those_who_do_not_see(
     assert ann.text(".upload-soft") != before
     ann.page.keyboard.press("Escape")
     ann.until(lambda: not ann.page.locator(".upload").is_visible(), "the dialog to be closed")
+
+
+def test_a_compressed_scan_is_taken_and_shown(visitors: Open, serve: Serve) -> None:
+    ann = visitors()
+    ann.visit(serve("--allow-upload").address)
+    drop(ann, "liver.nii.gz", SOUND[".nii.gz"]())
+    ann.until(lambda: shown(ann) or ann.text(".upload-words") != "", "an answer")
+    assert "triangles" in ann.text(".upload-findings"), ann.text(".upload-words")
 
 
 def test_a_file_that_is_none_is_one_sentence_and_nobody_else_notices(

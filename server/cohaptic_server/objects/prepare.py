@@ -40,7 +40,7 @@ from cohaptic_server.objects.tetrahedralise import (
 )
 from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
-from cohaptic_server.touchable import KINDS, VOLUMES
+from cohaptic_server.touchable import KINDS, VOLUMES, kind_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +253,8 @@ def check_file(path: Path) -> None:
     Raises:
         BodyError: It is not.
     """
-    kind = path.suffix.lower()
-    if kind not in KINDS and not is_scan(path):
+    kind = kind_of(path.name)
+    if kind not in KINDS:
         raise BodyError(
             f"{path}: files of kind {kind or '(none)'} are not read; these are: {' '.join(KINDS)}"
         )

@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cohaptic.errors import BodyError, one_line
+from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import reading_limited
 from cohaptic_server.objects.parts.cell_groups import groups_of
 from cohaptic_server.objects.parts.parts import Parts
+from cohaptic_server.objects.unreadable import damaged
 
 _START = 4096  # bytes in which a file says what it is
 _TETRAHEDRA = ("tetra", "tetra10")
@@ -63,7 +64,7 @@ def read_volume(path: Path) -> VolumeMesh:
             contextlib.redirect_stdout(silent),
             contextlib.redirect_stderr(silent),
         ):
-            loaded: Any = read(path)
+            loaded: Any = _loaded(path, read)
         x = np.array(loaded.points, dtype=np.float64)
         blocks = [
             np.array(cells.data, dtype=np.int64)[:, :4]
@@ -74,12 +75,11 @@ def read_volume(path: Path) -> VolumeMesh:
         counts = Counter[str]()
         for cells in loaded.cells:
             counts[str(cells.type)] += len(cells.data)
-    except SystemExit as error:  # raised by meshio if no reader accepts the file
-        raise BodyError(f"{path}: this is no mesh that can be read{_instead(path)}") from error
     except BodyError:
         raise
-    except Exception as error:  # meshio's readers raise errors of many kinds
-        words = _instead(path) or f" ({one_line(f'{type(error).__name__}: {error}')})"
+    # meshio's readers raise errors of many kinds, and the last where none accepts the file.
+    except (Exception, SystemExit) as error:
+        words = _instead(path) or f": {damaged(error)}"
         raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
     if not blocks or not sum(len(block) for block in blocks):
         kinds = ", ".join(sorted(counts)) or "-"
@@ -95,6 +95,35 @@ def read_volume(path: Path) -> VolumeMesh:
     return VolumeMesh(x, tets, parts)
 
 
+def _loaded(path: Path, read: Any) -> Any:
+    with path.open("rb") as file:
+        start = file.read(_START).lstrip()
+    if path.suffix.lower() != ".msh" or start.startswith(b"$"):
+        return read(path)
+    with _Ending(io.FileIO(path)) as file:
+        return read(file, "ansys")
+
+
+class _Ending(io.BufferedReader):
+    """A file that is read to its end once: meshio asks one that was cut off for more, for ever."""
+
+    _ended = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """As of a file; raises EOFError where nothing has come before."""
+        return self._next(super().read(size))
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        """The same."""
+        return self._next(super().readline(size))
+
+    def _next(self, data: bytes) -> bytes:
+        if self._ended:
+            raise EOFError("it ends too early")
+        self._ended = not data
+        return data
+
+
 def _instead(path: Path) -> str:
     """What a file that cannot be read is instead, and what to do; empty if its start does not say.
 
@@ -103,7 +132,7 @@ def _instead(path: Path) -> str:
     """
     with path.open("rb") as file:
         start = file.read(_START)
-    if path.suffix.lower() == ".msh" and not start.lstrip().startswith(b"$"):
+    if path.suffix.lower() == ".msh" and not start.lstrip().startswith((b"$", b"(")):
         return ": it does not begin as Gmsh's files do, with $MeshFormat. Export it from there"
     kind = re.search(rb"^DATASET\s+(\w+)", start, re.M | re.I)
     if kind is None:

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from cohaptic_server.objects.store.cache import cache_folder
+from cohaptic_server.touchable import kind_of
 
 _KEPT = 8  # files; the oldest go first
 
@@ -22,7 +23,7 @@ def keep(content: bytes, name: str, kind: str) -> Path:
     Args:
         content: Of the file.
         name: As the visitor has it; what of it is no letter or digit is left out.
-        kind: Suffix, with the point.
+        kind: One of `KINDS`.
 
     Raises:
         OSError: It cannot be written; nothing of it is left.
@@ -50,10 +51,6 @@ def plain_name(name: str) -> str:
     Args:
         name: Whatever the visitor's file is called.
     """
-    stem = re.split(r"[\\/]", name)[-1].rpartition(".")[0]
+    last = re.split(r"[\\/]", name)[-1]
+    stem = last[: len(last) - len(kind_of(last))]
     return re.sub(r"[^A-Za-z0-9]+", "-", stem).strip("-")[:30] or "object"
-
-
-def kind_of(name: str) -> str:
-    """Suffix of a visitor's file, in small letters and with the point; empty without one."""
-    return "." + name.rpartition(".")[2].lower() if "." in name else ""

@@ -23,8 +23,10 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, HeldError, SettingError, one_line
 from cohaptic_server.objects.store.cache import UnkeptError, insist
+from cohaptic_server.objects.unreadable import damaged
+from cohaptic_server.touchable import kind_of
 from cohaptic_server.upload.confine import confine
-from cohaptic_server.upload.kept_files import keep, kind_of
+from cohaptic_server.upload.kept_files import keep
 from cohaptic_server.upload.limits import SIZE
 from cohaptic_server.upload.pipe import DATA, PipeEnded, fields_of, receive, send, send_text
 
@@ -184,7 +186,7 @@ class _Step:
         except Exception as error:  # of a disk, or of a library, which did not foresee this file
             if isinstance(error, OSError) and error.errno in _FULL:
                 raise
-            why = f"it cannot be read ({type(error).__name__}: {error})"
+            why = f"it cannot be read: {damaged(error)}"
         said = why.replace(f"{self._path}: ", "").replace(self._path, self._name)
         if self._painted:
             said = said.replace(self._painted, "what was painted")

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.upload.kept_files import keep, kind_of, plain_name, uploads_folder
+from cohaptic_server.touchable import KINDS, kind_of
+from cohaptic_server.upload.kept_files import keep, plain_name, uploads_folder
 
 
 @given(st.text(max_size=300))
@@ -24,7 +25,10 @@ def test_whatever_a_file_is_called_it_leads_nowhere(name: str) -> None:
         ("../../etc/passwd.stl", "passwd", ".stl"),
         ("C:\\Windows\\system32\\liver.OBJ", "liver", ".obj"),
         ("..stl", "object", ".stl"),
-        ("no suffix", "object", ""),
+        ("no suffix", "no-suffix", ""),
+        ("of.the.left.side.NII.gz", "of-the-left-side", ".nii.gz"),
+        (".nii.gz", "object", ".nii.gz"),
+        ("a.tar.gz", "a-tar", ".gz"),
         ("Ein Bär & Söhne.ply", "Ein-B-r-S-hne", ".ply"),
     ],
 )
@@ -40,3 +44,10 @@ def test_the_oldest_go_first() -> None:
     assert {path.parent for path in paths} == {uploads_folder()}
     keep(b"last", "last.stl", ".stl")
     assert [path.is_file() for path in paths] == [False] * 5 + [True] * 7
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_kept_is_of_the_kind_that_came(kind: str) -> None:
+    path = keep(b"1", f"of the left.side{kind.upper()}", kind)
+    assert path.name.startswith("of-the-left-side-")
+    assert kind_of(path.name) == kind

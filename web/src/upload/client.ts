@@ -120,8 +120,7 @@ export class UploadClient {
 
   private begin(kinds: readonly string[], most: number): void {
     const { name, size } = this.file;
-    const kind = name.includes(".") ? `.${(name.split(".").pop() ?? "").toLowerCase()}` : "";
-    if (!kinds.includes(kind)) {
+    if (!kinds.some((kind) => name.toLowerCase().endsWith(kind))) {
       this.end({ type: "failed", why: `${name}: files of this kind are not read; these are: ${kinds.join(" ")}` });
     } else if (size > most || size === 0) {
       const mib = 2 ** 20;

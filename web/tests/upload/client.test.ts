@@ -79,9 +79,18 @@ test("no more than a little waits in the browser", async () => {
   expect(line.pieces.length).toBe(3);
 });
 
+test.each(["scan.nii.gz", "A.b.NII.GZ", "x.stl"])("%s is of a kind that is offered", async (name) => {
+  const { line, news } = begun(fileOf(name, 5));
+  line.say({ ...OFFER, kinds: [".stl", ".nii", ".nii.gz"] });
+  await settle();
+  expect(line.texts).toEqual([{ type: "begin_upload", name, size: 5 }]);
+  expect(news.at(-1)).toEqual({ type: "looking" });
+});
+
 describe("it fails in one sentence", () => {
   test.each([
     ["another kind", "a.exe", CHUNK, "files of this kind are not read; these are: .stl"],
+    ["a kind that only begins alike", "a.stl.gz", CHUNK, "files of this kind are not read"],
     ["no kind", "stl", CHUNK, "files of this kind are not read"],
     ["too large", "a.stl", 4 * CHUNK, "a.stl has 0.1 MiB; it must be"],
     ["empty", "a.stl", 0, "a.stl has 0.0 MiB; it must be"],

@@ -6,12 +6,12 @@ files that a header names.
 
 from __future__ import annotations
 
+import gzip
 import io
 import re
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, cast
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.scan.label_map import LabelMap, check_size
 from cohaptic_server.objects.scan.library import library
+from cohaptic_server.objects.scan.voxels import read_voxels
+from cohaptic_server.objects.unreadable import unreadable
 
 _HEAD = 2**20  # bytes that a header may have; those of segmentations have a few thousand
-_BLOCK = 2**20  # bytes of a compressed file that are read at once
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 # Signs of x and y that make x point right and y forwards, as in NIfTI.
 _SPACES = {
@@ -59,16 +60,15 @@ def read_nrrd(path: Path) -> LabelMap:
             header: dict[str, Any] = {str(key).lower(): parsed[key] for key in parsed}
             shape, kind, affine = _described(path, header)
             file.seek(end.end())
-            data = _voxels(path, file, str(header["encoding"]).lower(), shape, kind)
+            packing = str(header["encoding"]).lower()
+            values = read_voxels(path, _unpacked(path, file, packing), shape, kind)
             names = _names(header)
         except BodyError:
             raise
         except MemoryError:
             raise
         except Exception as error:  # pynrrd's parsers raise errors of many kinds
-            words = one_line(f"{type(error).__name__}: {error}")
-            raise BodyError(f"{path}: this is no NRRD that can be read ({words})") from error
-    values = np.frombuffer(data, kind).reshape(shape, order="F")
+            raise unreadable(path, "NRRD", error) from error
     return LabelMap.of(path, values, affine, names)
 
 
@@ -108,33 +108,13 @@ def _described(
     return sizes, kind, unit * signs[:, None] * affine
 
 
-def _voxels(
-    path: Path, file: IO[bytes], encoding: str, shape: tuple[int, ...], kind: np.dtype[Any]
-) -> bytes:
-    """The bytes of the voxels, and no more however many there are."""
-    expected = int(np.prod(shape, dtype=np.int64)) * kind.itemsize
+def _unpacked(path: Path, file: IO[bytes], encoding: str) -> IO[bytes]:
+    """The file from here on, without its compression."""
     if encoding == "raw":
-        # A buffer of that size would be there before anything is read into it.
-        data = file.read(min(expected, path.stat().st_size))
-    elif encoding in ("gzip", "gz"):
-        data = _unpacked(file, expected)
-    else:
-        raise BodyError(f"{path}: its voxels are stored as {encoding!r}; raw and gzip are read")
-    if len(data) < expected:
-        raise BodyError(
-            f"{path}: its header says {expected:,} bytes of voxels and it has {len(data):,}"
-        )
-    return data
-
-
-def _unpacked(file: IO[bytes], expected: int) -> bytes:
-    unpack, out = zlib.decompressobj(wbits=31), bytearray()
-    while len(out) < expected and not unpack.eof:
-        block = file.read(_BLOCK)
-        if not block:
-            break
-        out += unpack.decompress(block, expected - len(out))
-    return bytes(out)
+        return file
+    if encoding in ("gzip", "gz"):
+        return cast("IO[bytes]", gzip.GzipFile(fileobj=file))
+    raise BodyError(f"{path}: its voxels are stored as {encoding!r}; raw and gzip are read")
 
 
 def _names(header: Mapping[str, Any]) -> dict[int, str]:

@@ -7,12 +7,12 @@ from pathlib import Path
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.nifti import read_nifti
 from cohaptic_server.objects.scan.nrrd_file import read_nrrd
-from cohaptic_server.touchable import SCANS
+from cohaptic_server.touchable import SCANS, kind_of
 
 
 def is_scan(path: Path) -> bool:
     """Whether a file is a label map, by its name."""
-    return path.name.lower().endswith(SCANS)
+    return kind_of(path.name) in SCANS
 
 
 def read_scan(path: Path) -> LabelMap:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from cohaptic.errors import BodyError, one_line
+from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import reading_limited
 from cohaptic_server.objects.surface.merge import merge_vertices
 from cohaptic_server.objects.surface.three_mf import look_into
+from cohaptic_server.objects.unreadable import unreadable
 
 _HEAD = 2**16  # bytes that are read for the header of a file
 
@@ -50,8 +51,7 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     except BodyError:
         raise
     except Exception as error:  # trimesh's parsers raise errors of many kinds
-        words = one_line(f"{type(error).__name__}: {error}")
-        raise BodyError(f"{path}: this is no mesh that can be read ({words})") from error
+        raise unreadable(path, "mesh", error) from error
     finally:
         trimesh_log.disabled = was_disabled
     if said is not None and len(faces) != said.triangles:
@@ -71,7 +71,14 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         raise BodyError(
             f"{path}: {bad.sum()} of {len(x)} vertices have a coordinate that is not a number"
         )
-    return merge_vertices(x, faces)
+    count = len(faces)
+    x, faces = merge_vertices(x, faces)
+    if not len(faces):
+        raise BodyError(
+            f"{path}: there is no surface in it: each of its {count:,} triangles has two corners"
+            " at one place, as far as the size of the whole lets them be told apart"
+        )
+    return x, faces
 
 
 def _has_strips(path: Path) -> bool:

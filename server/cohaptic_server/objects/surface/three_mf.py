@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import IO, NamedTuple, TypeAlias
 from xml.parsers import expat
 
-from cohaptic.errors import BodyError, one_line
+from cohaptic.errors import BodyError
 from cohaptic_server.objects.object_file import MAX_READ
+from cohaptic_server.objects.unreadable import unreadable
 
 MAX_BYTES = 2**29  # unpacked; the XML of a million triangles takes a tenth of it
 _MAX_DEPTH = 50  # of objects within objects
@@ -62,15 +63,17 @@ def look_into(path: Path) -> Model:
                     f" {MAX_BYTES / 2**20:,.0f} MiB. Simplify it first"
                 )
             names = archive.namelist()
-            whole = _Objects(next((name for name in names if _ROOT in name.lower()), _ROOT))
+            root = next((name for name in names if _ROOT in name.lower()), None)
+            if root is None:
+                raise BodyError(f"{path}: there is no model in it: it is a zip, and no 3MF")
+            whole = _Objects(root)
             while part := whole.unread():
                 if part in names:
                     whole.read(part, archive.open(part))
     except BodyError:
         raise
     except Exception as error:  # zipfile raises errors of many kinds, for passwords another one
-        words = one_line(f"{type(error).__name__}: {error}")
-        raise BodyError(f"{path}: this is no 3MF that can be read ({words})") from error
+        raise unreadable(path, "3MF", error) from error
     why = whole.mixed_up()
     if why:
         raise BodyError(f"{path}: {why}. Export it as one mesh, for example as STL")

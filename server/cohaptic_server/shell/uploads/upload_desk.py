@@ -43,8 +43,7 @@ from cohaptic_server.shell.uploads.upload_talk import (
     pass_on,
 )
 from cohaptic_server.shell.wire import Wire
-from cohaptic_server.touchable import KINDS
-from cohaptic_server.upload.kept_files import kind_of
+from cohaptic_server.touchable import KINDS, kind_of
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess
 

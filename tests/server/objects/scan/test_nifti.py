@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import gzip
 import struct
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +53,16 @@ def changed(offset: int, form: str, *values: Any) -> bytes:
     [
         (b"", "no NIfTI that can be read"),
         (b"n+1\0" * 200, "no NIfTI that can be read"),
-        (nifti(SMALL)[:-20], "no NIfTI that can be read"),
+        (nifti(SMALL)[:-20], "its header says 120 bytes of voxels and it has 100"),
         (changed(40, "<8h", 3, 30000, 30000, 30000, 1, 1, 1, 1), r"takes 8.1e\+04 GB"),
         (changed(40, "<8h", 4, 4, 5, 3, 2, 1, 1, 1), "its voxels are 4 x 5 x 3 x 2"),
         (changed(112, "<2f", 0.5, 3.0), "scaled by 0.5 and shifted by 3"),
         (changed(70, "<2h", 128, 24), "a label map has whole numbers|no NIfTI"),
         (changed(280, "<f", float("nan")), "no place of the voxels|no NIfTI"),
         (changed(280, "<4f", 0.0, 0.0, 0.0, 0.0), "its voxels are 0 x"),
+        (changed(344, "4s", b"ni1"), "its voxels are in another file"),
+        (changed(108, "<f", 3e9), "its voxels begin at byte 3,000,000,000; it has 348"),
+        (changed(108, "<f", -3.0), "no NIfTI that can be read"),
         (nifti(np.zeros((3, 3, 3), dtype=np.uint8)), "there is no label in it"),
     ],
 )
@@ -81,3 +85,33 @@ def test_a_bomb_is_refused_by_its_header_before_it_is_unpacked(tmp_path: Path) -
     path = written(tmp_path / "a.nii.gz", gzip.compress(data))
     with pytest.raises(BodyError, match=r"2000 x 2000 voxels of 1 bytes; .* takes 24"):
         read_nifti(path)
+
+
+def test_what_lies_between_header_and_voxels_is_not_unpacked(tmp_path: Path) -> None:
+    """Its length is the file's word: a megabyte could unpack to two thousand there."""
+    says = changed(348, "<4B", 1, 0, 0, 0)[:352] + struct.pack("<2i", 2**30, 6)
+    bomb = changed(108, "<f", 352.0 + 16.0)[:348] + says[348:] + bytes(8) + SMALL.tobytes("F")
+    path = written(tmp_path / "a.nii.gz", gzip.compress(bomb + bytes(3 * 10**7)))
+    tracemalloc.start()
+    try:
+        found = read_nifti(path)
+        assert tracemalloc.get_traced_memory()[1] < 10**7
+    finally:
+        tracemalloc.stop()
+    assert [label.voxels for label in found.labels] == [18]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_the_second_version_and_the_other_order_of_bytes_are_read(
+    tmp_path: Path, order: str
+) -> None:
+    nibabel = pytest.importorskip("nibabel")
+    header = nibabel.Nifti2Header(endianness=order)
+    header.set_data_dtype(np.int16)
+    path = tmp_path / "a.nii.gz"
+    nibabel.Nifti2Image(
+        SMALL.astype(f"{order}i2"), np.diag([1.0, 2.0, 3.0, 1.0]), header
+    ).to_filename(path)
+    found = read_nifti(path)
+    assert np.array_equal(found.numbers > 0, SMALL == 7)
+    assert found.spacing == pytest.approx([1e-3, 2e-3, 3e-3])

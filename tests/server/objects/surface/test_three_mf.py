@@ -185,7 +185,7 @@ def test_what_a_password_hides_is_refused(tmp_path: Path) -> None:
     for mark, at in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):  # flags, in both headers
         data[data.index(mark) + at] |= 1
     path.write_bytes(data)
-    with pytest.raises(BodyError, match=r"this is no 3MF that can be read \(RuntimeError"):
+    with pytest.raises(BodyError, match=r"this is no 3MF that can be read: .* is encrypted"):
         look_into(path)
 
 

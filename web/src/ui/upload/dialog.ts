@@ -63,8 +63,8 @@ export class UploadDialog {
     this.stop = press("Cancel", "", () => { this.root.close(); });
     this.done = press("Touch it", "primary", () => { this.root.close(); });
     this.drop = el("div", { class: "upload-drop" }, icon("upload"),
-      el("p", { text: "Drop a mesh here" }), press("Choose a file", "primary", () => { this.file.click(); }),
-      el("p", { class: "fine", text: "STL, OBJ, PLY, GLB, 3MF or a volume mesh. It becomes the object of everybody here." }));
+      el("p", { text: "Drop a mesh or a scan here" }), press("Choose a file", "primary", () => { this.file.click(); }),
+      el("p", { class: "fine", text: "STL, OBJ, PLY, GLB, 3MF, a volume mesh, or the label map of a scan. It becomes the object of everybody here." }));
     this.work = el("div", { class: "upload-work" },
       el("h3", { text: "What was found" }), this.findings, this.size.root, this.held.root, this.soft.root);
     this.root = el("dialog", { class: "dialog upload", attrs: { "aria-labelledby": "upload-title" } },
