@@ -19,9 +19,9 @@ JOBS   ?= auto
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test test-all test-newest lock night check static format lint types web page compiled docs bench soak results clean
+.PHONY: help demo test test-all test-newest lock night check static format lint types web page compiled docs bench soak containers results clean
 help:  ## list the commands
-	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
@@ -123,6 +123,12 @@ endif
 
 soak: $(VENV)/.dev  ## three minutes of everything that happens to a server; ARGS="--minutes 30"
 	@$(BIN)/python benchmarks/soak.py --minutes 3 $(ARGS)
+
+# debootstrap makes files of root's; the wheel, and the page in it, are the user's.
+SUDO   ?= $(if $(filter 0,$(shell id -u)),,sudo --preserve-env)
+containers: $(VENV)/.dev  ## build the image and bring docker-compose.yml up with podman, on Debian; ARGS=--install
+	@$(PIP) wheel --no-deps --wheel-dir dist .
+	@$(SUDO) $(BIN)/python -B tools/containers.py $(ARGS)
 
 results: $(VENV)/.dev  ## make docs/results.md again, about half an hour
 	@$(BIN)/python experiments/results.py

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import re
 import shutil
@@ -91,6 +92,40 @@ def test_the_containers_fit_each_other_and_the_files_beside_them() -> None:
             understood(service["command"])
     assert "server:8765" in (DEPLOY / "Caddyfile.compose").read_text()
     assert {n for n, s in services.items() if "profiles" in s} == {"prometheus", "grafana"}
+
+
+# A `tmpfs` has them in Docker and in podman alike; Docker alone has uid and gid.
+OPTIONS_OF_BOTH = {"mode", "size", "rw", "ro", "noexec", "nosuid", "nodev"}
+
+
+def test_every_engine_knows_the_options_of_the_file_systems_in_memory() -> None:
+    services = yaml.safe_load((DEPLOY.parent / "docker-compose.yml").read_text())["services"]
+    mounts = [mount for service in services.values() for mount in service.get("tmpfs", ())]
+    assert mounts
+    for mount in mounts:
+        options = filter(None, mount.partition(":")[2].split(","))
+        assert {option.partition("=")[0] for option in options} <= OPTIONS_OF_BOTH, mount
+
+
+def test_nobody_but_the_proxy_is_given_the_address_that_the_server_believes() -> None:
+    compose = yaml.safe_load((DEPLOY.parent / "docker-compose.yml").read_text())
+    (pool,) = compose["networks"]["inside"]["ipam"]["config"]
+    (believed,) = load_config(DEPLOY / "rooms.compose.toml").access.trust_proxy
+    address = ipaddress.ip_address(believed)
+    assert address in ipaddress.ip_network(pool["subnet"])
+    assert address not in ipaddress.ip_network(pool["ip_range"])
+    assert ipaddress.ip_address(pool["gateway"]) not in ipaddress.ip_network(pool["ip_range"])
+
+
+def test_with_keys_nobody_comes_into_the_containers_without_a_token(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    server = yaml.safe_load((DEPLOY / "keys.compose.yml").read_text())["services"]["server"]
+    for name, value in server["environment"].items():
+        monkeypatch.setenv(name, value)
+    access = load_config(DEPLOY / "rooms.compose.toml").access
+    (mounted,) = (volume.split(":")[1] for volume in server["volumes"])
+    assert (access.open, str(access.keys)) == (False, mounted)
 
 
 def understood(arguments: list[str]) -> None:
