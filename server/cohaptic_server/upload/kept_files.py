@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import re
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 from cohaptic_server.objects.store.cache import cache_folder
 from cohaptic_server.touchable import kind_of
 
+MARK = "keeping"  # name of the mark, in the folder of an upload
 _KEPT = 8  # files; the oldest go first
 
 
@@ -17,13 +19,17 @@ def uploads_folder() -> Path:
     return cache_folder() / "uploads"
 
 
-def keep(content: bytes, name: str, kind: str) -> Path:
+def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
     """Write a file where it stays; returns its path.
+
+    Until its object is there, a file that has not been kept before has a mark: `give_up` removes
+    it, also where whoever began with it was ended.
 
     Args:
         content: Of the file.
         name: As the visitor has it; what of it is no letter or digit is left out.
         kind: One of `KINDS`.
+        mark: Path of the mark, which the caller removes once the object is there.
 
     Raises:
         OSError: It cannot be written; nothing of it is left.
@@ -32,7 +38,9 @@ def keep(content: bytes, name: str, kind: str) -> Path:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     digest = hashlib.sha256(content).hexdigest()[:8]
     path = folder / f"{plain_name(name)}-{digest}{kind}"
-    part = path.with_suffix(".part")
+    part = _part(path)
+    if not path.exists():
+        mark.write_text(path.name)
     try:
         part.write_bytes(content)
         part.replace(path)
@@ -43,6 +51,25 @@ def keep(content: bytes, name: str, kind: str) -> Path:
     for old in kept[: max(0, len(kept) - _KEPT)]:
         old.unlink(missing_ok=True)
     return path
+
+
+def give_up(mark: Path) -> None:
+    """Remove the file that a mark names, and the mark; nothing where there is none.
+
+    Args:
+        mark: As of `keep`. A worker may have written into it whatever it likes: a name in it leads
+            to no other folder.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        path = uploads_folder() / Path(mark.read_text()).name
+        for one in (path, _part(path)):
+            one.unlink(missing_ok=True)
+        mark.unlink()
+
+
+def _part(path: Path) -> Path:
+    """Where it is as long as it is being written."""
+    return Path(f"{path}.part")
 
 
 def plain_name(name: str) -> str:

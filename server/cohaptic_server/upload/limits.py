@@ -21,6 +21,8 @@ class UploadLimits:
         examine: For it to be read and looked at [s].
         decide: For the visitor to choose, in all tries together [s].
         prepare: For the preparation [s].
+        disk: What all uploads of this machine may hold of its disk while they are worked on
+            [bytes].
         preview: Triangles of the surface that is shown before.
         tries: How often the visitor may choose.
 
@@ -34,6 +36,7 @@ class UploadLimits:
     examine: float = 60.0
     decide: float = 600.0
     prepare: float = 300.0
+    disk: int = 2**30
     preview: int = 12_000
     tries: int = 8
 
@@ -42,6 +45,9 @@ class UploadLimits:
             raise SettingError("file of an upload", f"{self.file} bytes", "from 1 KiB to 1 GiB")
         if not 5 * 10**8 <= self.memory <= 10**12:
             raise SettingError("memory of an upload", f"{self.memory} bytes", "from 0.5 GB to 1 TB")
+        if not self.file <= self.disk <= 2**40:
+            limit = f"from {self.file} bytes, of one file, to 1 TiB"
+            raise SettingError("disk of uploads", f"{self.disk} bytes", limit)
         for name in ("receive", "examine", "decide", "prepare"):
             if not 0.1 <= getattr(self, name) <= 86_400.0:
                 raise SettingError(f"time to {name}", f"{getattr(self, name)} s", "0.1 s to a day")

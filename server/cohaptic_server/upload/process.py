@@ -16,8 +16,10 @@ from typing import IO, Any
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.upload.confine import TOO_MUCH_MEMORY
+from cohaptic_server.upload.kept_files import MARK, give_up
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.pipe import DATA, PipeEnded, receive, send, send_text
+from cohaptic_server.upload.work_folder import WorkFolder, bytes_in_work, remove_abandoned
 
 _PATIENCE = 5.0  # s for a process that was killed to be gone
 _SIGXCPU, _SIGXFSZ, _SIGABRT, _SIGSEGV, _SIGKILL = 24, 25, 6, 11, 9  # as Linux numbers them
@@ -51,24 +53,33 @@ class WorkerProcess:
         limits: Of the upload.
         name: Of the visitor's file.
         rubber: What makes a nonlinear solid of it; None makes a linear one.
+
+    Raises:
+        UploadFailed: All uploads together hold too much of the disk, or it has no more room.
     """
 
     def __init__(self, limits: UploadLimits, name: str, rubber: Rubber | None = None) -> None:
+        self._limits = limits
+        self._folder = _new_folder(limits)
         told = {
+            "folder": str(self._folder.path),
             "memory": limits.memory,
             "cpu": limits.examine + limits.prepare,
             "preview": limits.preview,
             "budget": limits.budget,
             "rubber": None if rubber is None else asdict(rubber),
         }
-        self._limits = limits
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "cohaptic_server.upload.worker", json.dumps(told)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=os.environ | _ONE_THREAD,
-        )
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "cohaptic_server.upload.worker", json.dumps(told)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | _ONE_THREAD,
+            )
+        except OSError:
+            self._folder.close()
+            raise
         # Only now, and not this thread before: until the child runs its own program this thread
         # holds Python's lock, and a tick would wait for whatever the two of them wait for.
         stand_back(self._process.pid)
@@ -118,13 +129,15 @@ class WorkerProcess:
             self._process.kill()
 
     def close(self) -> None:
-        """End it, wait for its end, and close the pipes."""
+        """End it, wait for its end, close the pipes, and remove what it has left behind."""
         self.kill()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
         for stream in (self._in, self._out):
             with contextlib.suppress(OSError):
                 stream.close()
+        give_up(self._folder.path / MARK)
+        self._folder.close()
 
     @property
     def _in(self) -> IO[bytes]:
@@ -154,3 +167,19 @@ class WorkerProcess:
         if status in (-_SIGKILL, -_SIGXFSZ):
             return "the system ended what reads it"
         return f"what reads it has ended with status {status}"
+
+
+def _new_folder(limits: UploadLimits) -> WorkFolder:
+    """A folder for one more upload."""
+    remove_abandoned()
+    held, mib = bytes_in_work(), 2**20
+    if held + limits.file > limits.disk:
+        raise UploadFailed(
+            f"uploads hold {held / mib:,.0f} MiB of the disk here, and one may need"
+            f" {limits.file / mib:g} more; the limit is {limits.disk / mib:,.0f} MiB"
+        )
+    try:
+        return WorkFolder()
+    except OSError as error:
+        why = error.strerror or type(error).__name__
+        raise UploadFailed(f"this server cannot keep the file: {why}") from error

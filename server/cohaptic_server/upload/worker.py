@@ -26,7 +26,7 @@ from cohaptic_server.objects.store.cache import UnkeptError, insist
 from cohaptic_server.objects.unreadable import damaged
 from cohaptic_server.touchable import kind_of
 from cohaptic_server.upload.confine import confine
-from cohaptic_server.upload.kept_files import keep
+from cohaptic_server.upload.kept_files import MARK, give_up, keep
 from cohaptic_server.upload.limits import SIZE
 from cohaptic_server.upload.pipe import DATA, PipeEnded, fields_of, receive, send, send_text
 
@@ -43,6 +43,7 @@ _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows has no
 def main() -> None:
     """Serve one upload, with the limits that the command line says as JSON."""
     limits: dict[str, Any] = json.loads(sys.argv[1])
+    tempfile.tempdir = limits["folder"]  # of this upload, which the server removes
     confine(limits["memory"], limits["cpu"], limits["memory"])
     insist()
     incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
@@ -64,23 +65,27 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
     """Take the file, examine it, and prepare it once that is asked."""
     name = str(fields_of(receive(incoming)[1])["name"])
     content = _file(incoming)
-    with tempfile.TemporaryDirectory(prefix="cohaptic-") as folder:
-        path = Path(folder) / f"object{kind_of(name)}"
-        path.write_bytes(content)
-        preview = _Step(outgoing, name, path).result(
-            lambda: _examine(path, outgoing, limits["preview"])
-        )
+    folder = Path(limits["folder"])
+    path, mark = folder / f"object{kind_of(name)}", folder / MARK
+    path.write_bytes(content)
+    preview = _Step(outgoing, name, path).result(
+        lambda: _examine(path, outgoing, limits["preview"])
+    )
+    path.unlink()
     # The server counts the choices, and ends this process.
     while preview is not None:
         wish = fields_of(receive(incoming)[1])
         # A painted region is a long rule, which nobody would read in an error.
         rule = str(wish["fix"])
         long_rule = repr(rule) if len(rule) > _READABLE else ""
-        kept = keep(content, name, kind_of(name))
+        kept = keep(content, name, kind_of(name), mark)
         step = _Step(outgoing, name, kept, long_rule, event="refused")
-        if step.result(partial(_prepare, kept, wish, outgoing, limits, preview)):
+        source = step.result(partial(_prepare, kept, wish, outgoing, limits, preview))
+        if source is not None:
+            mark.unlink(missing_ok=True)
+            send_text(outgoing, event="prepared", source=source)
             return
-        kept.unlink(missing_ok=True)
+        give_up(mark)
         if step.hopeless:
             return
 
@@ -113,7 +118,8 @@ def _prepare(
     outgoing: IO[bytes],
     limits: dict[str, Any],
     preview: Preview,
-) -> bool:
+) -> dict[str, Any]:
+    """Prepare it into the store; returns what it is, as options."""
     from cohaptic_server.bodies.solid.shape import SolidSettings
     from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
@@ -136,8 +142,7 @@ def _prepare(
         demand, damping = Demand(hz=1.0 / rubber["period"], nonlinear=True), rubber["damping"]
         source = resolve(source, tell, scale_given=True, demand=demand).source
         source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
-    send_text(outgoing, event="prepared", source=to_fields(source))
-    return True
+    return to_fields(source)
 
 
 class _Step:

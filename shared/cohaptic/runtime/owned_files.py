@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import stat
 import sys
 from pathlib import Path
@@ -37,7 +38,7 @@ def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside:
         prefix: Of their names.
         suffix: The same.
         now: Unix time [s].
-        beside: Suffix of a file that goes with each.
+        beside: Suffix of a file or a folder that goes with each, behind the whole name.
     """
     if sys.platform == "win32":
         return 0
@@ -45,8 +46,13 @@ def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside:
     with contextlib.suppress(OSError):
         for path in folder.glob(f"{prefix}*{suffix}"):
             if _is_left(path, now):
-                for one in (path, Path(f"{path}{beside}")):
-                    one.unlink(missing_ok=True)
+                along = Path(f"{path}{beside}")
+                # It goes first: should it not go, its owner's file says so to the next who looks.
+                if beside and along.is_dir() and not along.is_symlink():
+                    shutil.rmtree(along)
+                elif beside:
+                    along.unlink(missing_ok=True)
+                path.unlink(missing_ok=True)
                 removed += 1
     return removed
 

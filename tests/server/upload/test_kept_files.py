@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.touchable import KINDS, kind_of
-from cohaptic_server.upload.kept_files import keep, plain_name, uploads_folder
+from cohaptic_server.upload.kept_files import give_up, keep, plain_name, uploads_folder
 
 
 @given(st.text(max_size=300))
@@ -36,18 +36,44 @@ def test_names_become_plain(name: str, plain: str, kind: str) -> None:
     assert (plain_name(name), kind_of(name)) == (plain, kind)
 
 
-def test_the_oldest_go_first() -> None:
+def test_the_oldest_go_first(tmp_path: Path) -> None:
     paths: list[Path] = []
     for k in range(12):
-        paths.append(keep(f"{k}".encode(), f"../x{k}.stl", ".stl"))
+        paths.append(keep(f"{k}".encode(), f"../x{k}.stl", ".stl", tmp_path / "mark"))
         os.utime(paths[-1], (k, k))
     assert {path.parent for path in paths} == {uploads_folder()}
-    keep(b"last", "last.stl", ".stl")
+    keep(b"last", "last.stl", ".stl", tmp_path / "mark")
     assert [path.is_file() for path in paths] == [False] * 5 + [True] * 7
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_kept_is_of_the_kind_that_came(kind: str) -> None:
-    path = keep(b"1", f"of the left.side{kind.upper()}", kind)
+def test_what_is_kept_is_of_the_kind_that_came(kind: str, tmp_path: Path) -> None:
+    path = keep(b"1", f"of the left.side{kind.upper()}", kind, tmp_path / "mark")
     assert path.name.startswith("of-the-left-side-")
     assert kind_of(path.name) == kind
+
+
+def test_what_is_given_up_goes_and_what_was_kept_before_stays(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    path = keep(b"1", "a.stl", ".stl", mark)
+    give_up(mark)
+    assert not path.exists()
+    assert not mark.exists()
+    assert keep(b"1", "a.stl", ".stl", mark) == path
+    mark.unlink()  # its object is there
+    keep(b"1", "a.stl", ".stl", mark)
+    give_up(mark)
+    assert path.exists()
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("said", [b"", b".", b"..", b"/", b"\xff\0", b"../outside", b"a" * 10_000])
+def test_a_mark_leads_nowhere_else(said: bytes, tmp_path: Path) -> None:
+    kept = keep(b"1", "a.stl", ".stl", tmp_path / "other")
+    outside = uploads_folder().parent / "outside"
+    outside.write_bytes(b"")
+    mark = tmp_path / "mark"
+    mark.write_bytes(said)
+    give_up(mark)
+    assert kept.exists()
+    assert outside.exists()

@@ -46,6 +46,7 @@ from cohaptic_server.shell.wire import Wire
 from cohaptic_server.touchable import KINDS, kind_of
 from cohaptic_server.upload.limits import UploadLimits
 from cohaptic_server.upload.process import Rubber, UploadFailed, WorkerProcess
+from cohaptic_server.upload.work_folder import remove_abandoned
 
 log = logging.getLogger("cohaptic.server")
 
@@ -136,14 +137,23 @@ class UploadDesk:
         """A worker, and its end whatever happens."""
         thread = ThreadPoolExecutor(1, "upload")
         call = Caller(thread)
-        try:
-            self.worker = await call(lambda: WorkerProcess(self.limits, name, self._rubber))
-            yield call
-        finally:
+
+        def start() -> None:
+            self.worker = WorkerProcess(self.limits, name, self._rubber)
+
+        def end() -> None:
             worker, self.worker = self.worker, None
             if worker is not None:
-                worker.kill()  # a call that waits for it returns now
-                await asyncio.shield(call(worker.close))
+                worker.close()
+
+        try:
+            await call(start)
+            yield call
+        finally:
+            if self.worker is not None:
+                self.worker.kill()  # a call that waits for it returns now
+            # In the same thread, so that one whose start is no longer waited for ends as well.
+            await asyncio.shield(call(end))
             thread.shutdown(wait=False)
 
     async def _converse(self, ws: Wire, begin: BeginUpload, call: Caller) -> None:
@@ -198,6 +208,7 @@ def take_uploads(
         damping: B_o over K_o of every object.
         nonlinear: Whether they are nonlinear solids, on meshes as fine as the tick affords.
     """
+    remove_abandoned()
     period = server.settings.simulation_period
     demand = Demand(hz=server.settings.simulation_hz, nonlinear=nonlinear)
 
