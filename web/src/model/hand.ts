@@ -109,6 +109,8 @@ export interface TouchHandle {
   readonly state: TouchState | null;
   /** Why there are no more reports, if the Worker itself has failed; empty otherwise. */
   readonly failure: string;
+  /** Steps in which the clock goes that the browser gives the hand [s]; 0 where they are finer than any use of it. */
+  readonly clock_step: number;
   /**
    * Move the intended hand position [m].
    *

@@ -7,12 +7,13 @@ import type { NoticeFacts } from "../ui/notice";
 export function noticeFacts(
   store: Pick<SceneStore, "status" | "restraints">,
   own: TouchState | null,
-  page: Pick<NoticeFacts, "picture" | "misplaced" | "seen" | "slept" | "letGo"> & { readonly now: number },
+  page: Pick<NoticeFacts, "picture" | "misplaced" | "clockStep" | "seen" | "slept" | "letGo"> & { readonly now: number },
 ): NoticeFacts {
   const { phase, reason, retry_at, code, silent } = store.status;
   return {
     picture: page.picture,
     misplaced: page.misplaced,
+    clockStep: page.clockStep,
     phase,
     code,
     reason,

@@ -293,6 +293,6 @@ export class Page {
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.clock_step ?? 0, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

@@ -49,6 +49,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let state: TouchState | null = null;
   let said = -Infinity;
   let failure = "";
+  let clock_step = 0;
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
     ended = resolve;
@@ -58,7 +59,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   if (!beside) previous = end;
   worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
     if (data.type === "ended") ended();
-    else state = data.state;
+    else [state, clock_step] = [data.state, data.clock_step ?? 0];
     for (const listener of listeners) listener();
   };
   worker.onerror = ({ message }) => {
@@ -73,6 +74,9 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     },
     get failure() {
       return failure;
+    },
+    get clock_step() {
+      return clock_step;
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });

@@ -1,6 +1,7 @@
 /** The haptic Worker: its own thread, so that drawing never holds the hand up. */
 
 import { TouchClient } from "./client";
+import { EvenClock } from "./clock";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
 let client: TouchClient | null = null;
@@ -11,14 +12,18 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
     return;
   }
   const ahead = performance.timeOrigin - data.time_origin; // ms
+  const clock = new EvenClock(() => (performance.now() + ahead) / 1000);
   client = new TouchClient(data.settings, {
-    now: () => (performance.now() + ahead) / 1000,
+    now: () => clock.now(),
     later: (seconds, action) => {
-      setTimeout(action, 1000 * seconds);
+      setTimeout(() => {
+        clock.beat();
+        action();
+      }, 1000 * seconds);
     },
     socket: (url, protocol) => new WebSocket(url, protocol),
     post: (message: FromWorker) => {
-      self.postMessage(message);
+      self.postMessage(message.type === "state" ? { ...message, clock_step: clock.step } : message);
     },
   });
 };

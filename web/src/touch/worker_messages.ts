@@ -21,6 +21,11 @@ export type ToWorker =
   | { readonly type: "close" };
 
 export type FromWorker =
-  | { readonly type: "state"; readonly state: TouchState }
+  | {
+      readonly type: "state";
+      readonly state: TouchState;
+      /** Steps in which the Worker's clock goes [s]; 0, or not said, where it is finer than its timers. */
+      readonly clock_step?: number;
+    }
   /** The Worker has nothing more to say; the last state came before. */
   | { readonly type: "ended" };

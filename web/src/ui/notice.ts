@@ -18,6 +18,8 @@ export interface NoticeFacts {
   readonly picture: "well" | "no webgl" | "not loaded" | "lost";
   /** Whether the address had a token before the #. */
   readonly misplaced: boolean;
+  /** Steps of the clock by which the own hand goes [s]; 0 where it is fine, and without a hand. */
+  readonly clockStep: number;
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
   readonly code: number;
@@ -45,6 +47,8 @@ export interface NoticeFacts {
 /** In place of the server's words, which count messages. */
 const SLOW = "This page did not keep up.";
 const MISPLACED = "Tokens belong behind #, as in /#token=\u2026, which no browser sends. Before it servers may write them down, so the one of this address was not used.";
+/** Steps of a clock, from which on a visitor is told [s]: longer than a picture and some more. */
+const COARSE = 0.04;
 const PUT_OUT = /put out|banned/; // in the server's words
 
 /** The most urgent notice; null where all is well. */
@@ -71,7 +75,16 @@ export function notice(c: NoticeFacts): Notice | null {
     return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",
       `The page was paused for ${period(c.slept)} and has caught up.${hand}`, "dismiss");
   }
-  return ofRestraints(c) ?? (c.misplaced ? make("misplaced", "info", "The token of your link is in the wrong place", MISPLACED, "dismiss") : null);
+  return ofRestraints(c) ?? ofBrowser(c);
+}
+
+/** What the visitor's own browser, or link, has of its own: nobody needs it to go on. */
+function ofBrowser(c: NoticeFacts): Notice | null {
+  if (c.misplaced) return make("misplaced", "info", "The token of your link is in the wrong place", MISPLACED, "dismiss");
+  if (c.clockStep < COARSE) return null;
+  return make("clock", "info", "This browser\u2019s clock is coarse",
+    `It goes in steps of ${Math.round(1000 * c.clockStep)} ms, as browsers have it that protect privacy. Your hand goes on evenly in between; `
+    + "delays that this page measures, and its motion of the others, are less exact.", "dismiss");
 }
 
 function ofRestraints(c: NoticeFacts): Notice | null {

@@ -3,7 +3,7 @@ import { SERVER_STOPS, TOO_SLOW, UNAUTHENTICATED, WRONG_VERSION } from "../../sr
 import { notice, type NoticeFacts, period, sentence } from "../../src/ui/notice";
 
 const WELL: NoticeFacts = {
-  picture: "well", misplaced: false, phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, nameRefused: "", muted: false, frozen: false,
+  picture: "well", misplaced: false, clockStep: 0, phase: "watching", code: 0, reason: "", retryIn: 0, silent: 0, seen: true, slept: 0, letGo: false, touch: "", touchCode: 0, nameRefused: "", muted: false, frozen: false,
 };
 
 describe("notices", () => {
@@ -91,6 +91,12 @@ describe("notices", () => {
     const refused = notice({ ...WELL, misplaced: true, phase: "refused", code: UNAUTHENTICATED, reason: "this server needs a token" });
     expect(refused?.title).toBe("You need an invitation");
     expect(refused?.text).toMatch(/^This server needs a token\. Tokens belong behind #/);
+  });
+
+  it("say that the browser's clock is coarse, where it is, once nothing else matters", () => {
+    expect(notice({ ...WELL, clockStep: 0.1 })?.text).toContain("steps of 100 ms");
+    expect(notice({ ...WELL, clockStep: 1 / 60 })).toBeNull();
+    expect(notice({ ...WELL, clockStep: 0.1, muted: true })?.key).toBe("muted");
   });
 
   it("are sentences", () => {
