@@ -93,6 +93,8 @@ export interface TouchState {
   /** Round trip and jitter of the link [s]; 0 before the first patch. */
   readonly round_trip: number;
   readonly jitter: number;
+  /** The shortest round trip of late, which is the network's [s]; null before the first patch. */
+  readonly network: number | null;
   /** Server's clock minus the page's [s]. */
   readonly clock_offset: number;
   readonly simulation_period: number;
@@ -103,14 +105,23 @@ export interface TouchState {
   readonly trace: Float64Array;
 }
 
+/** What a page knows of the connection of its own hand, apart from what the server measures of all of it. */
+export interface OwnLink {
+  /** The network's round trip [s]; null before it is measured. */
+  readonly network: number | null;
+  /** How long a message has waited for the page at most of late, while it drew for instance [s]. */
+  readonly page_wait: number;
+  /** Steps in which the clock goes that the browser gives the hand [s]; 0 where they are finer than any use of it. */
+  readonly clock_step: number;
+}
+
 /** A hand in the room. Made by `startTouch` (`touch/handle.ts`). */
 export interface TouchHandle {
   /** Newest report; null before the first. */
   readonly state: TouchState | null;
   /** Why there are no more reports, if the Worker itself has failed; empty otherwise. */
   readonly failure: string;
-  /** Steps in which the clock goes that the browser gives the hand [s]; 0 where they are finer than any use of it. */
-  readonly clock_step: number;
+  readonly link: OwnLink;
   /**
    * Move the intended hand position [m].
    *

@@ -284,7 +284,7 @@ export class Page {
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
-    this.panel.update(this.store, this.shown, own?.user ?? 0, lens, this.company.following);
+    this.panel.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
@@ -293,6 +293,6 @@ export class Page {
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
     if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.clock_step ?? 0, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.link.clock_step ?? 0, seen: this.seen, slept, letGo: this.letGo, now })));
   }
 }

@@ -1,6 +1,7 @@
 /** The page's handle on the haptic Worker: start it, exchange newest values, end it. */
 
 import type { TouchHandle, TouchSettings, TouchState } from "../model/hand";
+import { PageWait } from "./page_wait";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
 const ALIVE_EVERY = 1000; // ms between two words that the page draws; it draws far more often, or not at all
@@ -50,6 +51,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let said = -Infinity;
   let failure = "";
   let clock_step = 0;
+  const wait = new PageWait();
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
     ended = resolve;
@@ -59,7 +61,10 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   if (!beside) previous = end;
   worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
     if (data.type === "ended") ended();
-    else [state, clock_step] = [data.state, data.clock_step ?? 0];
+    else {
+      [state, clock_step] = [data.state, data.clock_step ?? 0];
+      wait.heard(state.t, performance.now() / 1000);
+    }
     for (const listener of listeners) listener();
   };
   worker.onerror = ({ message }) => {
@@ -75,8 +80,8 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     get failure() {
       return failure;
     },
-    get clock_step() {
-      return clock_step;
+    get link() {
+      return { network: state?.network ?? null, page_wait: wait.longest, clock_step };
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });

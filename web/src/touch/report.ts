@@ -5,7 +5,7 @@ import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
 import { add, norm, scale, type Vec3 } from "../model/vec";
 import type { Welcome } from "../protocol/messages";
 import type { LoopState, Output } from "./loop/state";
-import { clockOffset, type LinkTiming } from "./network/timing";
+import { clockOffset, type LinkTiming, shortestTrip } from "./network/timing";
 
 /** How the connection is, as the Worker sees it. */
 export interface Connection {
@@ -73,6 +73,7 @@ export function reportOf(known: Known): TouchState {
     fault: safety.fault,
     round_trip: timing.round_trip,
     jitter: timing.jitter,
+    network: shortestTrip(timing),
     clock_offset: clockOffset(timing),
     simulation_period: welcome?.simulation_period ?? 0,
     loop_hz: known.loop_hz,

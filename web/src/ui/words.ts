@@ -1,6 +1,7 @@
 /** Numbers and names as people read them; the only place with millimetres and milliseconds. */
 
 import type { RoomLag } from "../model/body";
+import type { OwnLink } from "../model/hand";
 import type { LawName } from "../model/laws";
 import type { UserState } from "../model/scene";
 import { written } from "./plots/lanes";
@@ -66,12 +67,31 @@ export const LAWS: Readonly<Record<LawName, string>> = {
 const NEAR = 0.15; // s of a loop in which hardly anybody notices a delay: two ticks, two ways in a town, a picture
 const FAR_OFF = 0.4; // s; beyond, a voice call would be tiring
 
-/** How a person is connected, without numbers of control. */
-export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "latency" | "presence">): string {
+const NOTED = 0.05; // s that a page adds, from which on it says so
+
+/**
+ * How a person is connected, without numbers of control.
+ *
+ * The server measures the loop as a whole, with what the person's machine takes. Of its own hand a page knows better:
+ * what the network takes, and what itself adds.
+ *
+ * @param own Null for the hands of others, and for a time of before.
+ */
+export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "latency" | "presence">, own: OwnLink | null = null): string {
   if (!user.fresh) return "Connection lost";
   const added = user.latency.delay > 0 ? `, ${milliseconds(user.latency.delay)} of it each way added here` : "";
   if (!(user.loop_delay > 0)) return "Just came";
-  const loop = milliseconds(user.loop_delay);
-  const how = user.loop_delay < NEAR ? "Close by" : user.loop_delay < FAR_OFF ? "Some way off" : "Far away";
-  return `${how}: ${loop} there and back${added}`;
+  if (own === null || own.network === null) return `${farness(user.loop_delay)}: ${milliseconds(user.loop_delay)} there and back, its machine included${added}`;
+  // A delay that was added a moment ago is not yet in what was measured.
+  const network = Math.max(own.network, 2 * user.latency.delay);
+  const finest = Math.max(0.001, own.clock_step);
+  const way = network < finest ? `under ${milliseconds(finest)}` : milliseconds(network);
+  // Either way a message may wait.
+  const share = Math.min(user.loop_delay - network, 2 * own.page_wait);
+  const page = share < NOTED ? "" : `; this page adds up to ${milliseconds(share)}`;
+  return `${farness(network)}: ${way} there and back${added}${page}`;
+}
+
+function farness(delay: number): string {
+  return delay < NEAR ? "Close by" : delay < FAR_OFF ? "Some way off" : "Far away";
 }

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { bytesPerSecond, fixed, lagReasons, lagWords, named, softWords, stiffness } from "../../src/ui/words";
+import { bytesPerSecond, connectionWords, fixed, lagReasons, lagWords, named, softWords, stiffness } from "../../src/ui/words";
 
 describe("numbers", () => {
   it("have a true minus and no minus on nothing", () => {
@@ -50,5 +50,34 @@ describe("a device", () => {
     expect(softWords({ law: "predictive", k_h: 248, c_ii: 1 / 250 })).toBe("");
     expect(softWords({ law: "proportional", k_h: 100, c_ii: 1 / 250 })).toBe("");
     expect(softWords({ law: "predictive", k_h: 0, c_ii: 0 })).toBe("");
+  });
+});
+
+describe("a connection", () => {
+  const user = { fresh: true, loop_delay: 0.167, latency: { delay: 0, jitter: 0 }, presence: 1 };
+  const own = { network: 0.0004, page_wait: 0.12, clock_step: 0 };
+
+  it("of the own hand is as far as its network, and what the page adds is told apart", () => {
+    expect(connectionWords(user, own)).toBe("Close by: under 1\u202fms there and back; this page adds up to 167\u202fms");
+    expect(connectionWords({ ...user, loop_delay: 0.3 }, { ...own, network: 0.2, page_wait: 0.03 })).toBe("Some way off: 200\u202fms there and back; this page adds up to 60\u202fms");
+  });
+
+  it("whose network alone is slow, or a server's tick, is not the page's fault", () => {
+    expect(connectionWords({ ...user, loop_delay: 0.6 }, { ...own, network: 0.2, page_wait: 0.004 })).toBe("Some way off: 200\u202fms there and back");
+    expect(connectionWords({ ...user, loop_delay: 0.033 }, own)).toBe("Close by: under 1\u202fms there and back");
+    expect(connectionWords({ ...user, loop_delay: 0.02 }, { ...own, network: 0.05 })).toBe("Close by: 50\u202fms there and back");
+  });
+
+  it("says no more than a coarse clock can know, and a delay that was added at once", () => {
+    expect(connectionWords(user, { ...own, page_wait: 0, clock_step: 0.1 })).toBe("Close by: under 100\u202fms there and back");
+    expect(connectionWords({ ...user, loop_delay: 0.5, latency: { delay: 0.24, jitter: 0 } }, { ...own, page_wait: 0 })).toBe(
+      "Far away: 480\u202fms there and back, 240\u202fms of it each way added here",
+    );
+  });
+
+  it("of others, or before the network is measured, is what the server measures of all of it", () => {
+    for (const link of [null, { ...own, network: null }]) expect(connectionWords(user, link)).toBe("Some way off: 167\u202fms there and back, its machine included");
+    expect(connectionWords({ ...user, loop_delay: 0 }, own)).toBe("Just came");
+    expect(connectionWords({ ...user, fresh: false }, own)).toBe("Connection lost");
   });
 });

@@ -38,6 +38,14 @@ export function clockOffset({ shortest: a, shortest_before: b }: LinkTiming): nu
   return b !== null && b.round_trip < a.round_trip ? b.offset : a.offset;
 }
 
+/**
+ * The shortest round trip of late: what the network takes, since all else that holds messages up comes and goes [s];
+ * null before the first patch.
+ */
+export function shortestTrip({ shortest: a, shortest_before: b }: LinkTiming): number | null {
+  return a === null ? null : Math.min(a.round_trip, b?.round_trip ?? Infinity);
+}
+
 /** A patch came at `now`. */
 export function measured(
   timing: LinkTiming,

@@ -1,5 +1,6 @@
 /** The column beside the stage: everybody's panel, and Fig. 8. */
 
+import type { OwnLink } from "../../model/hand";
 import type { Order } from "../../model/orders";
 import { type Encoding, isLive, type Latency, type SceneStore, type SceneSnapshot } from "../../model/scene";
 import { AreaCard } from "./area_card";
@@ -119,7 +120,7 @@ export class Panel {
   }
 
   /** Write and draw all that is seen; called some times a second. */
-  update(store: SceneStore, view: SceneSnapshot | null, own: number, lens: Lens | null, following: number | null): void {
+  update(store: SceneStore, view: SceneSnapshot | null, own: number, link: OwnLink | null, lens: Lens | null, following: number | null): void {
     const ink = (this.ink ??= inks(this.root));
     const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
@@ -135,6 +136,7 @@ export class Panel {
         mayDelay: lens === null && store.info?.allow_latency === true,
         admin: lens === null && store.info?.room_admin === true,
         muted: lens === null && store.restraints.muted.includes(user),
+        link: lens === null && user === own ? link : null,
         live: lens === null ? isLive(store.status) : lens.known,
         view: lens !== null ? "none" : following === user ? "followed" : store.company.state?.open.includes(user) === true ? "open" : "none",
       });

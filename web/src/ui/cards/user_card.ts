@@ -1,5 +1,6 @@
 /** The card of one user: force, stiffness of its contact, plots, and the injected delay. */
 
+import type { OwnLink } from "../../model/hand";
 import type { Order } from "../../model/orders";
 import type { Latency, UserState } from "../../model/scene";
 import { dot, norm, sub } from "../../model/vec";
@@ -48,6 +49,8 @@ export interface CardFacts {
   readonly muted: boolean;
   /** Whether its numbers are those of now. */
   readonly live: boolean;
+  /** Of the own hand now; null for others. */
+  readonly link: OwnLink | null;
   /** Whether its view may be followed, is followed, or there is none: the own hand's, or without a page that shows one. */
   readonly view: "open" | "followed" | "none";
 }
@@ -137,7 +140,7 @@ export class UserCard {
   }
 
   /** Write numbers; `own` marks the visitor's hand. */
-  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live, view }: CardFacts): void {
+  write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live, link, view }: CardFacts): void {
     show(this.follow, !own && view !== "none");
     say(this.follow, view === "followed" ? "Following" : "Follow");
     this.follow.setAttribute("aria-pressed", `${view === "followed"}`);
@@ -168,7 +171,7 @@ export class UserCard {
       return;
     }
     const f = norm(user.force);
-    say(this.people, connectionWords(user));
+    say(this.people, connectionWords(user, link));
     say(this.law, muted ? "muted" : LAWS[user.law]);
     this.law.classList.toggle("is-law", !muted);
     say(this.force, `${fixed(f, 2)} N`);

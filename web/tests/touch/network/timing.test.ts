@@ -1,6 +1,6 @@
-import { test } from "vitest";
+import { expect, test } from "vitest";
 import { reported, sent } from "../../../src/touch/network/pacing";
-import { clockOffset, measured, UNTIMED } from "../../../src/touch/network/timing";
+import { clockOffset, measured, shortestTrip, UNTIMED } from "../../../src/touch/network/timing";
 import { expectClose } from "../../close";
 import { vectors } from "../../vectors";
 
@@ -29,4 +29,18 @@ test("as the Python client, patches tell round trip, clock offset and the phase 
       `row ${i}`,
     );
   });
+});
+
+test("the network's share is the shortest trip of late, whatever the page did in between", () => {
+  let timing = UNTIMED;
+  expect(shortestTrip(timing)).toBeNull();
+  for (let i = 0; i < 60; i++) {
+    const now = i / 60;
+    timing = measured(timing, { t_client: now - (i % 7 === 3 ? 0.004 : 0.12), t_server: now, sample_wait: 0 }, now);
+  }
+  expect(timing.round_trip).toBeGreaterThan(0.05);
+  expect(shortestTrip(timing)).toBeCloseTo(0.004, 9);
+  // A network that became slow is known within two windows.
+  for (let i = 60; i < 720; i++) timing = measured(timing, { t_client: i / 60 - 0.2, t_server: i / 60, sample_wait: 0 }, i / 60);
+  expect(shortestTrip(timing)).toBeCloseTo(0.2, 9);
 });
