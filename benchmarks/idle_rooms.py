@@ -3,12 +3,12 @@
     python benchmarks/idle_rooms.py [--rooms 12] [--seconds 20] [--touches 10] [--json FILE]
 
 One server with so many rooms of the balloon. After all have opened, and for `--seconds`, nobody is
-there: told are the processor time of the rooms and of the front, and the memory of a room, resident
-and proportional (what rooms share is divided among them). Processor time is told whatever else the
-machine does. Then a hand comes to each of `--touches` rooms that sleep, and as often to one that a
-watcher keeps awake, in turn: told is the time from the first byte of the connection to the first
-patch. It fails where all rooms take more than 3 % of a core with the front, or where a touch is
-50 ms later in the median.
+there: told are the processor time of the rooms and of the front, and the memory of a room:
+resident, its share (what processes have in common is divided among them) and what it has for
+itself. Processor time is told whatever else the machine does. Then a hand comes to each of
+`--touches` rooms that sleep, and as often to one that a watcher keeps awake, in turn: told is the
+time from the first byte of the connection to the first patch. It fails where all rooms take more
+than 3 % of a core with the front, or where a touch is 50 ms later in the median.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ MOST_LATER = 0.05  # s
 _KIB = 1024
 
 
-def memory(pid: int) -> tuple[int, int]:
-    """Resident and proportional memory of a process [bytes]."""
+def memory(pid: int) -> tuple[int, int, int]:
+    """Resident, proportional and own memory of a process [bytes]."""
     text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    found = dict(re.findall(r"^(Rss|Pss):\s+(\d+) kB", text, re.MULTILINE))
-    return int(found["Rss"]) * _KIB, int(found["Pss"]) * _KIB
+    found = dict(re.findall(r"^(Rss|Pss|Private_Dirty):\s+(\d+) kB", text, re.MULTILINE))
+    resident, share, own = (_KIB * int(found[kind]) for kind in ("Rss", "Pss", "Private_Dirty"))
+    return resident, share, own
 
 
 def _connect(url: str) -> connect:
@@ -120,14 +121,17 @@ def main() -> None:
         finally:
             rooms.end()
     in_rooms, in_front = ((b - a) / over for a, b in zip(before, spent, strict=True))
-    resident, share = (median(size[k] for size in sizes) for k in (0, 1))
+    resident, share, own = (median(size[k] for size in sizes) for k in range(3))
     later = median(asleep) - median(awake)
     print(f"{options.rooms} rooms in which nobody is, {over:.0f} s:")
     print(
         f"  processor: {100 * in_rooms:.2f} % of a core in the rooms, "
         f"{100 * in_rooms / options.rooms:.3f} % in each; {100 * in_front:.2f} % in the front"
     )
-    print(f"  memory of a room: {1e-6 * resident:.1f} MB resident, {1e-6 * share:.1f} MB its share")
+    print(
+        f"  memory of a room: {1e-6 * resident:.1f} MB resident, {1e-6 * share:.1f} MB its share,"
+        f" {1e-6 * own:.1f} MB its own"
+    )
     print(
         f"  first touch: {1e3 * median(asleep):.1f} ms asleep, {1e3 * median(awake):.1f} ms awake,"
         f" {1e3 * later:+.1f} ms; the longest {1e3 * max(asleep):.1f} and {1e3 * max(awake):.1f}"
@@ -137,7 +141,7 @@ def main() -> None:
         [
             {
                 "processor_rooms": in_rooms, "processor_front": in_front,
-                "resident_bytes": resident, "proportional_bytes": share,
+                "resident_bytes": resident, "proportional_bytes": share, "own_bytes": own,
                 "first_touch_asleep_s": median(asleep), "first_touch_awake_s": median(awake),
                 "later_s": later,
             }

@@ -38,9 +38,17 @@ def own_peak() -> int:
     return _unit() * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def keep_what_there_is() -> None:
-    """Objects that exist now stay; a garbage collection that scans them would cost ticks."""
-    gc.unfreeze()
+def keep_what_there_is(*, anew: bool = False) -> None:
+    """Objects that exist now stay; a garbage collection that scans them would cost ticks.
+
+    In a process that was forked, it would also make a copy of its own of every page that it shares
+    with others.
+
+    Args:
+        anew: Whether those count that were kept before as well, some of which may be gone.
+    """
+    if anew:
+        gc.unfreeze()
     gc.collect()
     gc.freeze()
 

@@ -66,3 +66,26 @@ def test_a_factorisation_begins_without_what_was_let_go_before() -> None:
     if kept < full - 10**8:
         pytest.skip("this C library keeps nothing")
     assert factored < full - 2.5 * 10**8
+
+
+KEPT = """
+import gc, weakref
+from cohaptic_server.process_memory import keep_what_there_is
+
+class Loop:
+    def __init__(self):
+        self.self = self
+
+one = Loop()
+gone = weakref.ref(one)
+keep_what_there_is()
+del one
+keep_what_there_is()
+assert gone() is not None
+keep_what_there_is(anew=True)
+assert gone() is None
+"""
+
+
+def test_what_is_kept_is_looked_at_only_when_that_is_asked_for() -> None:
+    subprocess.run([sys.executable, "-c", KEPT], check=True)

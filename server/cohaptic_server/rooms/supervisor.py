@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import cohaptic
 from cohaptic.clock import SystemClock
@@ -71,7 +72,7 @@ class Supervisor:
             self.admin = AdminPort(AdminAddress(table.port, table.host, config.allow_hosts))
         self.draining = False
         directory = LocalDirectory(config.lease)
-        make = room_processes(_preload(config))
+        make = room_processes(_preload(config, [*builds.values(), protect]))
         house = House(
             directory, clock, self.gate.sources.leave, self._changed, make, style, protect,
             self._measured,
@@ -238,7 +239,15 @@ class Supervisor:
             await asyncio.sleep(_SHARE_EVERY)
 
 
-def _preload(config: RoomsConfig) -> list[str]:
-    """Modules with what several rooms, or the later processes of one, have in common."""
-    has_balloon = any(is_plain_balloon(room) for room in config.rooms.values())
-    return ["cohaptic_server.rooms.process.prebuilt"] if has_balloon else []
+def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:
+    """Modules with what several rooms, or the later processes of one, have in common.
+
+    Args:
+        config: Of the server.
+        called: In the process of a room, which imports their modules otherwise, each anew.
+    """
+    functions = [one.func if isinstance(one, partial) else one for one in called]
+    modules = dict.fromkeys(str(function.__module__) for function in functions)
+    if any(is_plain_balloon(room) for room in config.rooms.values()):
+        modules["cohaptic_server.rooms.process.prebuilt"] = None
+    return list(modules)

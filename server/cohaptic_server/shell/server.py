@@ -205,7 +205,7 @@ class CohapticServer:
             wanted.succeed()
         finally:
             self._exchange = None
-            await asyncio.to_thread(keep_what_there_is)
+            await asyncio.to_thread(keep_what_there_is, anew=True)
             self._open.set()
 
     def _furnish(self, wanted: Exchange) -> None:

@@ -35,12 +35,12 @@ def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
     """How rooms are started: forked, where that can be, from a process that has imported all.
 
     Args:
-        preload: Further modules that it imports.
+        preload: Modules that it imports, beside those that every room needs.
     """
     context: Any = multiprocessing.get_context("forkserver" if can_fork() else "spawn")
     if can_fork():
         context.set_forkserver_preload(
-            ["__main__", "cohaptic_server.rooms.process.preloaded", *preload]
+            ["__main__", *preload, "cohaptic_server.rooms.process.preloaded"]
         )
     make: Callable[..., BaseProcess] = context.Process
     return make
