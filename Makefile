@@ -126,8 +126,8 @@ soak: $(VENV)/.dev  ## three minutes of everything that happens to a server; ARG
 
 # debootstrap makes files of root's; the wheel, and the page in it, are the user's.
 SUDO   ?= $(if $(filter 0,$(shell id -u)),,sudo --preserve-env)
-containers: $(VENV)/.dev  ## build the image and bring docker-compose.yml up with podman, on Debian; ARGS=--install
-	@$(PIP) wheel --no-deps --wheel-dir dist .
+containers: $(VENV)/.installed  ## build the image and bring docker-compose.yml up with podman, on Debian; ARGS=--install
+	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	@$(SUDO) $(BIN)/python -B tools/containers.py $(ARGS)
 
 results: $(VENV)/.dev  ## make docs/results.md again, about half an hour
