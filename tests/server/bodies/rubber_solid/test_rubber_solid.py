@@ -199,6 +199,7 @@ def test_a_warm_start_ends_where_a_cold_one_does(
     assert warm.compliance == pytest.approx(cold.compliance, rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.usefixtures("kernels")
 @given(
     st.lists(
         st.tuples(directions, st.floats(0.0, 3.0).map(lambda x: 10.0**x)), min_size=1, max_size=3
