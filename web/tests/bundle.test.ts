@@ -44,22 +44,22 @@ function assets(ending: string): (string | Uint8Array)[] {
 
 const codeOf = (chunks: Iterable<Rolldown.OutputChunk>): string[] => [...chunks].map(({ code }) => code);
 
-test("words, buttons and socket come without the graphics, in 52 kB", () => {
+test("words, buttons and socket come without the graphics, in 53 kB", () => {
   const first = withImports("index");
   expect([...first].flatMap(({ moduleIds }) => moduleIds).filter((id) => id.includes("/three/"))).toEqual([]);
   const styles = assets(".css");
   expect(styles.length).toBe(1);
-  expect(zipped(...codeOf(first), ...styles, ...assets(".html"))).toBeLessThan(52 * kB);
+  expect(zipped(...codeOf(first), ...styles, ...assets(".html"))).toBeLessThan(53 * kB);
 });
 
-test("all before the first touch comes in 214 kB, without what only an upload, an engineer or a dent needs", () => {
+test("all before the first touch comes in 216 kB, without what only an upload, an engineer or a dent needs", () => {
   const needed = new Set([...withImports("index"), ...withImports("scene_view")]);
   const later = ["/view/preview.ts", "/campaign_rooms.json", "/pointing/lean.ts"];
   expect([...needed].flatMap(({ moduleIds }) => moduleIds).filter((id) => later.some((name) => id.endsWith(name)))).toEqual([]);
   const workers = output.filter(({ fileName }) => fileName.includes("worker-"));
   expect(workers.length).toBe(1);
   const worker = workers.map((file) => (file.type === "asset" ? file.source : file.code));
-  expect(zipped(...codeOf(needed), ...worker, ...assets(".css"), ...assets(".html"))).toBeLessThan(214 * kB);
+  expect(zipped(...codeOf(needed), ...worker, ...assets(".css"), ...assets(".html"))).toBeLessThan(216 * kB);
 });
 
 test("the campaign's rooms come for who opens Engineer, in 56 kB", () => {
