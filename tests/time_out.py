@@ -10,6 +10,7 @@ import signal
 from typing import Protocol
 
 import pytest
+from _pytest.outcomes import OutcomeException
 
 
 class TimeOutSettings(Protocol):
@@ -18,8 +19,8 @@ class TimeOutSettings(Protocol):
     timeout: float
 
 
-class TimedOut(BaseException):
-    """No Exception, and no failure of pytest's: hypothesis passes it on."""
+class TimedOut(OutcomeException):
+    """What pytest takes for the end of a test or fixture; hypothesis catches `Failed` alone."""
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -23,7 +23,7 @@ import sys
 import tempfile
 import threading
 import urllib.request
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -265,10 +265,12 @@ class Run:
         url = f"wss://localhost:{PROXY}"
         touch = [*cohaptic, "touch", url, "--depth-mm", "20", "--wait", f"{PATIENCE:g}",
                  "--ca-file", str(self.certificate()), "--json-lines"]  # fmt: skip
-        if not felt(touch, {"COHAPTIC_TOKEN": token}):
+        if not felt(touch, token):
             raise Failed("who has a token felt nothing through the proxy")
-        if felt(touch, {"COHAPTIC_TOKEN": ""}):
+        if felt(touch, None):
             raise Failed("who has no token touched all the same")
+        if not any('"event": "refused"' in line for line in self.logged("server")):
+            raise Failed("who has no token felt nothing, but was not refused by the server either")
         tell("   who has a token touches through the proxy, and nobody else")
         joined = [line for line in self.logged("server") if '"event": "joined"' in line]
         sources = {json.loads(line)["source"] for line in joined}
@@ -285,11 +287,13 @@ def scraped(body: bytes) -> float | None:
     return float(found[0]["value"][1]) if len(found) == 1 else None
 
 
-def felt(command: list[str], environment: Mapping[str, str]) -> bool:
+def felt(command: list[str], token: str | None) -> bool:
     """Whether a hand feels a force before it ends, or before `PATIENCE` does; it is told to end."""
+    environment = {name: said for name, said in os.environ.items() if name != "COHAPTIC_TOKEN"}
+    if token is not None:
+        environment["COHAPTIC_TOKEN"] = token
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-        env={**os.environ, **environment},
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,
     ) as process:  # fmt: skip
         late = threading.Timer(PATIENCE, process.kill)
         late.start()
@@ -377,7 +381,7 @@ def removed(store: Store, place: Path) -> bool:
         if store.is_open:
             store.clear()
         delete(place)
-    except Failed as error:
+    except (Failed, OSError) as error:
         print(f"containers: {error}; {place} is left", file=sys.stderr)
         return False
     return True

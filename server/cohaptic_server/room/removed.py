@@ -75,16 +75,17 @@ class Removed:
         """Let those come back who were put out by a name; returns whether there were any.
 
         Args:
-            name: That they touched by.
+            name: That they touched by, or one that looks like it: it keeps out whoever has it.
             now: Time [s].
             wall: Unix time [s].
         """
-        staying = [one for one in self._removals if one[0].name != name]
-        if not any(until > now for one, until in self._removals if one.name == name):
+        pardoned = [one for one in self._removals if looks_like(one[0].name, name)]
+        if not any(until > now for _, until in pardoned):
             return False
-        self._removals = staying
+        self._removals = [one for one in self._removals if one not in pardoned]
         if self._keep is not None:
-            self._keep(Pardon(name=name, at=wall))
+            for written in dict.fromkeys(one.name for one, _ in pardoned):
+                self._keep(Pardon(name=written, at=wall))
         return True
 
     def names(self, now: float) -> tuple[str, ...]:

@@ -21,11 +21,11 @@ from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.room_address import below
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
-from cohaptic_server.http.routes import moved
+from cohaptic_server.http.routes import moved, query_without_token
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.doors.door import Door
 from cohaptic_server.shell.gate import Gate
-from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response, too_many
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
 TLS_BUFFER = 16 * 1024
@@ -106,9 +106,14 @@ async def serve_doors(
 
     async def process_below(connection: ServerConnection, request: Request) -> Response | None:
         inner = below(request.path, base)
-        if base and inner[:1] != "/" and "Upgrade" not in request.headers:
+        if base and inner[:1] in ("", "?") and "Upgrade" not in request.headers:
+            assert isinstance(connection, Wire)
+            refusal = connection.come_from(request.headers)
+            if refusal is not None:
+                return response(too_many(plain(request), refusal))
             # Relative addresses of the page begin behind the last slash.
-            return response(moved(plain(request), f"{base.rpartition('/')[2]}/{inner}"))
+            location = f"{base.rpartition('/')[2]}/{query_without_token(inner)}"
+            return response(moved(plain(request), location))
         # In place: the library keeps this very request, for whoever serves the websocket.
         request.path = inner
         return await process(connection, request)

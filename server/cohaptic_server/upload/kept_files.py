@@ -38,11 +38,13 @@ def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     digest = hashlib.sha256(content).hexdigest()[:8]
     path = folder / f"{plain_name(name)}-{digest}{kind}"
-    part = _part(path)
-    if not path.exists():
-        mark.write_text(path.name)
+    part, new = _part(path), not path.exists()
+    if new:
+        mark.write_text(f"{path.name}\n")
     try:
         part.write_bytes(content)
+        if new:
+            mark.write_text(f"{path.name}\n{part.stat().st_ino}")
         part.replace(path)
     except OSError:
         part.unlink(missing_ok=True)
@@ -61,9 +63,12 @@ def give_up(mark: Path) -> None:
             to no other folder.
     """
     with contextlib.suppress(OSError, ValueError):
-        path = uploads_folder() / Path(mark.read_text()).name
-        for one in (path, _part(path)):
-            one.unlink(missing_ok=True)
+        name, _, number = mark.read_text().partition("\n")
+        path = uploads_folder() / Path(name).name
+        _part(path).unlink(missing_ok=True)
+        # Another server may have kept the same file meanwhile, by this name.
+        if path.exists() and str(path.stat().st_ino) == number:
+            path.unlink()
         mark.unlink()
 
 

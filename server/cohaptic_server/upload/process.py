@@ -172,10 +172,10 @@ class WorkerProcess:
 def _new_folder(limits: UploadLimits) -> WorkFolder:
     """A folder for one more upload."""
     remove_abandoned()
-    held, mib = bytes_in_work(), 2**20
+    held, mib = bytes_in_work(limits.file), 2**20
     if held + limits.file > limits.disk:
         raise UploadFailed(
-            f"uploads hold {held / mib:,.0f} MiB of the disk here, and one may need"
+            f"uploads may hold {held / mib:,.0f} MiB of the disk here, and one may need"
             f" {limits.file / mib:g} more; the limit is {limits.disk / mib:,.0f} MiB"
         )
     try:

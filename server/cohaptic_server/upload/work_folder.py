@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import stat
 import tempfile
 from pathlib import Path
 
@@ -54,14 +55,34 @@ def remove_abandoned() -> int:
     return remove_leftovers(_parent(), _PREFIX, _SUFFIX, now, beside=_BESIDE)
 
 
-def bytes_in_work() -> int:
-    """What the uploads of all servers of this machine hold in such folders."""
+def bytes_in_work(least: int) -> int:
+    """Room on the disk that the uploads of all servers of this user take [bytes].
+
+    Args:
+        least: That counts for each of them, which is still to write its file [bytes].
+    """
+    return sum(
+        max(least, _held(folder))
+        for folder in _parent().glob(f"{_PREFIX}*{_SUFFIX}{_BESIDE}")
+        if _is_own_folder(folder)
+    )
+
+
+def _is_own_folder(path: Path) -> bool:
+    """Others may put links and folders of such names into a place that all write to."""
+    try:
+        found = os.lstat(path)
+    except OSError:  # gone meanwhile
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == getattr(os, "getuid", lambda: 0)()
+
+
+def _held(folder: Path) -> int:
     total = 0
-    for folder in _parent().glob(f"{_PREFIX}*{_SUFFIX}{_BESIDE}"):
-        for inside, _, names in os.walk(folder):
-            for name in names:
-                with contextlib.suppress(OSError):  # gone meanwhile
-                    total += os.lstat(Path(inside) / name).st_size
+    for inside, _, names in os.walk(folder):
+        for name in names:
+            with contextlib.suppress(OSError):  # gone meanwhile
+                total += os.lstat(Path(inside) / name).st_size
     return total
 
 

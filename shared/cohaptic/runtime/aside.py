@@ -7,7 +7,7 @@ and the reader is told so once it reads again.
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import io
 import os
 import threading
@@ -108,9 +108,7 @@ class Aside(io.TextIOBase):
             data = self._tell(self._untold).encode(self._encoding, "backslashreplace") + data
         # A text that is longer than all that may wait goes alone.
         if self._gone or (self._size and self._size + len(data) > self._most):
-            lines = max(1, text.count("\n"))
-            self.left_out += lines
-            self._untold += lines
+            self._leave_out(text.count("\n"))
             return
         self._untold = 0
         self._waiting.append(data)
@@ -126,23 +124,36 @@ class Aside(io.TextIOBase):
                 self._changed.wait_for(lambda: self._waiting)
                 data = self._waiting.popleft()
             # Not the stream: at the end of the program Python would wait for its lock.
-            written = self._written(data)
+            error = self._write(data)
             with self._changed:
                 self._size -= len(data)
-                if not written:
-                    self._gone, self._size = True, 0
-                    self._waiting.clear()
+                if error is not None:
+                    self._leave_out(data.count(b"\n"))
+                    if self._is_end(error):
+                        self._gone, self._size = True, 0
+                        self._waiting.clear()
                 self._changed.notify_all()
 
-    def _written(self, data: bytes) -> bool:
+    def _write(self, data: bytes) -> OSError | None:
         left = memoryview(data)
-        with contextlib.suppress(OSError):  # a pipe without a reader, a terminal that has gone
-            while left:
-                try:
-                    left = left[os.write(self._file, left) :]
-                except BlockingIOError:  # somebody has made the file so
-                    _wait_writable(self._file)
-        return not left
+        while left:
+            try:
+                left = left[os.write(self._file, left) :]
+            except BlockingIOError:  # somebody has made the file so
+                _wait_writable(self._file)
+            except OSError as error:
+                return error
+        return None
+
+    def _is_end(self, error: OSError) -> bool:
+        """Whether it has no reader any more; a disk that is full may have room again."""
+        if error.errno == errno.EIO:
+            return os.isatty(self._file)
+        return error.errno in (errno.EPIPE, errno.EBADF)
+
+    def _leave_out(self, lines: int) -> None:
+        self.left_out += max(1, lines)
+        self._untold += max(1, lines)
 
 
 def _wait_writable(file: int) -> None:

@@ -43,18 +43,24 @@ def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside:
     if sys.platform == "win32":
         return 0
     removed = 0
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError):  # of the folder itself
         for path in folder.glob(f"{prefix}*{suffix}"):
-            if _is_left(path, now):
-                along = Path(f"{path}{beside}")
-                # It goes first: should it not go, its owner's file says so to the next who looks.
-                if beside and along.is_dir() and not along.is_symlink():
-                    shutil.rmtree(along)
-                elif beside:
-                    along.unlink(missing_ok=True)
-                path.unlink(missing_ok=True)
-                removed += 1
+            removed += _is_left(path, now) and _remove(path, Path(f"{path}{beside}"))
     return removed
+
+
+def _remove(path: Path, along: Path) -> bool:
+    """Remove a file and what goes with it, which may be itself; whether both are gone."""
+    try:
+        # That goes first: should it not go, its owner's file says so to the next who looks.
+        if along.is_dir() and not along.is_symlink():
+            shutil.rmtree(along)
+        else:
+            along.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+    except OSError:  # the next one may go all the same
+        return False
+    return True
 
 
 def _is_left(path: Path, now: float) -> bool:

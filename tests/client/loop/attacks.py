@@ -56,6 +56,11 @@ def trembles_in(n: int) -> Vec3:
     return (0.0, 0.0, trembles(n)[0])
 
 
+def crosses(n: int) -> Vec3:
+    """Below and above the speed from which on the damping counts, in turn."""
+    return (9.9e-6 if n % 2 == 0 else 1.01e-5, 0.0, 0.0)
+
+
 def slides(n: int) -> Vec3:
     """50 mm/s to and fro."""
     return (5e-5 if n // 400 % 2 == 0 else -5e-5, 0.0, 0.0)

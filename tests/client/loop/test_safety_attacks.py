@@ -18,6 +18,7 @@ from tests.client.loop.attacks import (
     Way,
     anything,
     creeps,
+    crosses,
     hands,
     servers,
     slides,
@@ -27,7 +28,7 @@ from tests.client.loop.attacks import (
 from tests.examples_of_laws import examples
 
 ROUNDING = 1e-9  # N
-MOVING = (creeps, trembles, trembles_in, slides)
+MOVING = (creeps, trembles, trembles_in, crosses, slides)
 # Half a second of pressing comes before each example, and a second of silence or two behind it: to
 # make one that fails smaller would take minutes.
 attacks = settings(

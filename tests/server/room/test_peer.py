@@ -14,11 +14,16 @@ def test_a_name_that_draws_on_terminals_is_logged_as_one_printable_line(
 ) -> None:
     """Characters that change the direction of text, or have no width, are no control characters."""
     there = lobby(small_balloon)
-    peer = connect(there)
-    (line,) = say(there, peer, hello_text("a\u202e\u200bb")).log
-    assert line.text == "a??b joined with predictive"
+    peer, stranger = connect(there), connect(there)
+    (line,) = say(there, peer, hello_text("a\u0301\u0332b")).log
+    assert line.text.isprintable()
+    assert line.text.endswith("b joined with predictive")
     (line,) = there.disconnect(peer, "gone\x1b[2J").log
-    assert line.text == "a??b left: gone?[2J"
+    assert line.text.endswith("b left: gone?[2J")
+    say(there, stranger, hello_text("name").replace('name"', 'a\u202e\u200bb"'))
+    (line,) = there.disconnect(stranger, "").log
+    assert line.text.isprintable()
+    assert line.event == "refused"
 
 
 @given(st.text(max_size=2000))

@@ -160,3 +160,15 @@ def test_who_was_banned_may_come_back_once_an_administrator_says_so(
     assert decode(encode(kept[-1])) == kept[-1]
     ordered(there, admin, action="unban")
     assert "name of one who was put out" in refused(admin, CloseCode.BAD_MESSAGE)
+
+
+def test_a_ban_is_lifted_by_any_name_that_it_hits() -> None:
+    kept: list[Record] = []
+    removed = Removed(kept.append)
+    removed.add(guest("s"), "Bill", "", 0.0, NOW, ban=True)
+    with pytest.raises(Denied):
+        removed.check(guest("other", "j"), "BilI", "", 1.0)
+    assert removed.pardon("BilI", 1.0, NOW + 1.0)
+    removed.check(guest("other", "j"), "BilI", "", 1.0)
+    removed.check(guest("other", "j"), "Bill", "", 1.0)
+    assert still_counting(kept, NOW + 2.0) == []

@@ -20,8 +20,13 @@ from websockets.exceptions import ConnectionClosed
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Welcome, encode_control
+from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.guard.budget import Budget
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.shell.protection import Protection
 from tests.patience import PATIENCE
+from tests.server.access.some import RING
 from tests.server.credentials.pairs import write_authority
 from tests.server.peers import hello
 from tests.server.shell.nginx import NEEDS_NGINX, proxied
@@ -133,5 +138,37 @@ def test_an_address_that_is_no_rooms_leads_to_none(small_balloon: Balloon) -> No
                 "/haptics/haptics/", "//haptics/", "/r/MAIN", "/r/" + "a" * 3000,
             ):  # fmt: skip
                 assert await comes(served.url + path) == NO_ROOM, path
+
+    asyncio.run(run())
+
+
+def test_the_way_to_the_slash_repeats_no_token_and_costs_its_visitor(
+    small_balloon: Balloon,
+) -> None:
+    few = Limits(connections=Budget(0.001, 3.0))
+    behind = Protection(Admission(RING, admits_anybody=True), proxies=("127.0.0.1",))
+
+    def answers(port: int, source: str) -> list[tuple[int, str | None]]:
+        found = list[tuple[int, str | None]]()
+        for _ in range(4):
+            asking = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+            with contextlib.closing(asking):
+                headers = {"X-Forwarded-For": source}
+                asking.request("GET", "/haptics?token=secret&view=all", headers=headers)
+                answer = asking.getresponse()
+                assert b"secret" not in answer.read()
+                found.append((answer.status, answer.headers["Location"]))
+        return found
+
+    async def run() -> None:
+        async with serving(
+            small_balloon, base_path="/haptics", protection=behind, limits=few
+        ) as served:
+            port = urlsplit(served.url).port
+            assert port is not None
+            for source in ("9.9.9.9", "9.9.9.8"):
+                led = await asyncio.to_thread(answers, port, source)
+                assert led[:3] == 3 * [(307, "haptics/?token=&view=all")]
+                assert led[3] == (429, None)
 
     asyncio.run(run())

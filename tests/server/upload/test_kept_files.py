@@ -77,3 +77,10 @@ def test_a_mark_leads_nowhere_else(said: bytes, tmp_path: Path) -> None:
     give_up(mark)
     assert kept.exists()
     assert outside.exists()
+
+
+def test_one_server_takes_no_file_away_that_another_has_kept_meanwhile(tmp_path: Path) -> None:
+    path = keep(b"1", "a.stl", ".stl", tmp_path / "mark of one")
+    assert keep(b"1", "a.stl", ".stl", tmp_path / "mark of the other") == path
+    give_up(tmp_path / "mark of one")
+    assert path.read_bytes() == b"1"

@@ -51,7 +51,8 @@ def test_the_folder_of_a_server_that_was_killed_is_removed_by_the_next(
         assert server.stdout is not None
         path = Path(server.stdout.readline().decode().strip())
         make_old(temporary, monkeypatch)
-        assert bytes_in_work() == 1000
+        assert bytes_in_work(0) == 1000
+        assert bytes_in_work(5000) == 5000  # of one that is still to write
         assert remove_abandoned() == 0
         assert path.is_dir()
     finally:
@@ -86,3 +87,19 @@ def test_all_uploads_together_hold_no_more_of_the_disk_than_their_limit(temporar
     other.close()
     WorkerProcess(UploadLimits(), "a.stl").close()
     assert list(temporary.iterdir()) == []
+
+
+def test_what_others_put_beside_counts_for_nobody(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All may write into the folder for what is temporary."""
+    elsewhere = temporary / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "large").write_bytes(bytes(1000))
+    (temporary / "cohaptic-upload-x.lock.files").symlink_to(elsewhere)
+    assert bytes_in_work(10) == 0
+    folder = WorkFolder()
+    assert bytes_in_work(10) == 10
+    monkeypatch.setattr(os, "getuid", lambda: temporary.stat().st_uid + 1)
+    assert bytes_in_work(10) == 0
+    folder.close()

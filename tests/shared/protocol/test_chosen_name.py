@@ -48,6 +48,7 @@ def test_blanks_and_forms_of_letters_are_made_plain(written: str, taken: str) ->
     [
         *"\u200b\u200c\u200d\u2060\ufeff\u00ad\u202e\u202a\u2066\u200f",
         *"\u3164\uffa0\u115f\u2800\u034f\u180e\ue000\U000e0041\U000e0020",
+        *"\u2065\ufff0\ufff8\U00016fe4\U0001d159",
     ],
 )
 @pytest.mark.parametrize("where", ["{}ann", "a{}nn", "ann{}", "{}"])

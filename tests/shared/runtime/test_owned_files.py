@@ -89,3 +89,20 @@ def test_another_users_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_one_that_is_being_made_stays(tmp_path: Path) -> None:
     made(tmp_path, "ours-1.shm")
     assert remove_leftovers(tmp_path, "ours-", ".shm", later(0.0)) == 0
+
+
+def test_one_that_cannot_be_removed_keeps_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(3):
+        made(tmp_path, f"ours-{number}.shm")
+        (tmp_path / f"ours-{number}.shm.files").mkdir()
+
+    def removed(path: Path) -> None:
+        if "ours-1" in path.name:
+            raise PermissionError
+        path.rmdir()
+
+    monkeypatch.setattr("shutil.rmtree", removed)
+    assert remove_leftovers(tmp_path, "ours-", ".shm", later(), beside=".files") == 2
+    assert {path.name for path in tmp_path.iterdir()} == {"ours-1.shm", "ours-1.shm.files"}

@@ -68,6 +68,7 @@ const NEAR = 0.15; // s of a loop in which hardly anybody notices a delay: two t
 const FAR_OFF = 0.4; // s; beyond, a voice call would be tiring
 
 const NOTED = 0.05; // s that a page adds, from which on it says so
+const OFTEN = 0.1; // s by which a loop may be longer than its shortest trip: ticks of the server, a sample's wait
 
 /**
  * How a person is connected, without numbers of control.
@@ -86,10 +87,14 @@ export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "
   const network = Math.max(own.network, 2 * user.latency.delay);
   const finest = Math.max(0.001, own.clock_step);
   const way = network < finest ? `under ${milliseconds(finest)}` : milliseconds(network);
-  // Either way a message may wait.
-  const share = Math.min(user.loop_delay - network, 2 * own.page_wait);
+  // Either way a message may wait; a clock in steps makes waits of its own.
+  const share = Math.max(0, Math.min(user.loop_delay - network, 2 * own.page_wait - own.clock_step));
   const page = share < NOTED ? "" : `; this page adds up to ${milliseconds(share)}`;
-  return `${farness(network)}: ${way} there and back${added}${page}`;
+  // What neither the shortest trip nor the page explains is a path that holds messages up.
+  const longest = user.loop_delay - share;
+  const heldUp = longest - network - own.clock_step >= OFTEN;
+  const now = heldUp ? `, now and then up to ${milliseconds(longest)}` : "";
+  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${page}`;
 }
 
 function farness(delay: number): string {

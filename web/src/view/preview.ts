@@ -195,7 +195,8 @@ export class Preview {
     };
     const turn = turns[event.key];
     if (turn !== undefined) stage.target = rotated(stage.target, ...turn);
-    else if (event.key === "+" || event.key === "-") stage.target = zoomed(stage.target, event.key === "+" ? 0.85 : 1 / 0.85);
+    else if ("+=".includes(event.key)) stage.target = zoomed(stage.target, 0.85);
+    else if ("-_".includes(event.key)) stage.target = zoomed(stage.target, 1 / 0.85);
     else return;
     event.preventDefault();
     stage.touch();

@@ -62,13 +62,22 @@ describe("a connection", () => {
     expect(connectionWords({ ...user, loop_delay: 0.3 }, { ...own, network: 0.2, page_wait: 0.03 })).toBe("Some way off: 200\u202fms there and back; this page adds up to 60\u202fms");
   });
 
-  it("whose network alone is slow, or a server's tick, is not the page's fault", () => {
-    expect(connectionWords({ ...user, loop_delay: 0.6 }, { ...own, network: 0.2, page_wait: 0.004 })).toBe("Some way off: 200\u202fms there and back");
+  it("whose network is slow, or a server's tick, is not the page's fault", () => {
+    expect(connectionWords({ ...user, loop_delay: 0.25 }, { ...own, network: 0.2, page_wait: 0.004 })).toBe("Some way off: 200\u202fms there and back");
     expect(connectionWords({ ...user, loop_delay: 0.033 }, own)).toBe("Close by: under 1\u202fms there and back");
     expect(connectionWords({ ...user, loop_delay: 0.02 }, { ...own, network: 0.05 })).toBe("Close by: 50\u202fms there and back");
   });
 
+  it("that holds messages up now and then is as far as that, whatever the shortest trip is", () => {
+    const spikes = { ...user, loop_delay: 0.42 };
+    expect(connectionWords(spikes, { ...own, network: 0.02, page_wait: 0.004 })).toBe("Far away: 20\u202fms there and back, now and then up to 412\u202fms");
+    expect(connectionWords(spikes, { ...own, network: 0.02, page_wait: 0.1 })).toBe(
+      "Some way off: 20\u202fms there and back, now and then up to 220\u202fms; this page adds up to 200\u202fms",
+    );
+  });
+
   it("says no more than a coarse clock can know, and a delay that was added at once", () => {
+    expect(connectionWords(user, { ...own, page_wait: 0.07, clock_step: 0.1 })).toBe("Close by: under 100\u202fms there and back");
     expect(connectionWords(user, { ...own, page_wait: 0, clock_step: 0.1 })).toBe("Close by: under 100\u202fms there and back");
     expect(connectionWords({ ...user, loop_delay: 0.5, latency: { delay: 0.24, jitter: 0 } }, { ...own, page_wait: 0 })).toBe(
       "Far away: 480\u202fms there and back, 240\u202fms of it each way added here",

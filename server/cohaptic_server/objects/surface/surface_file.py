@@ -59,6 +59,11 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
             f"{path}: of its {said.triangles:,} triangles {len(faces):,} would be read. Export it"
             " as one mesh, for example as STL"
         )
+    return _with_triangles(path, x, faces)
+
+
+def _with_triangles(path: Path, x: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """The same, each vertex once; raises BodyError where they make no surface."""
     if not len(faces):
         why = f"{len(x)} vertices"
         if _has_strips(path):

@@ -114,8 +114,8 @@ class KeptNames:
         """Raise RemoteProtocolError if a name, or one like it, is kept for somebody else."""
         for kept, (whose, until) in self._kept.items():
             # The system behind an address is trusted with what its lost connections had: a client
-            # that was killed has forgotten its secret.
-            trusted = whose.is_of(claim) or whose.source == claim.source
+            # that was killed has forgotten its secret. It goes by the very name.
+            trusted = whose.is_of(claim) or (name == kept and whose.source == claim.source)
             if now < until and looks_like(name, kept) and not trusted:
                 left = f"{until - now:.0f} s left"
                 limit = f"another one: its owner lost the connection and has {left}"

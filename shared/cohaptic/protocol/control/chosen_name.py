@@ -17,8 +17,11 @@ from cohaptic.protocol.control.message import MAX_NAME, Name
 # else. Characters that this Python does not know yet may be new letters, and pass.
 _UNSEEN_KINDS = ("Cc", "Cf", "Co", "Cs", "Zl", "Zp")
 # Letters and marks that are drawn as nothing (Default_Ignorable_Code_Point of Unicode, beyond those
-# kinds), and the Braille cell without dots.
-_UNSEEN = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0")
+# kinds), the Braille cell without dots, and a filler and a note that are not drawn.
+_UNSEEN = frozenset(
+    "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2065\u2800\u3164\uffa0"
+    "\ufff0\ufff1\ufff2\ufff3\ufff4\ufff5\ufff6\ufff7\ufff8\U00016fe4\U0001d159"
+)
 _PLANE_OF_TAGS = range(0xE0000, 0xE1000)
 
 

@@ -93,3 +93,12 @@ def test_who_is_back_has_the_seats_of_its_session_and_no_others(lost: list[str],
     assert kept.seats_of("another", claim, 100.0) == own
     kept.forget("another", claim)
     assert kept.seats(100.0) == len(lost) - own
+
+
+def test_one_at_the_same_address_has_no_claim_to_a_name_that_looks_like_a_kept_one() -> None:
+    kept, owner = KeptNames(), Claim("a" * 16, "home")
+    kept.keep("anna", owner, 0.0, since=None)
+    double = "\u0430nna"  # with a Cyrillic letter
+    with pytest.raises(RemoteProtocolError):
+        kept.check(double, Claim("b" * 16, "home"), 1.0)
+    kept.check(double, owner, 1.0)
