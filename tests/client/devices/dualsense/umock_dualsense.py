@@ -146,8 +146,8 @@ def press(device: Device, pad: MockPad, strength: int = 128) -> Effects:
     return felt[-1]
 
 
-def shaken(device: Device, pad: MockPad) -> float:
-    """Reports to the pad for each of its periods, under a force that changes all the time."""
+def shaken(device: Device, pad: MockPad) -> int:
+    """Reports to the pad under a force that changes all the time."""
     start, before, k = CLOCK.now(), len(pad.told), 0
     # A pad that stands still is told later.
     while (passed := CLOCK.now() - start) < 0.4 or (len(pad.told) == before and passed < 20.0):
@@ -155,7 +155,7 @@ def shaken(device: Device, pad: MockPad) -> float:
         device.read(STEADY.now())
         device.write((0.0, -0.5 - 0.01 * (k % 100), 0.0))
         CLOCK.sleep_until(CLOCK.now() + 0.001)
-    return (len(pad.told) - before) * 0.004 / (CLOCK.now() - start)
+    return len(pad.told) - before
 
 
 def stalled(device: Device, pad: MockPad) -> dict[str, object]:
@@ -225,7 +225,7 @@ def main() -> None:
     pressed = press(device, one)
     seen["pressed"] = [pressed.start, pressed.resistance]
     until(lambda: one.last == OFF)  # nobody wrote for a while
-    seen["share_of_periods"] = shaken(device, one)
+    seen["shaken"] = shaken(device, one)
     seen["stalled"] = stalled(device, one)
     device.close()
 
