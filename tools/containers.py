@@ -152,12 +152,12 @@ class Run:
         command = [sys.executable, "-m", "podman_compose", *arguments]
         return said(command, aim, environment=environment, folder=self.folder)
 
-    def make_base(self, mirror: str) -> None:
-        """An image of Debian with Python, Caddy and Prometheus."""
+    def make_base(self, mirror: str | None) -> None:
+        """An image of Debian with Python, Caddy and Prometheus; None for debootstrap's mirror."""
         root, base = self.folder / "debian", base_of((ROOT / "deploy/Dockerfile").read_text())
         packages = "python3,python3-venv,ca-certificates,caddy,prometheus"
-        chosen = ["--variant=minbase", f"--include={packages}", SUITE, str(root), mirror]
-        said(["debootstrap", *chosen], f"making a Debian from {mirror}")
+        chosen = ["--variant=minbase", f"--include={packages}", SUITE, str(root)]
+        said(["debootstrap", *chosen, *([mirror] if mirror else [])], "making a Debian")
         # The registry's image calls it so.
         (root / "usr/bin/python").symlink_to("python3")
         left_out = [f"--exclude={name}" for name in LEFT_OUT]
@@ -353,7 +353,7 @@ def folder_with_space() -> Path:
     return folder
 
 
-def play(run: Run, wheel: Path, mirror: str) -> list[str]:
+def play(run: Run, wheel: Path, mirror: str | None) -> list[str]:
     """Everything, one after the other; returns what held."""
     run.store.open()
     shutil.copytree(ROOT / "deploy", run.folder / "deploy")
@@ -401,9 +401,7 @@ def main() -> int:
         "--install", action="store_true", help="install the packages that are missing"
     )
     parser.add_argument("--wheels", type=Path, default=ROOT / "dist", help="folder with a wheel")
-    parser.add_argument(
-        "--mirror", default="http://deb.debian.org/debian", help="of Debian's packages"
-    )
+    parser.add_argument("--mirror", help="of Debian's packages, in place of debootstrap's own")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, interrupted)
     try:

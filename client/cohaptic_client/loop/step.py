@@ -196,10 +196,12 @@ def own_force(
         stiffness = max(stiffness, stiffest(fade), along)
     own = math.hypot(1.0, settings.friction) * stiffness * way
     law_force = contact.local.normal_force
-    if contact.damping > 0.0 and law_force > 0.0 and norm(sample.velocity) > SLOW:
-        if abs(contact.damped_force - law_force) >= _CUT * law_force:
-            own *= 2.0
-        own += norm(sample.velocity) * abs(contact.damping - state.passivity.damping)
+    if contact.damping > 0.0 and law_force > 0.0:
+        speed = norm(sample.velocity)
+        if speed > SLOW:
+            if abs(contact.damped_force - law_force) >= _CUT * law_force:
+                own *= 2.0
+            own += speed * abs(contact.damping - state.passivity.damping)
     return own
 
 

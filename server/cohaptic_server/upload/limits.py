@@ -21,8 +21,8 @@ class UploadLimits:
         examine: For it to be read and looked at [s].
         decide: For the visitor to choose, in all tries together [s].
         prepare: For the preparation [s].
-        disk: What all uploads of this machine may hold of its disk while they are worked on
-            [bytes].
+        disk: Below which all uploads of this user on this machine have to be, as far as each may
+            still come, for another to begin [bytes].
         preview: Triangles of the surface that is shown before.
         tries: How often the visitor may choose.
 
