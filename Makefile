@@ -19,7 +19,7 @@ JOBS   ?= auto
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test test-all test-newest lock night check static format lint types web page compiled docs bench soak containers results clean
+.PHONY: help demo test test-all test-newest lock night check static format lint types web page fresh-page compiled docs bench soak containers results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
@@ -37,7 +37,7 @@ $(VENV)/.made:
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 export IMPORTED = import cohaptic_server.cli.work.demonstration, cohaptic_server.cli.work.serving, cohaptic_client.touching
-$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt
+$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(wildcard web/*.json web/src/* web/src/*/*)
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
 	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
 	  others=$$!; $(PIP) --no-deps -e . && wait $$others
@@ -55,18 +55,18 @@ demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --del
 	@COHAPTIC_COMPILE=$${COHAPTIC_COMPILE-fetch} $(BIN)/cohaptic demo $(ARGS)
 
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
-test: $(VENV)/.dev  ## the proof that it works, some minutes; ARGS="tests/client -x" for a part of it
+test: fresh-page  ## the proof that it works, some minutes; ARGS="tests/client -x" for a part of it
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
 	@JOBS=$(JOBS) $(BIN)/python tools/suite.py test $(ARGS)
 
-test-all: $(VENV)/.dev  ## all tests, live ones at the end; has to pass before an issue is closed
+test-all: fresh-page  ## all tests, live ones at the end; has to pass before an issue is closed
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
 	@# Live tests leave half of two cores idle, and pyright takes the time that nobody else wants.
 	@nice -n 19 $(BIN)/pyright >$(VENV)/.pyright 2>&1 & types=$$!; \
 	JOBS=$(JOBS) $(BIN)/python tools/suite.py all $(ARGS); tested=$$?; \
 	wait $$types && exit $$tested; cat $(VENV)/.pyright; echo "FAILED pyright, see above"; exit 1
 
-night: $(VENV)/.dev  ## what takes hours: long tests, new examples for every law, soak, fuzz
+night: fresh-page  ## what takes hours: long tests, new examples for every law, soak, fuzz
 	@$(BIN)/python tools/suite.py night $(ARGS)
 
 test-newest:  ## make test with the newest releases of everything that cohaptic needs
@@ -101,6 +101,10 @@ web: $(VENV)/.dev  ## the page in TypeScript: types, lint, tests
 	@$(NPM) run --silent types
 	@$(NPM) run --silent lint
 	@$(NPM) run --silent test
+
+# `make test` would try the page of yesterday's sources.
+fresh-page: $(VENV)/.dev
+	@$(BIN)/python hatch_build.py
 
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build

@@ -10,7 +10,8 @@ What pip installs from sources is pure Python, and so is a wheel: nobody waits f
 anew (`compiling/`, docs/decisions/0024), beside npm's work, and fails if it cannot. In a checkout
 the demo and `make compiled` compile.
 
-`python hatch_build.py run test` gives its arguments to the same npm.
+`python hatch_build.py` builds the page where it is stale; with arguments, such as `run test`, it
+gives them to the same npm.
 """
 
 from __future__ import annotations
@@ -53,14 +54,14 @@ class BuildHook(BuildHookInterface[Any]):
 
         And what compiles, where that is required.
         """
-        node = [NODE_WHEEL] if self._page_needed() and system_npm() is None else []
+        node = [NODE_WHEEL] if page_needed(Path(self.root)) and system_npm() is None else []
         return node + (compiler.TOOLS if self._compiling_required() else [])
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Build the page, if it is older than its sources, and compile beside what has to be."""
         with ThreadPoolExecutor(1) as beside:
             job = beside.submit(self._compile) if self._compiling_required() else None
-            if self._page_needed():
+            if page_needed(Path(self.root)):
                 self._build_page()
             if job is not None:
                 job.result()
@@ -98,8 +99,10 @@ class BuildHook(BuildHookInterface[Any]):
                 f"It needs npm's packages from the network once. Without a page: {SKIP}=1"
             ) from error
 
-    def _page_needed(self) -> bool:
-        return os.environ.get(SKIP) != "1" and is_stale(Path(self.root))
+
+def page_needed(root: Path) -> bool:
+    """Whether the page is to be built."""
+    return os.environ.get(SKIP) != "1" and is_stale(root)
 
 
 def is_stale(root: Path) -> bool:
@@ -176,10 +179,11 @@ def _npm(arguments: tuple[str, ...]) -> tuple[list[str], dict[str, str]]:
     return command, dict(os.environ, PATH=path)
 
 
-if __name__ == "__main__":
+if __name__ == "__main__":  # with arguments of npm; without, the page is built if it is stale
     try:
-        install(ROOT, everything=True)
-        npm(ROOT, *sys.argv[1:], quiet=False)
+        if sys.argv[1:] or page_needed(ROOT):
+            install(ROOT, everything=True)
+            npm(ROOT, *(sys.argv[1:] or ["run", "--silent", "build"]), quiet=False)
     except ImportError:
         sys.exit(f"npm is missing, or its node is too old: pip install '{NODE_WHEEL}'")
     except subprocess.CalledProcessError as error:
