@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -92,10 +93,21 @@ def test_the_doctor_names_what_was_looked_for_in_vain(
     assert "forcedimension: its maker's library libdhd.so cannot be loaded\n  to do" in text
 
 
-def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def plugged() -> Iterator[contextlib.ExitStack]:
+    """Boards in it are unplugged also by a test that fails: their threads would never rest."""
+    with contextlib.ExitStack() as boards:
+        yield boards
+
+
+def test_a_serial_board_says_what_it_is(
+    monkeypatch: pytest.MonkeyPatch, plugged: contextlib.ExitStack
+) -> None:
     from tests.client.devices.woodenhaptics.serial_board import SerialBoard
 
     boards = [SerialBoard(model=2), SerialBoard(model=3)]
+    for board in boards:
+        plugged.callback(board.unplug)
     boards[1].silent = True
     ports = [SimpleNamespace(device=board.path) for board in boards]
     monkeypatch.setattr(wooden_kind, "find_ports", lambda: ports)
@@ -112,16 +124,17 @@ def test_a_serial_board_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None
     assert unknown == ["seen, and known to no driver here: 1209:abcd Arm at /dev/ttyACM9"]
     assert f"woodenhaptics:kind=vintage,port={boards[0].path}, {boards[0].path}: ready" in text
     assert f"what is at {boards[1].path} does not answer as its board does" in text
-    for board in boards:
-        board.unplug()
 
 
+@pytest.mark.alone
 def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plugged: contextlib.ExitStack
 ) -> None:
     from tests.client.devices.oneaxis.board import Board
 
     boards = [Board(), Board(), Board()]
+    for board in boards:
+        plugged.callback(board.unplug)
     boards[1].silent, boards[2].instead = True, b"[3,0,0,0,0,0,0,0]\n" * 20
     ports = [SimpleNamespace(device=board.path) for board in boards]
     monkeypatch.setattr(oneaxis_kind, "find_ports", lambda: ports)
@@ -146,8 +159,6 @@ def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
     assert "its sensor told 0 counts for 40 mm" in str(result.exception)
     result = CliRunner().invoke(devices, ["calibrate", "haply"])
     assert "one that is calibrated so: oneaxis" in str(result.exception)
-    for board in boards:
-        board.unplug()
 
 
 def test_a_knock_goes_to_the_one_that_was_asked_for(

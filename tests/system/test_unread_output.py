@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.protocol.messages import UserJoined, UserLeft
+from cohaptic.protocol.messages import UserLeft
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import norm
 from cohaptic_server.demo.analysis import Recording
@@ -58,29 +58,24 @@ def start(*arguments: str, out: int, err: int) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=out, stderr=err, start_new_session=True)
 
 
-async def until_told(
-    hand: Client, kind: type[UserJoined] | type[UserLeft]
-) -> UserJoined | UserLeft:
+async def until_left(hand: Client) -> UserLeft:
     while True:
         for news in hand.news:
-            if isinstance(news, kind) and news.name == "left":
+            if isinstance(news, UserLeft) and news.name == "left":
                 return news
         await hand.play(1)
 
 
 async def play(url: str, touching: subprocess.Popen[bytes]) -> tuple[list[Patch], UserLeft]:
-    """What a second hand feels of the first, and how the first goes."""
-    async with visit(url, patience=3.0 * PATIENCE) as hand:
+    """What a second hand feels of the first, whichever came first, and how the first goes."""
+    async with asyncio.timeout(2.0 * PATIENCE), visit(url, patience=3.0 * PATIENCE) as hand:
         await hand.join("right")
-        await until_told(hand, UserJoined)
         felt = list[Patch]()
         while sum(norm(patch.u_others) > 0.0 for patch in felt) < 120:
             felt += await hand.play(10)
         assert not any(isinstance(news, UserLeft) for news in hand.news)
         touching.send_signal(signal.SIGHUP)
-        left = await until_told(hand, UserLeft)
-        assert isinstance(left, UserLeft)
-        return felt, left
+        return felt, await until_left(hand)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,8 @@ if sys.platform == "win32":
 
 from tests.client.devices.oneaxis.board import Board
 
-pytestmark = pytest.mark.live
+# A hand that moves in a thread of this process, while the driver waits for it to be at rest.
+pytestmark = pytest.mark.alone
 
 CLOCK = SteadyClock()  # a process that stands still is no handle that does
 
