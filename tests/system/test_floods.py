@@ -60,7 +60,8 @@ class Victim(threading.Thread):
                     with self._more:
                         self.patches.append(Patch.decode(data))
                         self._more.notify()
-                    ws.send(sample(len(self.patches) + 1).encode())
+                    answer = sample(len(self.patches) + 1)
+                    ws.send(answer._replace(tick=self.patches[-1].tick).encode())
 
     def play(self, ticks: int) -> list[Patch]:
         """Patches of the next ticks, of which some may be left out."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cohaptic.control.delay import UNKNOWN, LoopDelay
+from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import tangential
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import ZERO, scale
@@ -174,13 +174,12 @@ def _loop_delay(
     A force that is held because no newer sample arrives grows older tick by tick, and so does the
     delay.
     """
-    if not touch.fresh or touch.tick > state.tick:
+    if not touch.fresh:
         return delay
-    if touch.tick > 0:
+    if 0 < touch.tick <= state.tick:
         return delay.measured((time.number - touch.tick) * time.period, time.now)
-    # Before its first patch a client can name none. If it names none after a full fade-in, it does
-    # not answer our patches at all, and its loop may have any delay.
-    return delay.measured(UNKNOWN, time.now) if faded_in else delay
+    # It names none, as before its first patch, or one that there has not been.
+    return delay.waited(time.period) if faded_in else delay
 
 
 def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:

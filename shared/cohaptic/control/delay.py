@@ -7,7 +7,7 @@ measuring it needs no common clock.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # s; a delay counts for at least this long and at most twice that: long enough to see the rare late
 # messages of a network, short enough that gains recover within a few presses.
@@ -27,11 +27,13 @@ class LoopDelay:
         recent: Largest in the present window [s]; negative before the first measurement.
         before: Largest in the previous window [s]; negative without one.
         until: End of the present window [s].
+        unanswered: How long the client has pressed and answered no patch [s].
     """
 
     recent: float = -1.0
     before: float = -1.0
     until: float = 0.0
+    unanswered: float = 0.0
 
     @property
     def value(self) -> float:
@@ -45,17 +47,28 @@ class LoopDelay:
         """Delay that the room's lag is chosen for; 0 before the first measurement [s].
 
         Gains concern this client alone, so `value` assumes a long delay until one is measured. The
-        lag concerns the whole room. Before its first patch a client can name no tick, and counting
-        `UNKNOWN` for it would make everybody wait for a newcomer that has applied no force yet. A
-        client that presses and still names no tick is measured as 1 s by
-        `cohaptic_server.world.contact_tracking`, and counts from then on.
+        lag concerns the whole room, which would wait for a hand that answers no patch: before its
+        first one, or since it reads none. `too_long` ends the part of such a hand.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
     @property
     def too_long(self) -> bool:
-        """Whether this loop is too slow to take part."""
-        return self.recent > TOO_LONG or self.before > TOO_LONG
+        """Whether this loop is too slow to take part.
+
+        One that has pressed for longer than `UNKNOWN` and names no tick counts as such. A hand
+        feels no surface before its first patch, so it loses nothing.
+        """
+        late = self.recent > TOO_LONG or self.before > TOO_LONG
+        return late or self.unanswered > UNKNOWN
+
+    def waited(self, period: float) -> LoopDelay:
+        """The state after one more tick in which the client has pressed and named no tick.
+
+        Args:
+            period: Of the simulation [s].
+        """
+        return replace(self, unanswered=self.unanswered + period)
 
     def measured(self, delay: float, now: float) -> LoopDelay:
         """The state after one more measurement.
@@ -66,7 +79,7 @@ class LoopDelay:
         """
         delay = min(max(delay, 0.0), LONGEST)
         if now < self.until:
-            if delay <= self.recent:
+            if delay <= self.recent and not self.unanswered:
                 return self
             return LoopDelay(max(self.recent, delay), self.before, self.until)
         return LoopDelay(delay, self.recent, now + WINDOW)

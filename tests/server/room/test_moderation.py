@@ -48,7 +48,8 @@ def press(there: Lobby, users: list[Peer], start: float, seconds: float) -> list
         for i, user in enumerate(users):
             x = 0.09 * (-1.0) ** i
             frame = sample(1 + round(now / PERIOD), (x, 0.0, 0.0), (100 * x / 4.5, 0.0, 0.0))
-            there.receive(user, frame.encode(), now, NOW)
+            answer = frame._replace(tick=there.room.world.tick)
+            there.receive(user, answer.encode(), now, NOW)
         there.tick(now)
         state = there.room.world.users.get(users[0].user or 0)
         felt.append(0.0 if state is None else state.force)

@@ -240,7 +240,7 @@ def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon)
         nonlocal now, carried
         for _ in range(round(seconds / dt)):
             if talking:
-                here.sample(user, sample(), now)
+                here.sample(user, sample()._replace(tick=here.world.tick), now)
             carried = norm(here.tick(now)[user].own_force)
             now += dt
         return carried

@@ -48,6 +48,8 @@ class Client:
         ws: Its connection.
         news: Control messages so far.
         probe, force: Of its samples.
+        seq: Of the newest of them.
+        tick: Of the newest patch; 0 before the first.
     """
 
     ws: ClientConnection
@@ -55,6 +57,7 @@ class Client:
     probe: Vec3 = FAR
     force: Vec3 = ZERO
     seq: int = 0
+    tick: int = 0
 
     async def hear(self) -> Patch | ServerControl:
         """The next message from the server."""
@@ -73,7 +76,8 @@ class Client:
 
     async def touch(self) -> None:
         self.seq += 1
-        await self.ws.send(sample(self.seq, self.probe, self.force).encode())
+        told = sample(self.seq, self.probe, self.force)
+        await self.ws.send(told._replace(tick=self.tick).encode())
 
     async def play(self, patches: int) -> list[Patch]:
         """Take part until so many patches have come."""
@@ -84,6 +88,7 @@ class Client:
             message = await self.hear()
             if isinstance(message, Patch):
                 found.append(message)
+                self.tick = message.tick
                 await self.touch()
         return found
 

@@ -131,9 +131,21 @@ def test_a_force_that_is_held_grows_older_tick_by_tick(small_balloon: Balloon) -
         assert state.users[1].delay.counted == pytest.approx(k * DT)
 
 
-def test_who_presses_and_names_no_patch_may_have_any_delay(small_balloon: Balloon) -> None:
-    state, _ = play(small_balloon, [touch(tick=0)], 2 * RISE)
-    assert state.users[1].delay.counted == UNKNOWN
+@pytest.mark.parametrize("tick", [0, 1_000_000])
+def test_who_answers_no_patch_holds_nobody_up_and_fades(small_balloon: Balloon, tick: int) -> None:
+    deaf = [touch(1 + i, at=side(0.1 * i), tick=tick) for i in range(5)]
+    state, patches = play(small_balloon, deaf, round(UNKNOWN / DT))
+    assert state.room.lag < 0.2
+    assert all(norm(patches[user].own_force) > 0.1 for user in state.users)
+    state, patches = play(small_balloon, deaf, 4 * RISE, state)
+    assert state.room == NO_LAG
+    assert all(patches[user].own_force == ZERO for user in state.users)
+    # Whoever answers one takes part, with the delay that it has.
+    state, patches = play(small_balloon, [touch(1, tick=state.tick), *deaf[1:]], 2, state)
+    assert state.users[1].delay.counted == pytest.approx(2 * DT)
+    state, patches = play(small_balloon, [touch(1, tick=state.tick), *deaf[1:]], RISE, state)
+    assert norm(patches[1].own_force) > 0.1
+    assert all(patches[user].own_force == ZERO for user in state.users if user != 1)
 
 
 @pytest.mark.parametrize("leaves", ["withdraws", "is too slow"])
