@@ -71,12 +71,14 @@ class Known:
         return []
 
     def why_not_ticking(self, now: float) -> dict[str, str]:
-        """Rooms that do not tick, and what is known of why."""
+        """Rooms that do not tick though they should, and what is known of why."""
         if self.health is None:
             return {}
         found: dict[str, str] = {}
         for room in self.health.rooms:
             known = self.rooms.get(room.name)
+            if room.state == "idle":  # it will, for whoever comes
+                continue
             if room.state != "open":
                 found[room.name] = room.state + (f": {room.problem}" if room.problem else "")
             elif known is None:

@@ -110,7 +110,7 @@ class RoomHealth(_Frozen):
 
     Args:
         name: Of the room.
-        state: starting, open, broken or stopped.
+        state: idle, starting, open, broken or stopped.
         problem: Why it is broken.
         restarts: Of its process so far.
     """

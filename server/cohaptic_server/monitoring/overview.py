@@ -128,7 +128,10 @@ def _rooms(rooms: Sequence[RoomStatus], since: dict[str, RoomMetrics | None], wi
     table = _table("room", ["state"], [*heads, *more])
     for room in rooms:
         state = room.state if room.ticking or room.state != "open" else "no tick"
-        cells = [Text(_name(room.name)), Text(state, _GOOD if room.ticking else _BAD)]
+        cells = [
+            Text(_name(room.name)),
+            Text(state, _GOOD if room.ticking else "" if state == "idle" else _BAD),
+        ]
         now = since[room.name]
         if now is None or not room.ticking:
             table.add_row(*cells)

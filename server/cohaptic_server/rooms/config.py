@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError
 from pydantic_settings import (
@@ -113,6 +113,8 @@ class RoomTable(Table):
         watchers_point: Whether who only watches may point at the surface, too.
         object: Of a body from a file.
         limits: Budgets of its connections, beside those of the server.
+        start: At once, with the server, or on demand, when somebody comes.
+        end_after: How long nobody is there before a room ends that starts on demand [s].
     """
 
     body: str = Field(min_length=1)
@@ -130,6 +132,14 @@ class RoomTable(Table):
     watchers_point: bool = True
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
+    start: Literal["at once", "on demand"] = "at once"
+    # Who closes the page for a coffee finds the names, places and sessions that a process keeps.
+    end_after: float = Field(default=600.0, ge=10.0, le=604_800.0)
+
+    @property
+    def idle(self) -> float | None:
+        """How long it may be empty [s]; None for a room that is always there."""
+        return self.end_after if self.start == "on demand" else None
 
 
 class RoomsConfig(BaseSettings):

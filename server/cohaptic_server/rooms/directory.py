@@ -55,6 +55,11 @@ class LeaseError(CohapticError):
 class Directory(Protocol):
     """Owners of rooms. All but `owner` may wait for a store; times are the caller's [s]."""
 
+    @property
+    def duration(self) -> float:
+        """How long a lease lasts unless it is renewed [s]."""
+        ...
+
     def owner(self, room: str, now: float) -> Lease | None:
         """The owner as it is known here, at once; None while there is none."""
         ...

@@ -8,7 +8,7 @@ import logging
 import secrets
 import socket
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.process import BaseProcess
 
 from cohaptic.clock import Clock
@@ -38,7 +38,7 @@ log = logging.getLogger("cohaptic.server")
 
 # s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
 _WAIT_FOR_START = 3.0
-_LOOK_EVERY = 0.5  # s between two looks at a lease; a quarter of the shortest
+_LOOKS = 8  # at a lease, while it lasts; the shortest is of 2 s
 # s by which a look at a lease may be late before it says more about this process than about others.
 _HELD_UP = 1.0
 
@@ -52,7 +52,7 @@ class House:
         clock: Of this process.
         left: Called with the source of each connection that has ended.
         changed: Called with a room that has begun, ended or reported.
-        measured: Called with the name of a room and what it tells of itself.
+        measured: Called with the name of a room and what it tells of itself; None if nobody asks.
         make_process: As from `room_processes`.
         style: Of the log.
         protect: As for `Supervisor`.
@@ -65,7 +65,21 @@ class House:
     make_process: Callable[..., BaseProcess]
     style: LogStyle = PLAIN
     protect: Protect = Protection
-    measured: Callable[[str, RoomMetrics], None] = lambda room, metrics: None
+    measured: Callable[[str, RoomMetrics], None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Entrance:
+    """Where connections go in to one process of a room, which may not have started yet.
+
+    Args:
+        ours, theirs: Ends of a pair.
+        handed: Sources of those that were handed over and have not ended, by number.
+    """
+
+    ours: socket.socket
+    theirs: socket.socket
+    handed: dict[int, str] = field(default_factory=dict[int, str])
 
 
 class Keeper:
@@ -75,10 +89,13 @@ class Keeper:
         settings: Of the room.
         build: Makes its body, in its process.
         house: What all rooms share.
+        idle: For how long nobody is there before its process ends, which starts when somebody
+            comes [s]; None for a room that is there from the beginning to the end.
 
     Attributes:
         name: Of the room.
-        state: starting, open, broken (it could not be opened, and will be tried again) or stopped.
+        state: idle (it starts when somebody comes), starting, open, broken (it could not be opened,
+            and will be tried again) or stopped.
         problem: Why it is broken.
         report: Newest of its process; None before the first.
         lease: Of its process; None without one.
@@ -87,35 +104,39 @@ class Keeper:
         first: Set once it is open, or broken, for the first time.
     """
 
-    def __init__(self, settings: ServerSettings, build: Build, house: House) -> None:
+    def __init__(
+        self, settings: ServerSettings, build: Build, house: House, idle: float | None = None
+    ) -> None:
         assert settings.room is not None
         self.name = settings.room
         self.settings = settings
-        self.state, self.problem = "starting", ""
+        self.state, self.problem = "starting" if idle is None else "idle", ""
         self.report: Report | None = None
         self.lease: Lease | None = None
         self.restarts = Restarts()
         self.process: BaseProcess | None = None
         self.first = asyncio.Event()
-        self._build, self._house = build, house
-        self._stopping = asyncio.Event()
+        self._build, self._house, self._idle = build, house, idle
+        self._stopping, self._asked = asyncio.Event(), asyncio.Event()
         self._hold: Hold | None = None
         self._channel: Channel | None = None
-        self._door: socket.socket | None = None
-        self._handed: dict[int, str] = {}
+        self._entrance: _Entrance | None = None
         self._started = 0.0
         self._ready: float | None = None
         self._heard = 0.0
+        self._emptied: float | None = None  # since when nobody is there
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
         """Hand a connection to the room; returns whether it takes it."""
         now = self._house.clock.now()
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
-        if self._door is None or not (self.state == "open" or waits):
+        if self._entrance is None or not (waits or self.state in ("idle", "open")):
             return False
-        if not hand_over(self._door, connection, number):
+        if not hand_over(self._entrance.ours, connection, number):
             return False
-        self._handed[number] = source
+        self._entrance.handed[number] = source
+        if self.state == "idle":
+            self._asked.set()
         return True
 
     def allow(self, allow: Allow) -> None:
@@ -131,8 +152,16 @@ class Keeper:
     async def keep(self) -> None:
         """Run the room until it is stopped."""
         while not self._stopping.is_set():
-            self._ready = None
+            if self.state == "idle":
+                self._entrance = self._entrance or _Entrance(*handing_pair())
+                self.first.set()
+                await self._asked.wait()
+                if self._stopping.is_set():
+                    break
+            self._ready = self._emptied = None
             await self._live()
+            if self.state == "idle":
+                continue
             now = self._house.clock.now()
             self.restarts = self.restarts.ended(self._ready, now)
             if self._stopping.is_set():
@@ -146,20 +175,25 @@ class Keeper:
             )  # fmt: skip
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._stopping.wait(), pause or 1e-3)
+        self._shut(self._entrance)
         self.state = "stopped"
         self.first.set()
 
     def stop(self) -> None:
         """Let the room tell everybody and end; `keep` returns when it has."""
-        self._stopping.set()
+        self._end_keeping()
         if self._channel is not None:
             self._channel.tell(Stop())
 
     def kill(self) -> None:
         """End its process now."""
-        self._stopping.set()
+        self._end_keeping()
         if self._hold is not None:
             self._hold.kill()
+
+    def _end_keeping(self) -> None:
+        self._stopping.set()
+        self._asked.set()
 
     async def _live(self) -> None:
         """One process, from its start to its end."""
@@ -170,7 +204,8 @@ class Keeper:
         holder = f"{self.name}.{secrets.token_hex(8)}"
         self.lease = await house.directory.claim(self.name, holder, self._started)
         control, their_control = socket.socketpair()
-        self._door, their_door = handing_pair()
+        entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
+        self._asked.clear()
         gone = asyncio.Event()
         try:
             self.process = house.make_process(
@@ -179,9 +214,10 @@ class Keeper:
                     self.settings,
                     self._build,
                     their_control,
-                    their_door,
+                    entrance.theirs,
                     house.style,
                     house.protect,
+                    house.measured is not None,
                 ),
                 name=f"room {self.name}",
             )
@@ -189,7 +225,7 @@ class Keeper:
             await asyncio.to_thread(self.process.start)
             self._hold = Hold(self.process)
             their_control.close()
-            their_door.close()
+            entrance.theirs.close()
             self._channel = await open_channel(control, self._hear, gone.set)
             house.changed(self)
             if self._stopping.is_set():
@@ -202,18 +238,20 @@ class Keeper:
         finally:
             if self._channel is None:
                 control.close()
-            await self._end(their_control, their_door)
+            their_control.close()
+            await self._end(entrance)
 
     async def _watch(self, gone: asyncio.Event) -> None:
         """Return when the process has gone, or has said nothing for as long as its lease."""
         house = self._house
         assert self.lease is not None
+        look_every = house.directory.duration / _LOOKS
         while not gone.is_set():
             before = house.clock.now()
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(gone.wait(), _LOOK_EVERY)
+                await asyncio.wait_for(gone.wait(), look_every)
             now = house.clock.now()
-            if now - before > _LOOK_EVERY + _HELD_UP:
+            if now - before > look_every + _HELD_UP:
                 self._heard = now  # it is this process that was held up
             elif self._ready is None:
                 self._heard = now  # to open a room may take minutes
@@ -229,8 +267,28 @@ class Keeper:
                 told, silent = self._told("room_silent"), now - self._heard
                 log.warning("room %s says nothing for %.1f s", self.name, silent, extra=told)
                 return
+            if self._is_to_rest(now) and self._channel is not None:
+                log.info("room %s is idle; it starts when somebody comes", self.name,
+                         extra=self._told("room_idle"))  # fmt: skip
+                # Who comes from now on waits for the next process.
+                self._entrance, self.state = _Entrance(*handing_pair()), "idle"
+                self._channel.tell(Stop())
 
-    async def _end(self, *ends: socket.socket) -> None:
+    def _is_to_rest(self, now: float) -> bool:
+        """Whether nobody has been there for as long as the room waits for somebody."""
+        report, entrance = self.report, self._entrance
+        if (
+            self._idle is None
+            or self.state != "open"
+            or (report is None or report.users or report.watchers)
+            or (entrance is None or entrance.handed)
+        ):
+            self._emptied = None
+            return False
+        self._emptied = now if self._emptied is None else self._emptied
+        return now - self._emptied >= self._idle
+
+    async def _end(self, entrance: _Entrance) -> None:
         """Whatever is left of the process goes, before another one may own the room."""
         house, hold = self._house, self._hold
         self._hold = None
@@ -239,18 +297,25 @@ class Keeper:
             await asyncio.to_thread(hold.join)
         if self._channel is not None:
             self._channel.abort()
-        for end in (*ends, self._door):
-            if end is not None:
-                end.close()
-        self._channel = self._door = self.report = None
-        self.state = "broken" if self.problem else "starting"
-        handed, self._handed = self._handed, {}
-        for source in handed.values():
-            house.left(source)
+        self._channel = self.report = None
+        if self.state != "idle":
+            self.state = "broken" if self.problem else "starting"
+        self._shut(entrance)
         if self.lease is not None:
             await house.directory.release(self.lease)
             self.lease = None
         house.changed(self)
+
+    def _shut(self, entrance: _Entrance | None) -> None:
+        """Close an entrance; who is there, or waits there, has ended."""
+        if entrance is None:
+            return
+        entrance.ours.close()
+        entrance.theirs.close()
+        for source in entrance.handed.values():
+            self._house.left(source)
+        if self._entrance is entrance:
+            self._entrance = None
 
     def _told(self, event: str) -> dict[str, str]:
         return {"event": event, "room": self.name}
@@ -259,8 +324,9 @@ class Keeper:
         house = self._house
         match line:
             case Left():
+                handed = self._entrance.handed if self._entrance is not None else {}
                 for number in line.numbers:
-                    source = self._handed.pop(number, None)
+                    source = handed.pop(number, None)
                     if source is not None:
                         house.left(source)
             case Ready():
@@ -277,7 +343,8 @@ class Keeper:
                 self.report = line
                 house.changed(self)
             case Measured():
-                house.measured(self.name, line.metrics)
+                if house.measured is not None:
+                    house.measured(self.name, line.metrics)
             case Failed():
                 self.state, self.problem = "broken", line.why
                 self.first.set()

@@ -24,7 +24,7 @@ class RoomState:
     Args:
         name: Of the room.
         title: For people.
-        state: open, full, starting, broken or stopped.
+        state: open, full, idle (it starts when somebody comes), starting, broken or stopped.
         users, max_users: Who touches, and who may at once.
         watchers, max_watchers: Who watches, and who may at once.
     """
@@ -108,7 +108,7 @@ def why_not(name: str, rooms: Sequence[RoomState]) -> str:
     states = {room.name: room.state for room in rooms}
     if name not in states:
         return ""
-    if states[name] in ("open", "full"):
+    if states[name] in ("open", "full", "idle"):
         return f"the room {name} takes nobody at present; try again"
     return f"the room {name} is {states[name]}; try again in a moment"
 
@@ -123,7 +123,8 @@ def _of_room(request: Request, name: str, rooms: Sequence[RoomState]) -> Answer:
 
 def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
     # Of this process: whoever asks would restart all rooms because of one.
-    bad = [f"{room.name}: {room.state}\n" for room in rooms if room.state not in ("open", "full")]
+    well = ("open", "full", "idle")
+    bad = [f"{room.name}: {room.state}\n" for room in rooms if room.state not in well]
     return text(request, 200, "OK", "ok\n" + "".join(bad))
 
 
@@ -176,6 +177,7 @@ def _item(room: RoomState) -> str:
     said = {
         "open": f"{room.users} of {room.max_users} touch it, {room.watchers} watch",
         "full": f"full: {room.users} touch it. You can watch",
+        "idle": "nobody is there; it starts when you come",
     }.get(room.state, room.state)
     # Relative, so that the page may stand behind a path of a proxy.
     link = f'<a href=".{room_path(room.name)}/">{title}</a>'

@@ -8,7 +8,7 @@ are they somebody else's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 
@@ -70,17 +70,21 @@ class SeatPool:
         seats = self._rooms[room]
         self._rooms[room] = Seats(seats.most, serial=seats.serial)
 
-    def share(self) -> dict[str, int]:
+    def share(self, among: Collection[str]) -> dict[str, int]:
         """What rooms are to hold from now on, for those of which that has changed.
+
+        Args:
+            among: Rooms that have a process: another one could not give its seats back.
 
         Who sits keeps its seat. What is free beside them is shared equally by the rooms that can
         use more, the first of them getting one more where it does not come out even.
         """
-        spare = self.total - sum(min(s.used, s.most) for s in self._rooms.values())
-        room_left = {name: s.most - min(s.used, s.most) for name, s in self._rooms.items()}
+        rooms = {name: seats for name, seats in self._rooms.items() if name in among}
+        spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
+        room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
         targets = _fair(room_left, max(0, spare))
         changed: dict[str, int] = {}
-        for name, seats in self._rooms.items():
+        for name, seats in rooms.items():
             target = min(seats.used, seats.most) + targets[name]
             # Only what no other room may still hold can be given away.
             given = min(target, seats.held + self.free)

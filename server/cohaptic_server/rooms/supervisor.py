@@ -75,10 +75,11 @@ class Supervisor:
         make = room_processes(_preload(config, [*builds.values(), protect]))
         house = House(
             directory, clock, self.gate.sources.leave, self._changed, make, style, protect,
-            self._measured,
+            None if self.admin is None else self._measured,
         )  # fmt: skip
         self.keepers = {
-            name: Keeper(config.settings_of(name), builds[name], house) for name in config.rooms
+            name: Keeper(config.settings_of(name), builds[name], house, room.idle)
+            for name, room in config.rooms.items()
         }
         rooms = config.rooms.items()
         self.users = SeatPool(config.max_users, {name: room.max_users for name, room in rooms})
@@ -100,7 +101,7 @@ class Supervisor:
         self._beside: list[asyncio.Task[None]] = []
 
     async def start(self) -> str:
-        """Listen, and open every room; returns the URL once each of them is open or broken.
+        """Listen, and open the rooms; returns the URL once each is open, broken or idle.
 
         Raises:
             SettingError: The address or port cannot be had.
@@ -218,7 +219,7 @@ class Supervisor:
         self.admin.tell(ServerLine(health=health))
 
     def _share(self) -> None:
-        changed = {*self.users.share(), *self.watchers.share()}
+        changed = {*self.users.share(self._begun), *self.watchers.share(self._begun)}
         for name in changed:
             users, watchers = self.users[name], self.watchers[name]
             self.keepers[name].allow(

@@ -21,6 +21,7 @@ class Seated(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.pool = SeatPool(TOTAL, MOST)
+        self.there = set(MOST)
         self.rooms = {name: self.fresh(name) for name in MOST}
         self.used = dict.fromkeys(MOST, 0)
         self.serial = dict.fromkeys(MOST, 0)
@@ -34,7 +35,7 @@ class Seated(RuleBasedStateMachine):
 
     @rule()
     def share(self) -> None:
-        for name, wanted in self.pool.share().items():
+        for name, wanted in self.pool.share(self.there).items():
             self.down[name].append((wanted, self.pool[name].serial))
 
     @rule(name=st.sampled_from(sorted(MOST)))
@@ -71,6 +72,11 @@ class Seated(RuleBasedStateMachine):
         self.down[name].clear()
         self.up[name].clear()
         self.pool.lose(name)
+        self.there.discard(name)
+
+    @rule(name=st.sampled_from(sorted(MOST)))
+    def begin(self, name: str) -> None:
+        self.there.add(name)
 
     @invariant()
     def no_more_sit_than_there_are_seats(self) -> None:
@@ -90,23 +96,34 @@ def test_all_seats_are_shared_as_far_as_rooms_can_use_them(
     total: int, most: dict[str, int]
 ) -> None:
     pool = SeatPool(total, most)
-    shares = pool.share()
+    shares = pool.share(most)
     given_ = [shares.get(name, 0) for name in most]
     assert sum(given_) == min(total, sum(most.values()))
     assert all(number <= most[name] for name, number in shares.items())
     # Nobody has two less than another one unless it can use no more.
     for name, number in zip(most, given_, strict=True):
         assert number == most[name] or number >= max(given_, default=0) - 1
-    assert pool.share() == {}
+    assert pool.share(most) == {}
 
 
 def test_a_room_that_was_told_to_hold_fewer_is_believed_once_it_has_read_that() -> None:
     pool = SeatPool(4, {"a": 4, "b": 4})
-    assert pool.share() == {"a": 2, "b": 2}
+    assert pool.share("ab") == {"a": 2, "b": 2}
     pool.report("a", 2, 2, 1)
     pool.report("b", 2, 0, 1)
-    assert pool.share() == {"b": 1}
+    assert pool.share("ab") == {"b": 1}
     pool.report("b", 2, 0, 1)  # written before it read that
-    assert pool.share() == {}
+    assert pool.share("ab") == {}
     pool.report("b", 1, 0, 2)
-    assert pool.share() == {"a": 3}
+    assert pool.share("ab") == {"a": 3}
+
+
+def test_a_room_without_a_process_holds_no_seats() -> None:
+    pool = SeatPool(4, {"a": 4, "b": 4})
+    assert pool.share("a") == {"a": 4}
+    assert pool.free == 0
+    assert pool.share("ab") == {"a": 2}  # the other one gets them once this one has let go
+    pool.report("a", 2, 0, 2)
+    assert pool.share("ab") == {"b": 2}
+    pool.lose("b")
+    assert pool.share("a") == {"a": 4}

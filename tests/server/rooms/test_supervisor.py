@@ -66,11 +66,17 @@ class Served:
 
 @contextlib.asynccontextmanager
 async def served(
-    rooms: Mapping[str, Build], tables: dict[str, dict[str, Any]] | None = None, **more: Any
+    rooms: Mapping[str, Build],
+    tables: dict[str, dict[str, Any]] | None = None,
+    soon: dict[str, float] | None = None,
+    **more: Any,
 ) -> AsyncGenerator[Served]:
     own = tables or {}
     table = {name: RoomTable(body="balloon", **own.get(name, {})) for name in rooms}
     config = RoomsConfig(port=0, rooms=table, **more)
+    # Nobody of a test has the patience that a file has to ask for.
+    table = {name: room.model_copy(update=soon) for name, room in table.items()} if soon else table
+    config = config.model_copy(update={"rooms": table})
     supervisor = Supervisor(config, rooms)
     try:
         async with asyncio.timeout(PATIENCE):
@@ -258,6 +264,68 @@ def test_rooms_share_the_seats_of_the_server_and_one_that_empties_gives_them_bac
                 await house.until(lambda: users["a"].held + users["b"].held <= 2)
 
     asyncio.run(main())
+
+
+ON_DEMAND = {"start": "on demand"}
+
+
+def test_a_room_on_demand_has_a_process_while_somebody_is_there() -> None:
+    async def main() -> None:
+        rooms, tables = {"rare": small, "main": small}, {"rare": ON_DEMAND, "main": ON_DEMAND}
+        async with served(rooms, tables, {"end_after": 0.5}, lease=2.0, max_users=1) as house:
+            keepers = house.supervisor.keepers
+            assert [one.state for one in house.supervisor.states()] == ["idle", "idle"]
+            assert keepers["rare"].process is None
+            pids = list[int]()
+            for _ in range(2):
+                # The only seat of the server is that of the room that somebody is in.
+                async with visitors(house, "rare"):
+                    pids.append(house.pid("rare"))
+                    assert keepers["main"].process is None
+                    # Longer than it would be empty for.
+                    await asyncio.sleep(1.2)
+                    assert house.pid("rare") == pids[-1]
+                await house.until(lambda: keepers["rare"].state == "idle")
+                await house.until(lambda: keepers["rare"].lease is None)
+                with pytest.raises(ProcessLookupError):
+                    os.kill(pids[-1], 0)
+            assert pids[0] != pids[1]
+            assert keepers["rare"].restarts.count == 0
+            assert house.supervisor.gate.sources.open == 0
+
+    asyncio.run(main())
+
+
+def test_whoever_comes_while_a_room_ends_is_in_the_next_one() -> None:
+    async def main() -> None:
+        # It ends at each look that finds nobody, a quarter of a second apart.
+        async with served({"main": small}, {"main": ON_DEMAND}, {"end_after": 0.0}, lease=2.0) as h:
+            ends = set[int]()
+            keeper = h.supervisor.keepers["main"]
+            for step in range(12):
+                async with visit(h.at("main"), patience=PATIENCE) as client:
+                    await client.join(next(names))
+                    ends.add(h.pid("main"))
+                if step % 2:
+                    # In the very moment in which it is told to end.
+                    await h.until(lambda: keeper.state == "idle")
+            assert len(ends) > 3
+
+    asyncio.run(main())
+
+
+def test_a_room_on_demand_counts_as_ready_and_is_told_as_idle() -> None:
+    async def run() -> None:
+        async with served({"main": small}, {"main": ON_DEMAND}, admin={"port": 0}) as house:
+            admin = house.supervisor.admin
+            assert admin is not None
+            told = await status_once(admin.url, lambda told: bool(told["ready"]))
+            assert [room["state"] for room in told["rooms"]] == ["idle"]
+            assert (await ask(f"{admin.url}/readyz?room=main"))[0] == 200
+            async with visitors(house, "main"):
+                await status_once(admin.url, lambda told: bool(told["rooms"][0]["ticking"]))
+
+    asyncio.run(run())
 
 
 def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:

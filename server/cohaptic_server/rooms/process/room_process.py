@@ -66,6 +66,7 @@ def run_room(
     door: socket.socket,
     style: LogStyle,
     protect: Protect = Protection,
+    measured: bool = False,
 ) -> None:
     """Main function of the process.
 
@@ -76,6 +77,7 @@ def run_room(
         door: Where connections come out.
         style: Of the log.
         protect: Makes what says who comes in; reads the files of keys.
+        measured: Whether it tells the supervisor its metrics.
     """
     set_up_log(style, settings.room)
     # The supervisor's: it ends the rooms in order, and tells them to read their files again.
@@ -84,7 +86,7 @@ def run_room(
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     # Threads of one room would wait for those of another.
     with threadpool_limits(limits=1):
-        failed = asyncio.run(_Room(settings, build, door, protect).live(control))
+        failed = asyncio.run(_Room(settings, build, door, protect, measured).live(control))
     logging.shutdown()
     # Threads that are left of a start (a solve, a build) would keep the process as long as they go.
     os._exit(_NOT_PREPARED if failed else 0)
@@ -99,12 +101,14 @@ class _Room:
         build: As above.
         door: The same.
         protect: The same.
+        measured: The same.
     """
 
     settings: ServerSettings
     build: Build
     door: socket.socket
     protect: Protect = Protection
+    measured: bool = False
     clock: SystemClock = field(default_factory=SystemClock)
     server: CohapticServer | None = None
     channel: Channel | None = None
@@ -185,7 +189,8 @@ class _Room:
         gatherer = Gatherer(server)
         used, done = _processor_time(), _ticks_done(server)
         while True:
-            channel.tell_newest(Measured(metrics=gatherer.gather()))
+            if self.measured:
+                channel.tell_newest(Measured(metrics=gatherer.gather()))
             told = 0.0
             while told < _MEASURED_EVERY:
                 channel.tell_newest(self._report(server))
