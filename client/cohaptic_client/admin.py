@@ -32,10 +32,10 @@ def admin(
         bool, typer.Option("--insecure", help="Send a token also without TLS.")
     ] = False,
 ) -> None:
-    """See who is in a room and who was put out; mute, kick, ban or unban somebody, freeze or reset
-    the object.
+    """See who is in a room; kick, mute, ban, freeze, reset.
 
-    The token is one of `cohaptic token --admin`.
+    `unban` lets back in whoever was kicked or banned under a name. The token is one of
+    `cohaptic token --admin`.
     """
     if bool(who) != (action in TO_SOMEBODY):
         given = who or "not given"

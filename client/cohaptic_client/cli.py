@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 # s; a server of the balloon listens a second after it was started, on a busy machine after three.
 _WAIT = 5.0
 
+# Chapters of the help, behind the options that most people need.
+_HAND = "Simulated hand (--device simulated)"
+_DEVICE, _NETWORK, _LAW = "Device", "Connection", "Local model, for experiments"
+
 
 class Shape(Enum):
     """Local surface, as the command line names it."""
@@ -45,127 +49,178 @@ _GEOMETRY: dict[Shape, GeometryName] = {
 # Long, because each option of the command is a parameter.
 def touch(
     url: Annotated[
-        str, typer.Argument(help="Of the server, or the link of an invitation.")
+        str, typer.Argument(help="Address of the server, or the link of an invitation.")
     ] = "ws://127.0.0.1:8765",
     room: Annotated[
-        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
+        str, typer.Option(help="Room of a server that has several: the same as URL/r/ROOM.")
     ] = "",
-    name: Annotated[str, typer.Option(help="How the others see you.")] = "guest",
+    name: Annotated[str, typer.Option(help="The name that the others see.")] = "guest",
     device: Annotated[
-        str, typer.Option(metavar="NAME[:OPTIONS]", help=f"{', '.join(NAMES)}.")
+        str, typer.Option(metavar="NAME[:OPTIONS]", help=f"The device: {', '.join(NAMES)}.")
     ] = "simulated",
-    law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
-    geometry: Annotated[
-        Shape, typer.Option(help="Local surface between two patches.")
-    ] = Shape.MESH,
-    friction: Annotated[float, typer.Option(help="Coefficient mu, 0 to 2; 0 for none.")] = 0.0,
-    k_h: Annotated[
-        float | None,
-        typer.Option(help="Gain in N/m instead of the server's; it must allow that."),
+    law: Annotated[Law, typer.Option(help="Control law of the local model.")] = Law.PREDICTIVE,
+    friction: Annotated[float, typer.Option(help="Coefficient of friction, 0 (none) to 2.")] = 0.0,
+    max_force: Annotated[float, typer.Option(help="Largest force on the hand [N].")] = 10.0,
+    delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 0.0,
+    jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Write the last five minutes, every haptic period, to this .npz file."),
     ] = None,
-    integral_gain: Annotated[float, typer.Option(help="I in N/(m s); with --k-h only.")] = 0.0,
-    threshold_mm: Annotated[
-        float | None,
-        typer.Option(
-            help="Error that pi tolerates, eq. (17).", show_default="eq. (18), 0.2 in and 1 out"
-        ),
+    duration: Annotated[
+        float | None, typer.Option(help="Leave after this time [s].", show_default="Ctrl-C")
     ] = None,
-    smoothing: Annotated[
-        float,
-        typer.Option(help="Share of a tick over which a new patch is taken in; 0 as the paper."),
-    ] = 1.0,
-    passivity: Annotated[
-        bool, typer.Option(help="Take out by damping the energy that the delay makes.")
-    ] = True,
-    delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 0.0,
-    jitter_ms: Annotated[
-        float, typer.Option(help="Largest extra delay, one way, both ways.")
-    ] = 0.0,
-    delay_up_ms: Annotated[
-        float | None, typer.Option(help="Of the way to the server only.")
-    ] = None,
-    delay_down_ms: Annotated[float | None, typer.Option(help="Of the way back only.")] = None,
-    jitter_up_ms: Annotated[
-        float | None, typer.Option(help="Of the way to the server only.")
-    ] = None,
-    jitter_down_ms: Annotated[float | None, typer.Option(help="Of the way back only.")] = None,
-    seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
-    loop_hz: Annotated[float, typer.Option(help="Rate of the haptic loop, 500 to 4000.")] = 1000.0,
-    max_force: Annotated[float, typer.Option(help="Never more than this on the hand [N].")] = 10.0,
+    wait_seat: Annotated[
+        bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
+    ] = False,
     angle: Annotated[
-        float, typer.Option(help="Simulated hand: where it stands, degrees from the right.")
+        float,
+        typer.Option(
+            help="Where it stands, seen from above, from the right counter-clockwise [deg].",
+            rich_help_panel=_HAND,
+        ),
     ] = 180.0,
-    at: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(help="Simulated hand, instead of --angle: x y z on the surface, in metres."),
-    ] = None,
-    inward: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(help="With --at: x y z of the way into the body there, of length 1."),
-    ] = None,
     depth_mm: Annotated[
-        float, typer.Option(help="Simulated hand: how deep it wants to go.")
+        float, typer.Option(help="How deep it intends to press [mm].", rich_help_panel=_HAND)
     ] = 15.0,
     rhythm_s: Annotated[
-        float, typer.Option(help="Simulated hand: press and release in this time; 0 to rest.")
+        float,
+        typer.Option(
+            help="Period in which it presses and lets go [s]; 0 rests.", rich_help_panel=_HAND
+        ),
     ] = 0.0,
     drag_mm: Annotated[
         float,
         typer.Option(
-            help="Simulated hand: drag so far to its right, and back, instead of letting go."
+            help="Drag to its right and back, so far, in place of letting go [mm].",
+            rich_help_panel=_HAND,
         ),
     ] = 0.0,
+    at: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            help="Point x y z on the surface, in place of --angle [m].", rich_help_panel=_HAND
+        ),
+    ] = None,
+    inward: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            help="With --at: unit vector x y z into the body there.", rich_help_panel=_HAND
+        ),
+    ] = None,
+    dead_man: Annotated[
+        bool,
+        typer.Option(
+            help="Give force only while the device's switch is held, where it has one.",
+            rich_help_panel=_DEVICE,
+        ),
+    ] = True,
+    hold_faults: Annotated[
+        bool | None,
+        typer.Option(
+            help="After a fault keep the force off until Enter is pressed, and not only until the "
+            "hand has left the object.",
+            show_default="for devices with motors",
+            rich_help_panel=_DEVICE,
+        ),
+    ] = None,
+    loop_hz: Annotated[
+        float,
+        typer.Option(help="Rate of the haptic loop, 500 to 4000 [Hz].", rich_help_panel=_DEVICE),
+    ] = 1000.0,
     token: Annotated[
         str,
         typer.Option(
             envvar="COHAPTIC_TOKEN",
             show_default=False,
             show_envvar=True,
-            help="Of an invitation. Other users of this machine see options, but not the variable.",
+            help="Token of an invitation. Other users of this machine see options of a command, "
+            "but not the variable.",
+            rich_help_panel=_NETWORK,
         ),
     ] = "",
     ca_file: Annotated[
-        Path | None, typer.Option(help="Certificates that vouch for the server, for wss://.")
+        Path | None,
+        typer.Option(
+            help="Certificates that vouch for the server, for wss://.", rich_help_panel=_NETWORK
+        ),
     ] = None,
     insecure: Annotated[
-        bool, typer.Option("--insecure", help="Send a token also without TLS.")
+        bool,
+        typer.Option("--insecure", help="Send a token without TLS.", rich_help_panel=_NETWORK),
     ] = False,
-    duration: Annotated[
-        float | None, typer.Option(help="Leave after this many seconds.", show_default="Ctrl-C")
-    ] = None,
     wait: Annotated[
         float | None,
         typer.Option(
-            help="Seconds to try to reach the server, at first and after losing it.",
+            help="How long to try to reach the server, at first and after losing it [s].",
             show_default=f"{_WAIT:g} at first, and without end after losing it",
+            rich_help_panel=_NETWORK,
         ),
     ] = None,
-    wait_seat: Annotated[
-        bool, typer.Option("--wait-seat", help="Wait for a place where the room is full.")
-    ] = False,
-    record: Annotated[
-        Path | None,
-        typer.Option(
-            help="Write the haptic periods of the last five minutes to this .npz at the end."
-        ),
+    delay_up_ms: Annotated[
+        float | None,
+        typer.Option(help="--delay-ms to the server alone [ms].", rich_help_panel=_NETWORK),
     ] = None,
+    delay_down_ms: Annotated[
+        float | None,
+        typer.Option(help="--delay-ms from the server alone [ms].", rich_help_panel=_NETWORK),
+    ] = None,
+    jitter_up_ms: Annotated[
+        float | None,
+        typer.Option(help="--jitter-ms to the server alone [ms].", rich_help_panel=_NETWORK),
+    ] = None,
+    jitter_down_ms: Annotated[
+        float | None,
+        typer.Option(help="--jitter-ms from the server alone [ms].", rich_help_panel=_NETWORK),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the random jitter.", rich_help_panel=_NETWORK)
+    ] = 0,
     json_lines: Annotated[
-        bool, typer.Option("--json-lines", help="Print the state as lines of JSON.")
-    ] = False,
-    dead_man: Annotated[
-        bool, typer.Option(help="Force only while the device's switch is held, where it has one.")
-    ] = True,
-    hold_faults: Annotated[
-        bool | None,
+        bool,
         typer.Option(
-            help="After a fault keep the force off until Enter is pressed; not only until the hand "
-            "is out of the object.",
-            show_default="for devices with motors",
+            "--json-lines", help="Print the state as lines of JSON.", rich_help_panel=_NETWORK
+        ),
+    ] = False,
+    geometry: Annotated[
+        Shape,
+        typer.Option(help="Local surface between two patches.", rich_help_panel=_LAW),
+    ] = Shape.MESH,
+    passivity: Annotated[
+        bool,
+        typer.Option(
+            help="Dissipate by damping the energy that the delay generates.", rich_help_panel=_LAW
+        ),
+    ] = True,
+    smoothing: Annotated[
+        float,
+        typer.Option(
+            help="Share of a tick over which a new patch is taken in; 0 as in the paper.",
+            rich_help_panel=_LAW,
+        ),
+    ] = 1.0,
+    k_h: Annotated[
+        float | None,
+        typer.Option(
+            help="Gain in place of the server's, which has to allow it [N/m].",
+            rich_help_panel=_LAW,
+        ),
+    ] = None,
+    integral_gain: Annotated[
+        float,
+        typer.Option(help="Integral gain I, with --k-h only [N/(m s)].", rich_help_panel=_LAW),
+    ] = 0.0,
+    threshold_mm: Annotated[
+        float | None,
+        typer.Option(
+            help="Error that pi tolerates, eq. (17) [mm].",
+            show_default="eq. (18), 0.2 in and 1 out",
+            rich_help_panel=_LAW,
         ),
     ] = None,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
-    """Touch the object of a server; ends with Ctrl-C, and with zero force."""
+    """Touch the object of a server; Ctrl-C ends it with zero force."""
 
     check_output("--record", record)
 

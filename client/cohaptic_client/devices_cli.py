@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import typer
 
+from cohaptic.cli.chapters import ChapterCommand
 from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.simulated.hand import Hand
@@ -27,7 +28,7 @@ _LIBRARIES = (
 )
 
 devices = typer.Typer(
-    help="Find haptic devices of this machine, and say what keeps one from use.",
+    help="Find haptic devices, and what keeps one from use.",
     invoke_without_command=True,
 )
 
@@ -46,9 +47,9 @@ def listed(context: typer.Context) -> None:
     typer.echo("--device simulated    always there")
 
 
-@devices.command()
+@devices.command(cls=ChapterCommand)
 def doctor() -> None:
-    """Say of every device, driver and service what is wrong, and what to do about it."""
+    """Say what is wrong with a device or driver, and what to do."""
     for name, purpose in _LIBRARIES:
         typer.echo(f"{name} {_version(name)}, for {purpose}")
     found, missing = search()
@@ -75,18 +76,18 @@ def doctor() -> None:
 
 @devices.command("pulse")
 def knock(device: str) -> None:
-    """Knock three times, gently, on the hand at DEVICE, and see whether it pushes the right way."""
+    """Knock gently on the hand at a device, to see which it is."""
     choice = read_device(device)
     if choice.name == "simulated":
-        raise SettingError("device", "simulated", "one that is there")
+        raise SettingError("device", "simulated", "a device that a hand holds: haply, touch, ...")
     config = DeviceConfig(choice, ZERO, 0.1, Hand(), None)
     direction = device_kind(choice.name).knock(choice)
     typer.echo(verdict(choice.name, pulse(open_device(config), SystemClock(), direction)))
 
 
-@devices.command()
+@devices.command(cls=ChapterCommand)
 def calibrate(device: str) -> None:
-    """Find out of DEVICE what its unit's file has to say, with your help, and print the file."""
+    """Measure a device with your help, and print its unit's file."""
     choice = read_device(device)
     run = device_kind(choice.name).calibrate
     if run is None:
@@ -96,9 +97,9 @@ def calibrate(device: str) -> None:
     typer.echo("\n".join(lines))
 
 
-@devices.command()
+@devices.command(cls=ChapterCommand)
 def options(name: str) -> None:
-    """Say what can be told of the device NAME after a colon, as KEY=VALUE,KEY=VALUE."""
+    """List the options that may follow the name of a device."""
     kind = device_kind(name)
     typer.echo(f"{name}: {kind.summary}")
     for key, meaning in kind.options:

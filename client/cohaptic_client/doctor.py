@@ -147,9 +147,12 @@ def _measured(seconds: float) -> dict[str, Any]:
 
 
 def doctor(
-    seconds: Annotated[float, typer.Option(help="How long to measure lateness.")] = 5.0,
+    seconds: Annotated[float, typer.Option(help="How long to measure lateness [s].")] = 5.0,
 ) -> None:
-    """Say what this machine can do for a haptic loop; ends with status 1 after a warning."""
+    """Say what this machine can do for a haptic loop.
+
+    Ends with status 1 after a warning. `cohaptic devices doctor` says it of devices.
+    """
     if not 0.1 <= seconds <= 3600.0:
         raise SettingError("seconds", seconds, "from 0.1 to 3600")
     typer.echo(f"measuring lateness for {seconds:g} s", err=True)

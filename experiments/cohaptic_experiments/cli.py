@@ -27,7 +27,7 @@ def experiment(
         int | None, typer.Option(min=0, help="Of `hands`: draw this trial only.")
     ] = None,
 ) -> None:
-    """Run an experiment: a figure, its data, and a verdict from its checks.
+    """Make a figure of the theory, and check it.
 
     Writes OUT/NAME/figure.png, data.csv and summary.json. Ends with status 1 when a verdict is
     that something does not hold.

@@ -55,7 +55,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         (["--jitter-ms", "9999"], "jitter of a link is 9.999 s; it must be from 0 to 5.0 s"),
         (["--jitter-down-ms", "-1"], "jitter of a link is -0.001 s; it must be from 0 to 5.0 s"),
         (["--depth-mm", "999"], "depth of a hand is 999 mm; it must be from 0 to 200 mm"),
-        (["--angle", "inf"], "angle of a hand is inf; it must be a finite number"),
+        (["--angle", "inf"], "angle of a hand is inf rad; it must be from -2 pi to 2 pi rad"),
         (
             ["--at", "0.1", "-0.2", "0"],
             "--at is (0.1, -0.2, 0.0); it must be given together with --inward",
@@ -142,7 +142,9 @@ def test_a_server_is_waited_for_without_being_asked_to(capsys: pytest.CaptureFix
     with pytest.raises(SystemExit):
         main(["touch", "--help"])
     words = " ".join(capsys.readouterr().out.replace("\u2502", " ").split())
-    assert re.search(r"--wait <float> Seconds to try [^\[]*\[default: \(?5 at first", words), words
+    assert re.search(
+        r"--wait <float> How long to try [^\]]*\] *\. *\[default: 5 at first", words
+    ), words
 
 
 def test_a_client_that_waits_says_so_once_and_ends_with_the_same_sentence(nobody: str) -> None:

@@ -36,15 +36,15 @@ class AccessOptions:
         Path | None,
         typer.Option(
             envvar="COHAPTIC_KEYS",
-            help="Only who has a token of these keys comes in; `cohaptic key FILE` makes them.",
+            help="Let in only people with an invitation of these keys (`cohaptic key FILE`).",
         ),
     ] = None
     insecure_key_file: InsecureKeyFile = False
     open: Annotated[
-        bool, typer.Option("--open", help="Anybody comes in, also from other machines.")
+        bool, typer.Option("--open", help="Let in anybody, also from other machines.")
     ] = False
     single_use: Annotated[
-        bool, typer.Option("--single-use", help="An invitation is good for one time.")
+        bool, typer.Option("--single-use", help="Each invitation lets in one person, once.")
     ] = False
     session_valid: Annotated[
         str | None,
@@ -157,4 +157,4 @@ def _proxy(said: str) -> str:
         raise SettingError("--trust-proxy", repr(said[:60]), NETWORK) from error
 
 
-takes_access = takes(AccessOptions)
+takes_access = takes(AccessOptions, "Who may come in")

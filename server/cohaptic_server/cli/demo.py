@@ -14,15 +14,26 @@ from cohaptic_server.touchable import BALLOON
 
 Duration = Annotated[
     float | None,
-    typer.Option(help="Seconds.", show_default="until Ctrl-C; 15 without a terminal"),
+    typer.Option(help="How long [s].", show_default="until Ctrl-C; 15 without a terminal"),
 ]
 Friction = Annotated[
     float,
-    typer.Option(help="Coefficient mu of two fingers that stick: one drags the other. 0: none."),
+    typer.Option(help="Coefficient of friction; above 0 one finger drags another."),
 ]
-Keep = Annotated[Path | None, typer.Option(help="Keep recordings and logs in this folder.")]
+_RUN = "Run and results"  # chapter of the help, behind the options that most people need
+Seed = Annotated[int, typer.Option(help="Seed of the jitter.", rich_help_panel=_RUN)]
+Json = Annotated[
+    Path | None, typer.Option(help="Write the result to this file.", rich_help_panel=_RUN)
+]
+Keep = Annotated[
+    Path | None,
+    typer.Option(help="Keep recordings and logs in this folder.", rich_help_panel=_RUN),
+]
 NoBrowser = Annotated[
-    bool, typer.Option("--no-browser", help="Do not open the page, only say where it is.")
+    bool,
+    typer.Option(
+        "--no-browser", help="Do not open the page, only say where it is.", rich_help_panel=_RUN
+    ),
 ]
 
 
@@ -30,21 +41,27 @@ NoBrowser = Annotated[
 def demo(
     duration: Duration = None,
     users: Annotated[int, typer.Option(help="Hands round the balloon, 2 to 16.")] = 2,
-    delay_ms: Annotated[float, typer.Option(help="Injected delay, one way, both ways.")] = 80.0,
-    jitter_ms: Annotated[float, typer.Option(help="Largest extra delay, one way.")] = 0.0,
-    law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
+    delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 80.0,
+    jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
+    law: Annotated[Law, typer.Option(help="Control law.")] = Law.PREDICTIVE,
     friction: Friction = 0.0,
     simulation_hz: SimulationHz = 60.0,
-    seed: Annotated[int, typer.Option(help="Of the jitter.")] = 0,
-    body: Annotated[str, typer.Option(help="What is touched: balloon, or a mesh file.")] = BALLOON,
-    nonlinear: Annotated[bool, typer.Option("--nonlinear", help="Finite deformation.")] = False,
+    seed: Seed = 0,
+    body: Annotated[
+        str,
+        typer.Option(
+            help="The object: balloon, or a mesh file, on which hands stand where they feel each"
+            " other."
+        ),
+    ] = BALLOON,
+    nonlinear: Annotated[bool, typer.Option("--nonlinear", help="Large deformation.")] = False,
     *,
     options: ObjectOptions,
-    json: Annotated[Path | None, typer.Option(help="Write the result to this file.")] = None,
+    json: Json = None,
     keep: Keep = None,
     no_browser: NoBrowser = False,
 ) -> None:
-    """Watch users feel each other on a balloon or an object of yours, over a network with delay.
+    """Watch hands feel each other in one object, with delay.
 
     A server and simulated users run as separate processes on this machine. The first user presses
     and releases; the others rest on the body and feel it. At the end the forces are compared
@@ -52,9 +69,6 @@ def demo(
 
     With --friction, 0.8 for a dry fingertip, two stand side by side and stick: the first drags the
     skin of the balloon along and back, and the second feels the force along the surface.
-
-    On an object from a file (--body; held by --fix, "z < 15%" if not given) hands stand where they
-    feel each other.
     """
     from cohaptic_server.cli.work.demonstration import demonstrate
     from cohaptic_server.demo.scene import Scene

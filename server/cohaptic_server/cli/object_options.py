@@ -24,81 +24,84 @@ class ObjectOptions:
     young: Annotated[
         list[str] | None,
         typer.Option(
-            help="Young's modulus E [Pa] of a file's object, or of a part: --young tumour=60e3.",
+            help="Young's modulus [Pa], or that of a part: --young tumour=60e3.",
             show_default=f"{YOUNG:g}",
         ),
     ] = None
     poisson: Annotated[
         list[str] | None,
         typer.Option(
-            help="Its Poisson's ratio, 0 to 0.499, or that of a part: NAME=0.4.",
+            help="Poisson's ratio, 0 to 0.499, or that of a part: --poisson tumour=0.4.",
             show_default=f"{NU:g}",
         ),
     ] = None
-    fix: Annotated[str, typer.Option(help='What of it is held: "z < 10%", "x > 2cm".')] = ""
+    fix: Annotated[str, typer.Option(help='Region that is held: "z < 10%", "x > 2cm".')] = ""
     fix_mesh: Annotated[
         Path | None,
         typer.Option(
-            help="Hold instead what lies inside this closed surface, of the same --scale."
+            help="File with a closed surface: hold the region inside it, in place of --fix."
         ),
     ] = None
     scale: Annotated[
-        float | None, typer.Option(help="Metres in one unit of the file; 1 if not given.")
+        float | None, typer.Option(help="Length of one unit of the file [m]; 1 if not given.")
     ] = None
     edge: Annotated[
         float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
     ] = 0.05
     order: Annotated[
-        int, typer.Option(help="Of its elements: 2 for accuracy, 1 for large volume meshes.")
+        int, typer.Option(help="Order of the elements: 2 is accurate, 1 for large volume meshes.")
     ] = ORDER
     contact_radius: Annotated[
-        float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 takes 8 mm or more.")
+        float, typer.Option(help="Radius of a fingertip's pressure [m]; 0 chooses 8 mm or more.")
     ] = 0.0
     repair: Annotated[
-        bool, typer.Option("--repair", help="Close and untangle a surface that needs it.")
+        bool,
+        typer.Option(
+            "--repair", help="Close and untangle a surface that is open or crosses itself."
+        ),
     ] = False
     simplify: Annotated[
         int,
-        typer.Option(help="Make the surface this many triangles first; 0 leaves it as it is."),
+        typer.Option(help="Reduce the surface to so many triangles first; 0 keeps all."),
     ] = 0
     shell: Annotated[
-        float, typer.Option(help="Thickness that an open sheet is given [m]; 0 for a volume.")
+        float, typer.Option(help="Thickness for a file that is an open sheet [m]; 0 for a volume.")
     ] = 0.0
     max_memory: Annotated[
         float | None,
         typer.Option(
-            help="Most memory that preparing it may take [GB].",
+            help="Limit of the memory that the preparation takes [GB].",
             show_default=f"{MAX_MEMORY / 1e9:g}; {AUTO_MEMORY / 1e9:g} with --auto",
         ),
     ] = None
     max_time: Annotated[
         float | None,
         typer.Option(
-            help="Longest time that filling it may take [s].",
+            help="Limit of the time to fill it with tetrahedra [s].",
             show_default=f"{MAX_TIME:g}; {AUTO_TIME:g} with --auto",
         ),
     ] = None
     label: Annotated[
         list[str] | None,
-        typer.Option(help="Of a label map, what is the object: 3, a name, or 3=tumour."),
+        typer.Option(help="Label of a segmented scan that belongs to the object: 3, 3=tumour."),
     ] = None
     density: Annotated[
         list[str] | None,
         typer.Option(
-            help="Density [kg/m3], or of a part, NAME=1100: with it the object swings, as a jelly"
+            help="Density [kg/m3], or that of a part, NAME=1100: the object then swings as a jelly"
             " does. Water and tissue have 1000.",
             show_default="no mass",
         ),
     ] = None
     damping_ratio: Annotated[
         float,
-        typer.Option(help="Of its swings, 0.02 to 0.95 of critical; jelly and tissue about 0.1."),
+        typer.Option(help="Damping ratio of the swings, 0.02 to 0.95; jelly and tissue: 0.1."),
     ] = DAMPING_RATIO
     auto: Annotated[
         bool,
         typer.Option(
             "--auto",
-            help="Choose what is not given, and say what and why: unit, hold, repair, mesh.",
+            help="Choose unit, held region, repair and mesh where not given, and say why.",
         ),
     ] = False
 
@@ -142,15 +145,15 @@ class ObjectOptions:
         )
 
 
-takes_object = takes(ObjectOptions)
+takes_object = takes(ObjectOptions, "Object from a file")
 
 SimulationHz = Annotated[
-    float, typer.Option("--simulation-hz", "--hz", help="Ticks per second, 10 to 200.")
+    float, typer.Option("--simulation-hz", "--hz", help="Rate of the simulation, 10 to 200 [Hz].")
 ]
 Users = Annotated[
     int | None,
     typer.Option(
-        help="Prepare a file for so many at once, or say before that they cannot be served.",
-        show_default="2 for --nonlinear, which are served on a finer mesh; else not looked at",
+        help="Prepare the object for so many users at once, or refuse where that cannot be.",
+        show_default="2 with --nonlinear",
     ),
 ]

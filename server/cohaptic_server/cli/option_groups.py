@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, fields
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 Command = Callable[..., None]
 
 
-def takes(group: type[Any]) -> Callable[[Command], Command]:
+def takes(group: type[Any], chapter: str | None = None) -> Callable[[Command], Command]:
     """Give a command the options of a group, in place of its parameter of that type.
 
     Typer reads the options of a command from its signature. The signature of the result has one
@@ -20,18 +21,19 @@ def takes(group: type[Any]) -> Callable[[Command], Command]:
     Args:
         group: A dataclass, of which each field is an option; the command has exactly one parameter
             of it.
+        chapter: In which the command's help has them; None for the first.
     """
-    return lambda command: _with_group(command, group)
+    return lambda command: _with_group(command, group, chapter)
 
 
-def _with_group(command: Command, group: type[Any]) -> Command:
+def _with_group(command: Command, group: type[Any], chapter: str | None) -> Command:
     hints = get_type_hints(command, include_extras=True)
     (taken,) = [name for name, hint in hints.items() if hint is group]
     option_hints = get_type_hints(group, include_extras=True)
     options = [
         _parameter(
             f.name,
-            option_hints[f.name],
+            _in_chapter(option_hints[f.name], chapter),
             inspect.Parameter.empty if f.default is MISSING else f.default,
         )
         for f in fields(group)
@@ -52,6 +54,13 @@ def _with_group(command: Command, group: type[Any]) -> Command:
     result.__signature__ = inspect.Signature(parameters)
     result.__annotations__ = {p.name: p.annotation for p in parameters}
     return with_options
+
+
+def _in_chapter(hint: Any, chapter: str | None) -> Any:
+    kind, option = get_args(hint)
+    option = copy.copy(option)
+    option.rich_help_panel = chapter
+    return Annotated[kind, option]
 
 
 def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:

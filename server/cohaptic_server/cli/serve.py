@@ -18,9 +18,12 @@ from cohaptic_server.monitoring.logs import LogFormat, LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.touchable import BODIES, KINDS
 
+# Chapters of the help, behind the options that most people need.
+_PEOPLE, _WEB, _LOG = "People in the room", "Browsers and proxies", "Log"
+
 BodyName = Annotated[
     str,
-    typer.Option(help=f"What is touched: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."),
+    typer.Option(help=f"The object: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."),
 ]
 Nonlinear = Annotated[
     bool,
@@ -29,75 +32,95 @@ Nonlinear = Annotated[
     ),
 ]
 Relaxation = Annotated[
-    float, typer.Option(help="Relaxation time of a viscous body in seconds; 0 is elastic.")
+    float, typer.Option(help="Relaxation time of a viscous object [s]; 0 is elastic.")
 ]
 AllowFixedGains = Annotated[
     bool,
     typer.Option(
         "--allow-fixed-gains",
         help="Let clients choose their own gains, unstable ones too: experiments only.",
+        rich_help_panel=_PEOPLE,
     ),
 ]
 AllowLatency = Annotated[
     bool,
-    typer.Option("--allow-latency", help="Let pages inject latency between users and the server."),
+    typer.Option(
+        "--allow-latency",
+        help="Let pages delay any user's connection: experiments only.",
+        rich_help_panel=_PEOPLE,
+    ),
 ]
 AllowOrigin = Annotated[
     list[str] | None,
-    typer.Option(help="Of a page from elsewhere that may connect: https://lab.example."),
+    typer.Option(
+        help="Origin of another server's page that may connect: https://lab.example.",
+        rich_help_panel=_WEB,
+    ),
 ]
 AllowHost = Annotated[
     list[str] | None,
-    typer.Option(help="Another name of this server that browsers may use: lab.example."),
+    typer.Option(
+        help="Further name of this server that browsers may use: lab.example.",
+        rich_help_panel=_WEB,
+    ),
 ]
 AllowFrame = Annotated[
     list[str] | None,
-    typer.Option(help="Of a page that may show this one in a frame: https://lab.example."),
+    typer.Option(
+        help="Origin of pages that may show this one in a frame: https://lab.example.",
+        rich_help_panel=_WEB,
+    ),
 ]
 BasePath = Annotated[
     str,
     typer.Option(
-        metavar="PATH", help="Path of a proxy that the page, streams and rooms are below: /haptics."
+        metavar="PATH",
+        help="Path of a proxy below which page, streams and rooms are: /haptics.",
+        rich_help_panel=_WEB,
     ),
 ]
 WatchersPoint = Annotated[
     bool,
     typer.Option(
         "--watchers-point/--no-watchers-point",
-        help="Whether who only watches may point at the surface, too.",
+        help="Whether people who only watch may point at the surface.",
+        rich_help_panel=_PEOPLE,
     ),
 ]
 Limit = Annotated[
     list[str] | None,
     typer.Option(
         help="Change how much a connection or an address may ask for: open=500, joins=5:100 for"
-        " 5 a second and 100 at once. All: docs/protocol.md."
+        " 5 a second and 100 at once. All limits: docs/protocol.md.",
+        rich_help_panel=_PEOPLE,
     ),
 ]
 Admin = Annotated[
     str | None,
     typer.Option(
         metavar="PORT",
-        help="Metrics, health and what `cohaptic top` shows, on this port of 127.0.0.1; or"
-        " ADDRESS:PORT, for whoever reaches it.",
+        help="Serve metrics and health on this port of 127.0.0.1, or on ADDRESS:PORT; see them"
+        " with `cohaptic top`.",
     ),
 ]
 LogForm = Annotated[
-    LogFormat, typer.Option(help="Lines for people, or for machines one JSON object each.")
+    LogFormat,
+    typer.Option(
+        help="Lines for people, or for machines a JSON object each.", rich_help_panel=_LOG
+    ),
 ]
 Config = Annotated[
     Path | None,
     typer.Option(
-        help="Serve the rooms of this TOML file, each in a process of its own, in place of one;"
-        " no other option goes with it but --quiet"
-        " and --log-format."
+        help="Serve the rooms of this TOML file, each in a process of its own. Of the other"
+        " options only --quiet and --log-format go with it."
     ),
 ]
 AllowUpload = Annotated[
     bool,
     typer.Option(
         "--allow-upload",
-        help="Let a page of this machine bring a mesh, which becomes everybody's object.",
+        help="Let a page of this machine bring a mesh file, which becomes everybody's object.",
     ),
 ]
 
@@ -116,12 +139,17 @@ def serve(
     access: AccessOptions,
     nonlinear: Nonlinear = False,
     relaxation: Relaxation = 0.0,
-    max_users: Annotated[int, typer.Option(help="Who may touch at once.")] = 16,
+    max_users: Annotated[int, typer.Option(help="How many may touch at once.")] = 16,
     users: Users = None,
     allow_fixed_gains: AllowFixedGains = False,
     allow_latency: AllowLatency = False,
-    max_watchers: Annotated[int, typer.Option(help="Who may watch at once.")] = 100,
-    max_waiting: Annotated[int, typer.Option(help="Who may wait for a place; 0: nobody.")] = 16,
+    max_watchers: Annotated[
+        int, typer.Option(help="How many may watch at once.", rich_help_panel=_PEOPLE)
+    ] = 100,
+    max_waiting: Annotated[
+        int,
+        typer.Option(help="How many may wait for a place in a full room.", rich_help_panel=_PEOPLE),
+    ] = 16,
     allow_origin: AllowOrigin = None,
     allow_host: AllowHost = None,
     allow_upload: AllowUpload = False,
@@ -132,10 +160,12 @@ def serve(
     admin: Admin = None,
     config: Config = None,
     log_format: LogForm = LogFormat.TEXT,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Log warnings only.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="Log warnings only.", rich_help_panel=_LOG)
+    ] = False,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
-    """Own a soft object that everybody can touch; ends with Ctrl-C.
+    """Serve a soft object that everybody can touch.
 
     On 127.0.0.1 anybody of this machine may touch. On another address it asks for a decision: who
     comes in (--keys or --open), and how it is secured (--tls-cert and --tls-key, or --insecure).

@@ -106,7 +106,7 @@ def key(
     ] = None,
     insecure_key_file: InsecureKeyFile = False,
 ) -> None:
-    """Make a file with the key that invitations are signed with.
+    """Make the key that invitations are signed with.
 
     A server that runs reads the file again when it changes.
     """
@@ -143,7 +143,7 @@ def invite(
     grants: GrantOptions,
     valid: Annotated[str, typer.Option(help="30s, 10m, 12h, 7d.")] = "1d",
 ) -> None:
-    """Print a link that a person can open, to touch or to watch.
+    """Print a link that invites a person to touch or watch.
 
     Whoever has the link may come in until it ends: send it as you would send a password. It leads
     to the room of --room, also from the address of the server alone. Who has come in by it stays

@@ -28,7 +28,7 @@ def top(
         float, typer.Option(min=0.2, max=60.0, help="Seconds between two readings.")
     ] = 1.0,
 ) -> None:
-    """See rooms, users, delay, loss, lag, margin and ticks of a server; ends with Ctrl-C."""
+    """Watch the rooms, users and ticks of a server, live."""
     address = status_address(url)
     import threading
 

@@ -13,6 +13,7 @@ from importlib.metadata import entry_points
 import typer
 
 from cohaptic import __version__, compiled
+from cohaptic.cli.chapters import ChapterCommand
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic.runtime.heeded import signals_heeded
 
@@ -60,7 +61,7 @@ def build_app(only: str | None = None) -> typer.Typer:
     app = typer.Typer(
         help="Several people touch one soft object over a network and feel each other through it.",
         no_args_is_help=True,
-        add_completion=False,
+        rich_markup_mode=None,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
@@ -85,7 +86,7 @@ def build_app(only: str | None = None) -> typer.Typer:
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=entry.name)
         else:
-            app.command(name=entry.name)(command)
+            app.command(name=entry.name, cls=ChapterCommand)(command)
     return app
 
 

@@ -18,40 +18,45 @@ if TYPE_CHECKING:
 
 # Above 60 lines because typer takes each option with its help from the signature.
 def stability(
-    law: Annotated[Law, typer.Option(help="Local model.")] = Law.PREDICTIVE,
-    k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact, N/m.")] = 200,
+    law: Annotated[Law, typer.Option(help="Control law.")] = Law.PREDICTIVE,
+    k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact [N/m].")] = 200,
     k_h: Annotated[
         str | None,
         typer.Option(
-            help="Gain, N/m; with --compliance one for each contact, as JSON. Without it 100, "
-            "and with --delays 1 / C_ii."
+            help="Gain [N/m]; with --compliance one for each contact, as JSON.",
+            show_default="100, and with --delays 1 / C_ii",
         ),
     ] = None,
-    integral_gain: Annotated[float, typer.Option(help="I of the law's integral, N/(m s).")] = 0.0,
-    b_o: Annotated[
-        float, typer.Option(help="Damping over the simulation period, eq. (9), N/m.")
+    integral_gain: Annotated[
+        float, typer.Option(help="Integral gain I of the law [N/(m s)].")
     ] = 0.0,
-    sim_period: Annotated[float, typer.Option(help="Simulation period N T, s.")] = 1.0 / 60.0,
-    haptic_period: Annotated[float, typer.Option(help="Haptic period T, s.")] = 0.001,
+    b_o: Annotated[
+        float, typer.Option(help="Damping over the simulation period, eq. (9) [N/m].")
+    ] = 0.0,
+    sim_period: Annotated[
+        float, typer.Option(help="Simulation period N T [s].", show_default="1/60")
+    ] = 1.0 / 60.0,
+    haptic_period: Annotated[float, typer.Option(help="Haptic period T [s].")] = 0.001,
     delay: Annotated[
-        float, typer.Option(help="Network round trip, on top of one simulation period, s.")
+        float, typer.Option(help="Network round trip, on top of one simulation period [s].")
     ] = 0.0,
     compliance: Annotated[
-        str | None, typer.Option(help="C of several contacts, m/N, as JSON rows.")
+        str | None,
+        typer.Option(help="Compliance matrix C of several contacts [m/N], as JSON rows."),
     ] = None,
     delays: Annotated[
         str | None,
         typer.Option(
-            help="With --compliance: loop delay of each user, s, as JSON; from a force to the "
-            "surface that answers it, sampling and the ramp between patches counted."
+            help="With --compliance: loop delay of each user [s], as JSON: from a force to the "
+            "surface that answers it, with sampling and the ramp between patches."
         ),
     ] = None,
     lag: Annotated[
         float | None,
         typer.Option(
-            help="With --delays: the room's lag to judge, s, where no forces are anticipated "
-            "(science 3.8). Without it the server's choice then, for hands held still: 0 where the "
-            "coupling is below 1, else lag_needed / 0.7."
+            help="With --delays: lag of the room to judge [s], where no forces are anticipated "
+            "(science 3.8).",
+            show_default="as the server: 0 where the coupling is below 1, else lag_needed / 0.7",
         ),
     ] = None,
     area: Annotated[
@@ -61,7 +66,7 @@ def stability(
         str | None, typer.Option("--json", help="Write JSON to this file; - prints it.")
     ] = None,
 ) -> None:
-    """Say whether a local model is stable against an object, alone or with others.
+    """Say whether a local model is stable, and for which gains.
 
     Alone: the lifted system of the paper, with delay to the haptic sample, and the closed
     conditions where they apply. With --compliance: several contacts, without delay and under any

@@ -1,0 +1,70 @@
+"""Help of every command: the first screen has what most people need, and every unit is shown."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cohaptic.cli.app import build_app
+
+SCREEN = 40  # lines
+WIDTH = 80  # columns
+
+
+@cache
+def app() -> typer.Typer:
+    return build_app()
+
+
+def commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    yield path, command
+    for name, inner in getattr(command, "commands", {}).items():
+        yield from commands(inner, (*path, name))
+
+
+ALL = dict(commands(typer.main.get_command(app())))
+
+
+def help_of(path: tuple[str, ...]) -> str:
+    result = CliRunner().invoke(app(), [*path, "--help"], env={"COLUMNS": str(WIDTH)})
+    assert result.exit_code == 0
+    return result.output
+
+
+def test_every_command_is_walked() -> None:
+    assert {(), ("touch",), ("body", "inspect"), ("devices", "calibrate")} <= set(ALL)
+
+
+@pytest.mark.parametrize("path", ALL, ids=" ".join)
+def test_the_first_screen_has_what_most_people_need(path: tuple[str, ...]) -> None:
+    lines = [*help_of(path).splitlines(), ""]
+    assert max(map(len, lines)) <= WIDTH
+    ends = lines.index("", lines.index("Options:"))
+    assert ends <= SCREEN
+
+
+@pytest.mark.parametrize("path", ALL, ids=" ".join)
+def test_units_and_defaults_are_shown_in_words_of_people(path: tuple[str, ...]) -> None:
+    text = " ".join(help_of(path).split())
+    for param in ALL[path].params:
+        if getattr(param, "hidden", False):
+            continue
+        told = getattr(param, "help", None) or ""
+        for unit in re.findall(r"\[[^\]]*\]", told):
+            assert unit in text
+        if (name := re.search(r"-(mm|ms|s|hz)$", param.opts[0])) is not None:
+            unit = "Hz" if name[1] == "hz" else name[1]
+            assert f"[{unit}]" in told
+    assert not re.search(r"<bool>|<list\[|\[default: \(|\d\.\d{6}", text)
+
+
+def test_a_summary_in_the_list_of_commands_is_a_whole_sentence() -> None:
+    for path in ((), ("body",), ("devices",)):
+        listed = help_of(path).split("Commands:")[1]
+        assert "..." not in listed
